@@ -1,0 +1,95 @@
+"""The table type that all families share: one entry per command, read by parser, dispatcher, checker and listing."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from enum import Flag
+from typing import Any
+
+Code = str | int
+"""What a host sends to name a command: a character, a keyword, an opcode."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A parameter of a command: its name, unit and range.  Families add how it is written."""
+
+    name: str
+    unit: str = ""
+    low: int | None = None
+    high: int | None = None
+    optional: bool = False
+
+    def allows(self, value: int) -> bool:
+        """Whether a value lies within the range."""
+        return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
+
+    def __str__(self) -> str:
+        span = "" if self.low is None and self.high is None else f" {_or_blank(self.low)}…{_or_blank(self.high)}"
+        text = f"{self.name}{span}{' ' + self.unit if self.unit else ''}"
+        return f"[{text}]" if self.optional else text
+
+
+def _or_blank(value: int | None) -> str:
+    return "" if value is None else str(value)
+
+
+@dataclass(frozen=True)
+class Command:
+    """One line of a command table.
+
+    `accepted`: the states in which it is valid, a Flag of the family's own; `handler` None: not implemented.
+    """
+
+    code: Code
+    name: str
+    chapter: str
+    parameters: tuple[Field, ...]
+    accepted: Flag
+    handler: Callable[..., Any] | None = field(compare=False)
+    syntax: str = ""
+
+    @property
+    def implemented(self) -> bool:
+        """Whether there is a handler."""
+        return self.handler is not None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The entry for `--json`."""
+        return {
+            "code": self.code,
+            "name": self.name,
+            "syntax": self.syntax or str(self.code),
+            "parameters": [
+                {"name": f.name, "unit": f.unit, "low": f.low, "high": f.high, "optional": f.optional}
+                for f in self.parameters
+            ],
+            "chapter": self.chapter,
+            "accepted": [flag.name for flag in type(self.accepted) if flag in self.accepted],
+            "implemented": self.implemented,
+        }
+
+
+class CommandSet:
+    """A command table, in the order of the manual's summary."""
+
+    def __init__(self, *commands: Command) -> None:
+        self._by_code = {command.code: command for command in commands}
+        assert len(self._by_code) == len(commands), "a code stands twice in the table"
+
+    def __iter__(self) -> Iterator[Command]:
+        return iter(self._by_code.values())
+
+    def __len__(self) -> int:
+        return len(self._by_code)
+
+    def get(self, code: Code) -> Command | None:
+        """The command of this code, if there is one."""
+        return self._by_code.get(code)
+
+    def with_(self, *commands: Command) -> "CommandSet":
+        """A variant that has these as well, or instead."""
+        return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
+
+    def without(self, *codes: Code) -> "CommandSet":
+        """A variant that lacks these."""
+        return CommandSet(*(command for command in self if command.code not in codes))

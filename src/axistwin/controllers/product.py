@@ -1,0 +1,66 @@
+"""What a bench needs to know of a product, and what a product is given.  The same for every family."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from axistwin.controllers.commandset import CommandSet
+from axistwin.motion.profile import Profile
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart, UartFormat
+
+
+class PulseAxis(Protocol):
+    """What a stepper controller knows of an axis."""
+
+    def start(self, profile: Profile, direction: int) -> None:
+        """Give out pulses from now on."""
+
+    def replace(self, profile: Profile) -> None:
+        """From now on take the course of `profile`, which is told from the start."""
+
+    def halt(self) -> None:
+        """No more pulses."""
+
+
+class Store(Protocol):
+    """What keeps its contents without power."""
+
+    def load(self) -> bytes | None:
+        """What was saved last; None: nothing yet."""
+
+    def save(self, contents: bytes) -> None:
+        """Keep this; after a crash either this or the contents before is there, whole."""
+
+
+class Device(Protocol):
+    """The hardware of one controller, which is there whether it has power or not."""
+
+    pins: dict[str, Pin]
+    uart: Uart
+    dtr: Pin
+    rts: Pin
+    dsr: Pin
+    cts: Pin
+
+    def power(self, on: bool) -> None:
+        """Switch it on or off."""
+
+
+@dataclass(frozen=True)
+class Product:
+    """One model: how to build it and what it understands."""
+
+    model: str
+    title: str
+    commands: CommandSet
+    axes: tuple[str, ...]
+    options: type[Any]
+    """A dataclass: the keywords that `Bench.add` takes for this model, with the manual's figures as defaults."""
+    build: Callable[[Clock, Mapping[str, PulseAxis], Any, Store], Device]
+    line: UartFormat
+    """The host's usual format, where nothing else is said."""
+    limit_pins: tuple[str, str] | None = None
+    """Pins that the minus and the plus limit switches of all axes hold closed."""
+    home_pin: str | None = None

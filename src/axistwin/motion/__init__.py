@@ -1,0 +1,1 @@
+"""Ring 2: what a commanded motion is made of."""

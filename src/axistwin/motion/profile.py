@@ -1,0 +1,163 @@
+"""A profile: how the pulse rate of a motion goes, as segments of constant rate, exactly.
+
+Rates and durations are rational numbers and become integers over two common denominators; so the phase (pulses since
+the start, with fraction) is known exactly at any time, and the time of the n-th pulse is arithmetic, never a loop.
+
+    rate
+      │      ┌────────┐            segment: starts[j], phases[j], rates[j]
+      │    ┌─┘        └─┐          phase(t) = phases[j] + rates[j] * (t - starts[j])
+      │  ┌─┘            └─┐        pulse n happens when the phase reaches n;  n = 1, 2, ...
+      └──┴────────────────┴── t    after the last segment: nothing
+"""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from functools import cache
+from math import gcd, lcm
+from typing import TYPE_CHECKING, NamedTuple
+
+from axistwin.units import S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+CHUNK = 1 << 15  # pulses expanded at a time: their times fit the processor's cache
+
+
+class Segment(NamedTuple):
+    """A stretch of constant rate.  `seconds` None: for ever."""
+
+    rate: Fraction
+    seconds: Fraction | None
+
+
+class Profile:
+    """Segments of constant rate, one after the other, from time 0.
+
+    Times inside are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
+    """
+
+    def __init__(self, segments: Iterable[Segment]) -> None:
+        self.segments: Sequence[Segment] = tuple(segment for segment in segments if segment.seconds != 0)
+        self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
+        per_rate = lcm(*(s.rate.denominator for s in self.segments))
+        self.parts = per_rate * self.ticks
+        self.rates = [s.rate.numerator * (per_rate // s.rate.denominator) for s in self.segments]  # parts per tick
+        self.starts, self.phases = [0], [0]
+        for segment, rate in zip(self.segments, self.rates, strict=True):
+            if segment.seconds is None:
+                break
+            ticks = segment.seconds.numerator * (self.ticks // segment.seconds.denominator)
+            self.starts.append(self.starts[-1] + ticks)
+            self.phases.append(self.phases[-1] + rate * ticks)
+        self.endless = len(self.starts) == len(self.segments)
+        self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts
+        """How many pulses there are in all; None: for ever."""
+        self.end_ns: int | None = None if self.endless else self.starts[-1] * S // self.ticks
+        """When the last segment is over, from the start; None: never."""
+
+    def _segment_at(self, ticks_s: int) -> int:
+        """The segment in force at a time given in ticks * S."""
+        return bisect_right(self.starts, ticks_s // S) - 1
+
+    def _phase_s(self, elapsed_ns: int) -> int:
+        """The phase, in parts * S, at a time that is not after the end."""
+        ticks_s = elapsed_ns * self.ticks
+        j = min(self._segment_at(ticks_s), len(self.rates) - 1)
+        return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
+
+    def over(self, elapsed_ns: int) -> bool:
+        """Whether all pulses have been given by then."""
+        return self.end_ns is not None and elapsed_ns >= self.end_ns
+
+    def pulses_by(self, elapsed_ns: int) -> int:
+        """How many pulses have happened up to and including this nanosecond."""
+        if elapsed_ns < 0 or not self.rates:
+            return 0
+        if self.pulses is not None and self.over(elapsed_ns):
+            return self.pulses
+        # A pulse happens in the nanosecond that holds its exact time, so count those before the next one.
+        return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
+
+    def pulse_ns(self, n: int) -> int:
+        """When the n-th pulse happens (n from 1), in nanoseconds from the start; it must exist."""
+        j = bisect_left(self.phases, n * self.parts, 1) - 1
+        return (self.starts[j] * S + (n * self.parts - self.phases[j]) * S // self.rates[j]) // self.ticks
+
+    def rate_at(self, elapsed_ns: int) -> Fraction:
+        """Pulses per second at this time; 0 before and after."""
+        if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
+            return Fraction(0)
+        return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
+
+    def trend(self, elapsed_ns: int) -> int:
+        """+1 while the rate is on its way up, -1 on its way down, 0 on a plateau and at rest."""
+        if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
+            return 0
+        j = self._segment_at(elapsed_ns * self.ticks)
+        rate = self.segments[j].rate
+        if j + 1 < len(self.segments) and self.segments[j + 1].rate > rate:
+            return +1
+        if j > 0 and self.segments[j - 1].rate > rate:
+            return -1
+        return 0
+
+    def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
+        """The same up to this time, and then something else; the phase goes on without a jump."""
+        if self.over(elapsed_ns):
+            return self
+        j = self._segment_at(elapsed_ns * self.ticks)
+        so_far = Fraction(elapsed_ns, S) - Fraction(self.starts[j], self.ticks)
+        return Profile((*self.segments[:j], Segment(self.segments[j].rate, so_far), *then))
+
+    def scaled(self, ratio: Fraction) -> "Profile":
+        """Every rate times `ratio`, as a rate multiplier makes it; the times stay."""
+        return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
+
+    def pulse_times(self, first: int, last: int) -> "NDArray[np.int64]":
+        """When the pulses `first` to `last` (from 1, inclusive) happen, in nanoseconds from the start."""
+        import numpy as np
+
+        times = np.empty(max(0, last - first + 1), dtype=np.int64)
+        n = first
+        for j in range(len(self.rates)):
+            if n > last:
+                break
+            segment_last = last if j + 1 >= len(self.phases) else min(last, self.phases[j + 1] // self.parts)
+            while n <= segment_last:
+                upto = min(segment_last, n + CHUNK - 1)
+                self._expand(j, n, times[n - first : upto - first + 1])
+                n = upto + 1
+        return times
+
+    def _expand(self, j: int, n: int, out: "NDArray[np.int64]") -> None:
+        """Fill `out` with the times of pulse n and those after it, all in segment j.
+
+        With t(n) = a / b exactly and a period of p = i + f / b nanoseconds (i, f integers, f < b), pulse n + k is in
+        nanosecond t(n) // 1 + i * k + (a % b + f * k) // b: small integers, whatever n is.
+        """
+        import numpy as np
+
+        b = self.rates[j] * self.ticks
+        base, rest = divmod(self.starts[j] * S * self.rates[j] + (n * self.parts - self.phases[j]) * S, b)
+        whole, fraction = divmod(self.parts * S, b)
+        common = gcd(fraction, b)
+        rest, fraction, b = rest // common, fraction // common, b // common
+        count = _count()[: len(out)]
+        if b <= 1 << 47:  # then fraction * count fits 63 bits
+            np.multiply(count, fraction, out=out)
+            out += rest
+            out //= b
+            out += count * whole
+            out += base
+        else:
+            out[:] = [self.pulse_ns(n + k) for k in range(len(out))]
+
+
+@cache
+def _count() -> "NDArray[np.int64]":
+    import numpy as np
+
+    return np.arange(CHUNK, dtype=np.int64)

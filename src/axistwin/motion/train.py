@@ -1,0 +1,102 @@
+"""A pulse train: the strokes of one step output, one after the other, each a profile in one direction."""
+
+from bisect import bisect_right
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from axistwin.errors import UsageError
+from axistwin.motion.profile import Profile
+from axistwin.units import to_seconds
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+HISTORY = 10_000
+"""How many strokes a train remembers unless told otherwise; so its memory does not grow with time."""
+
+
+@dataclass(slots=True)
+class Stroke:
+    """One motion in one direction, beginning at `start_ns` and at the net pulse count `origin`."""
+
+    start_ns: int
+    direction: int
+    profile: Profile
+    origin: int
+
+    @property
+    def end_ns(self) -> int | None:
+        """When its last segment is over; None: it goes on for ever."""
+        return None if self.profile.end_ns is None else self.start_ns + self.profile.end_ns
+
+    def position_at(self, time_ns: int) -> int:
+        """Net pulse count at a time that is not before the start."""
+        return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
+
+    def reaches_ns(self, position: int) -> int | None:
+        """When this net pulse count is reached; None if it is not, or was at the start."""
+        n = (position - self.origin) * self.direction
+        if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
+            return None
+        return self.start_ns + self.profile.pulse_ns(n)
+
+
+class Train:
+    """All strokes of a step output.  Its net count starts at 0 and is never redefined."""
+
+    def __init__(self, history: int = HISTORY) -> None:
+        self.strokes: deque[Stroke] = deque([Stroke(0, +1, Profile(()), 0)], maxlen=history)
+        self.forgotten = 0
+        """Strokes no longer remembered."""
+
+    @property
+    def stroke(self) -> Stroke:
+        """The latest stroke; perhaps over."""
+        return self.strokes[-1]
+
+    def start(self, now_ns: int, direction: int, profile: Profile) -> Stroke:
+        """Begin a new stroke; the one before ends here."""
+        self.replace(now_ns, self.stroke.profile.cut(max(0, now_ns - self.stroke.start_ns)))
+        self.forgotten += len(self.strokes) == self.strokes.maxlen
+        stroke = Stroke(now_ns, direction, profile, self.stroke.position_at(now_ns))
+        self.strokes.append(stroke)
+        return stroke
+
+    def replace(self, now_ns: int, profile: Profile) -> None:
+        """Give the present stroke another course; the part before `now_ns` must be the same."""
+        assert profile.pulses_by(now_ns - self.stroke.start_ns) == self.stroke.profile.pulses_by(
+            now_ns - self.stroke.start_ns
+        )
+        self.stroke.profile = profile
+
+    def moving(self, now_ns: int) -> bool:
+        """Whether pulses are still to come."""
+        return not self.stroke.profile.over(now_ns - self.stroke.start_ns)
+
+    def stroke_at(self, time_ns: int) -> Stroke:
+        """The latest stroke begun by this time."""
+        starts = [stroke.start_ns for stroke in self.strokes]
+        first = self.strokes[0].start_ns
+        if time_ns < first and self.forgotten:
+            raise UsageError(
+                f"pulses before {to_seconds(first):g} s are no longer kept: ask from there on, "
+                f"or add the controller with history={2 * len(self.strokes)}"
+            )
+        return self.strokes[max(0, bisect_right(starts, time_ns) - 1)]
+
+    def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
+        """When pulses happened, in order: all with start_ns <= time < stop_ns."""
+        import numpy as np
+
+        first = self.stroke_at(start_ns)
+        strokes = [stroke for stroke in self.strokes if first.start_ns <= stroke.start_ns < stop_ns]
+        pieces = [np.empty(0, np.int64)]
+        for stroke in strokes:
+            before = stroke.profile.pulses_by(start_ns - 1 - stroke.start_ns)
+            upto = stroke.profile.pulses_by(stop_ns - 1 - stroke.start_ns)
+            times = stroke.profile.pulse_times(before + 1, upto)
+            times += stroke.start_ns
+            pieces.append(times)
+        return np.concatenate(pieces) if len(pieces) != 2 else pieces[1]

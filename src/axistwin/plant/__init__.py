@@ -1,0 +1,1 @@
+"""Ring 3: the machine that the controllers drive."""

@@ -1,0 +1,180 @@
+"""An axis with a stepper motor: pulses in, position out.
+
+The controller knows an axis by `start`, `replace`, `halt` and `moving`; everything else is the machine's own truth.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from axistwin.errors import UsageError
+from axistwin.motion.profile import Profile
+from axistwin.motion.train import HISTORY, Train
+from axistwin.plant.encoder import Encoder, EncoderData
+from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips
+from axistwin.sim.clock import Clock
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class EncoderView:
+    """The encoder of an axis as a person at the bench has it."""
+
+    def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
+        self._axis, self._encoder = axis, encoder
+
+    @property
+    def count(self) -> int:
+        """Counts after quadrature, from 0 when the bench is made."""
+        return self._encoder.follow(self._axis.position)
+
+    def displace(self, counts: int) -> None:
+        """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
+        self._encoder.displace(counts)
+
+
+class StepperAxis:
+    """Motor, load and encoder behind one step output.  Without a `motor` it is ideal and never stalls."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        name: str,
+        *,
+        motor: StepperMotor | None = None,
+        load: Load | None = None,
+        encoder: EncoderData | None = None,
+        history: int = HISTORY,
+    ) -> None:
+        self.clock, self.name, self.train = clock, name, Train(history)
+        self.on_motion: list[Callable[[], None]] = []
+        """Called when a stroke begins or takes another course."""
+        self._motor, self._load = motor, load or Load()
+        self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
+        self._outside_torque, self._jammed = 0.0, False
+        self._slips: list[Slip] = []
+        self._lost = 0  # net pulses lost in strokes that are over
+
+    # What the controller does
+
+    def start(self, profile: Profile, direction: int) -> None:
+        """Give out a new stroke, from now on; `direction` +1 or -1."""
+        self._lost += self.train.stroke.direction * self._lost_in_stroke(over=True)
+        if self._encoder:
+            _ = self._encoder.count  # the play has followed the stroke that ends here
+        self.train.start(self.clock.now, direction, profile)
+        self._slips = self._find_slips(0, out_of_step=False)
+        self._tell()
+
+    def replace(self, profile: Profile) -> None:
+        """The stroke takes another course from now on; `profile` tells it from the stroke's start."""
+        self.train.replace(self.clock.now, profile)
+        self._reconsider()
+
+    def halt(self) -> None:
+        """No more pulses, at once."""
+        self.replace(self.train.stroke.profile.cut(self.clock.now - self.train.stroke.start_ns))
+
+    @property
+    def moving(self) -> bool:
+        """Whether pulses are still to come."""
+        return self.train.moving(self.clock.now)
+
+    # What a person sees and does
+
+    @property
+    def position(self) -> int:
+        """Where the motor stands, in pulses from 0 when the bench is made."""
+        return self.pulses - self._lost - self.train.stroke.direction * self._lost_in_stroke()
+
+    @property
+    def pulses(self) -> int:
+        """Net pulses issued: plus those in the positive, minus those in the negative direction."""
+        return self.train.stroke.position_at(self.clock.now)
+
+    @property
+    def velocity(self) -> float:
+        """Pulses per second that are being issued, negative in the negative direction."""
+        stroke = self.train.stroke
+        return stroke.direction * float(stroke.profile.rate_at(self.clock.now - stroke.start_ns))
+
+    def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
+        """The nanoseconds at which pulses were issued, from `start_ns` to before `stop_ns` (None: up to now)."""
+        return self.train.pulse_times(start_ns, self.clock.now + 1 if stop_ns is None else stop_ns)
+
+    @property
+    def encoder(self) -> EncoderView:
+        """The encoder, if the axis was given one: `encoder={"counts_per_rev": ...}`."""
+        if self._encoder is None:
+            raise UsageError(f'axis {self.name} has no encoder: add the controller with {self.name}={{"encoder": {{}}}}')
+        return self._encoder
+
+    def load(self, newton_metres: float) -> None:
+        """A torque on the shaft from outside; positive turns it in the positive direction."""
+        self._outside_torque = newton_metres
+        self._reconsider()
+
+    def jam(self, on: bool = True) -> None:
+        """A shaft that cannot turn, while pulses go on."""
+        self._jammed = on
+        self._reconsider()
+
+    # The machine
+
+    def reaches_ns(self, position: int) -> int | None:
+        """When the motor will next stand at `position`, as things are now; None: not in this stroke."""
+        stroke, now_ns = self.train.stroke, self.clock.now
+        n = (position + self._lost - stroke.origin) * stroke.direction
+        per_tooth = self._motor.pulses_per_tooth if self._motor else 1
+        for slip in self._slips:
+            if n <= slip.first:
+                break
+            if slip.last is None:
+                return None
+            n += lost_pulses([slip], slip.last, False, per_tooth)
+        at_ns = stroke.reaches_ns(stroke.origin + stroke.direction * n)
+        return at_ns if at_ns is not None and at_ns > now_ns else None
+
+    def _lost_in_stroke(self, over: bool = False) -> int:
+        if not self._slips:
+            return 0
+        stroke, now_ns = self.train.stroke, self.clock.now
+        pulses = stroke.profile.pulses_by(now_ns - stroke.start_ns)
+        per_tooth = self._motor.pulses_per_tooth if self._motor else 1
+        return lost_pulses(self._slips, pulses, over or not self.moving, per_tooth)
+
+    def _find_slips(self, elapsed_ns: int, out_of_step: bool) -> list[Slip]:
+        motor = self._motor
+        if motor is None:
+            if not self._jammed:
+                return []
+            motor = StepperMotor(torque=((0.0, 0.0),), pulses_per_rev=1, rotor_teeth=1)
+        return slips(motor, self._torque_needed, self.train.stroke.profile, elapsed_ns, out_of_step)
+
+    def _torque_needed(self, acceleration: float) -> float:
+        if self._jammed:
+            return float("inf")
+        if self._motor is None:
+            return 0.0
+        inertia = self._motor.inertia + self._load.inertia
+        outside = self._outside_torque * self.train.stroke.direction
+        return abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
+
+    def _reconsider(self) -> None:
+        """The course or the load has changed: what has happened stays, what will happen is found anew."""
+        elapsed_ns = self.clock.now - self.train.stroke.start_ns
+        pulses = self.train.stroke.profile.pulses_by(elapsed_ns)
+        past = [slip for slip in self._slips if slip.first < pulses]
+        out_of_step = bool(past) and (past[-1].last is None or past[-1].last > pulses)
+        future = self._find_slips(elapsed_ns, out_of_step)
+        if out_of_step and future:
+            past[-1].last = future.pop(0).last
+        elif out_of_step:
+            past[-1].last = pulses
+        self._slips = past + future
+        self._tell()
+
+    def _tell(self) -> None:
+        for action in self.on_motion:
+            action()

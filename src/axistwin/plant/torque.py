@@ -1,0 +1,113 @@
+"""What a stepper motor can do: the torque-speed curve, and the whole rotor teeth it loses beyond it.
+
+A rotor that is asked for more torque than the curve gives at that rate falls out of step and stands.  It falls in
+again when the rate is back within `pull_in` and the torque suffices, at one of its equilibria: they are one rotor
+tooth apart, so the position lost is a whole number of teeth.
+"""
+
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from math import pi
+
+from axistwin.motion.profile import Profile
+from axistwin.units import S
+
+
+@dataclass(frozen=True)
+class Load:
+    """What hangs on the shaft: friction `torque` in N·m against the motion, `inertia` in kg·m²."""
+
+    torque: float = 0.0
+    inertia: float = 0.0
+
+
+@dataclass(frozen=True)
+class StepperMotor:
+    """A stepper motor's data sheet.
+
+    `torque`: (pulses/s, N·m) points of the pull-out curve, straight between them, nothing beyond the last.
+    `pull_in`: the highest rate in pulses/s at which a standing rotor falls into step.  `inertia` of the rotor in kg·m².
+    """
+
+    torque: tuple[tuple[float, float], ...]
+    pull_in: float = 1000.0
+    inertia: float = 0.0
+    pulses_per_rev: int = 400
+    rotor_teeth: int = 50
+
+    @property
+    def pulses_per_tooth(self) -> int:
+        """Pulses from one equilibrium to the next."""
+        return max(1, self.pulses_per_rev // self.rotor_teeth)
+
+    def torque_at(self, rate: float) -> float:
+        """Pull-out torque in N·m at this rate in pulses/s."""
+        rates = [point[0] for point in self.torque]
+        j = bisect_left(rates, rate)
+        if j == len(rates):
+            return 0.0
+        if j == 0:
+            return self.torque[0][1]
+        (low, at_low), (high, at_high) = self.torque[j - 1], self.torque[j]
+        return at_low + (at_high - at_low) * (rate - low) / (high - low)
+
+    def to_radians(self, pulses: float) -> float:
+        """Pulses (or pulses/s, pulses/s²) as radians of the shaft."""
+        return pulses * 2 * pi / self.pulses_per_rev
+
+
+@dataclass
+class Slip:
+    """The rotor stands from pulse `first` on and falls in again at pulse `last`; None: not within this stroke."""
+
+    first: int
+    last: int | None = None
+
+
+def slips(
+    motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
+) -> list[Slip]:
+    """Where a rotor that follows `profile` falls out of step, from `elapsed_ns` on.
+
+    `needed(acceleration)`: torque in N·m at an acceleration in pulses/s².
+    """
+    found: list[Slip] = [Slip(profile.pulses_by(elapsed_ns))] if out_of_step else []
+    before = Fraction(0)
+    for j, segment in enumerate(profile.segments):
+        begins_ns = profile.starts[j] * S // profile.ticks
+        ends_ns = profile.starts[j + 1] * S // profile.ticks if j + 1 < len(profile.starts) else None
+        from_standstill = j == 0
+        acceleration = 0.0
+        if not from_standstill and segment.seconds:
+            acceleration = float((segment.rate - before) / segment.seconds)
+        before = segment.rate
+        if ends_ns is not None and ends_ns <= elapsed_ns:
+            continue
+        pulse = profile.pulses_by(max(begins_ns, elapsed_ns))
+        holds = needed(acceleration) <= motor.torque_at(float(segment.rate))
+        catches = holds and segment.rate <= motor.pull_in
+        if out_of_step and catches:
+            found[-1].last, out_of_step = pulse, False
+        elif not out_of_step and not (catches if from_standstill else holds):
+            found.append(Slip(pulse))
+            out_of_step = True
+    return found
+
+
+def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> int:
+    """How far the rotor is behind after so many pulses of the stroke."""
+    lost = 0
+    for slip in found:
+        if pulses <= slip.first:
+            break
+        if slip.last is None or pulses < slip.last:
+            standing = pulses - slip.first
+            return lost + (_whole_teeth(standing, per_tooth) if over else standing)
+        lost += _whole_teeth(slip.last - slip.first, per_tooth)
+    return lost
+
+
+def _whole_teeth(pulses: int, per_tooth: int) -> int:
+    return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth

@@ -1,0 +1,43 @@
+"""The one clock of a bench: a SimPy environment whose time is an integer number of nanoseconds.
+
+A procedure that takes time is a generator; time passes only where it yields.  Events at the same nanosecond
+happen in the order in which they were scheduled, so that two runs of the same bench are identical.
+"""
+
+from collections.abc import Callable, Generator
+from typing import Any
+
+import simpy
+from simpy.core import Infinity
+from simpy.events import Event
+
+__all__ = ["Clock", "Event", "Procedure"]
+
+Procedure = Generator[Event, Any, Any]
+"""A device procedure told top to bottom: it yields events and is resumed when they have happened."""
+
+_AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
+
+
+class Clock(simpy.Environment):
+    """Virtual time in integer nanoseconds, from 0."""
+
+    now: int  # type: ignore[assignment]  # SimPy also allows floats; here time is an integer
+
+    def run_to(self, end_ns: int) -> None:
+        """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
+        end = Event(self)
+        end._ok, end._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
+        self.schedule(end, priority=_AFTER_EVERYTHING_ELSE, delay=end_ns - self.now)  # type: ignore[arg-type]
+        self.run(until=end)
+
+    def next_event_ns(self) -> int | None:
+        """When something happens next, or None while nothing is due."""
+        due = self.peek()
+        return None if due == Infinity else int(due)
+
+    def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
+        """Do `action` once, `delay_ns` from now."""
+        event = self.timeout(delay_ns)
+        assert event.callbacks is not None
+        event.callbacks.append(lambda _: action())

@@ -1,0 +1,499 @@
+"""A serial connection as it is on the wire: frames of bits that take their time.
+
+A `Uart` is one end: a format, a transmitter with a holding register, a receiver.  A `Line` is the wire from one end's
+transmitter to the other end's receiver.  The receiver knows nothing of the sender's format: it waits for a falling
+edge and samples the middle of each bit in its *own* format, as the chip does, and so finds the parity and framing
+errors that a mismatch makes.  A `SerialPort` is the host's end of a connection, with its control lines.
+
+    idle ──┐     ┌──┬──┬──┬──┬──┬──┬──┬──┬──┐╌╌╌ idle or next start bit
+           │start│b0│b1│b2│b3│b4│b5│b6│b7│par│stop
+           └─────┴──┴──┴──┴──┴──┴──┴──┴──┴──┘
+    a character is received at the end of its first stop bit; the next one may begin after all stop bits
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from enum import Flag
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal
+
+from axistwin.sim.clock import Clock, Event
+from axistwin.sim.pins import Pin
+from axistwin.units import S, to_ns
+
+Parity = Literal["N", "E", "O", "M", "S"]
+MARK, SPACE = True, False
+
+
+class LineError(Flag):
+    """What a receiver finds wrong with a character."""
+
+    NONE = 0
+    PARITY = 1
+    FRAMING = 2
+    BREAK = 4
+
+
+@dataclass(frozen=True)
+class UartFormat:
+    """How characters are framed.  Parity in pyserial's letters: none, even, odd, mark, space."""
+
+    baudrate: int = 9600
+    bytesize: int = 8
+    parity: Parity = "N"
+    stopbits: float = 1
+
+    def __str__(self) -> str:
+        return f"{self.baudrate} {self.bytesize}{self.parity}{self.stopbits:g}"
+
+    @cached_property
+    def bit_ns(self) -> Fraction:
+        """One bit, exactly."""
+        return Fraction(S, self.baudrate)
+
+    @cached_property
+    def frame_ns(self) -> int:
+        """A whole character, from start bit to last stop bit."""
+        return round((1 + self.bytesize + (self.parity != "N") + Fraction(self.stopbits)) * self.bit_ns)
+
+    @cached_property
+    def receive_ns(self) -> int:
+        """From the falling edge of the start bit to the end of the first stop bit."""
+        return round((2 + self.bytesize + (self.parity != "N")) * self.bit_ns)
+
+    @property
+    def shape(self) -> tuple[int, int, str]:
+        """What both ends must have in common to understand each other."""
+        return self.baudrate, self.bytesize, self.parity
+
+    def parity_bit(self, byte: int) -> bool:
+        """The level of the parity bit of `byte`."""
+        if self.parity in "MS":
+            return self.parity == "M"
+        odd = byte.bit_count() % 2 == 1
+        return odd if self.parity == "E" else not odd
+
+    def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
+        """Levels of start, data and parity bits; `flipped` data bits are disturbed on the way, after the parity."""
+        byte &= (1 << self.bytesize) - 1
+        data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
+        return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
+
+    def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
+        """What a receiver in this format reads; `level_at(time since the falling edge)`.  None: a false start."""
+        middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(3 + self.bytesize)]
+        if level_at(middles[0]) is MARK:
+            return None
+        byte = sum(level_at(middles[1 + bit]) << bit for bit in range(self.bytesize))
+        errors = LineError.NONE
+        stop = middles[1 + self.bytesize]
+        if self.parity != "N":
+            if level_at(stop) is not self.parity_bit(byte):
+                errors |= LineError.PARITY
+            stop = middles[2 + self.bytesize]
+        if level_at(stop) is SPACE:
+            errors |= LineError.FRAMING
+            if byte == 0 and not any(level_at(middle) for middle in middles if middle <= stop):
+                errors |= LineError.BREAK
+        return byte, errors
+
+
+@dataclass
+class Frame:
+    """Something on the wire from `start_ns` on: the levels of equal bits, then mark."""
+
+    start_ns: int
+    bits: tuple[bool, ...]
+    bit_ns: Fraction
+    cut_ns: int | None = None  # from here on the wire is open and reads as mark
+    intact: tuple[UartFormat, int] | None = None  # what was sent, while nothing has disturbed it
+
+    def level(self, time_ns: Fraction) -> bool:
+        if time_ns < self.start_ns or (self.cut_ns is not None and time_ns >= self.cut_ns):
+            return MARK
+        bit = int((time_ns - self.start_ns) / self.bit_ns)
+        return self.bits[bit] if bit < len(self.bits) else MARK
+
+    def edges(self) -> Iterator[tuple[Fraction, bool]]:
+        """Each change of level in the frame: when, and to what."""
+        before = MARK
+        for bit, level in enumerate((*self.bits, MARK)):
+            time_ns = self.start_ns + bit * self.bit_ns
+            if self.cut_ns is not None and time_ns >= self.cut_ns:
+                if before is SPACE:
+                    yield Fraction(self.cut_ns), MARK
+                return
+            if level is not before:
+                yield time_ns, level
+                before = level
+
+
+@dataclass(frozen=True)
+class Break:
+    """Space for longer than a character."""
+
+    duration_ns: int
+
+
+@dataclass
+class _Disturbance:
+    """What happens to characters on their way."""
+
+    lost: int = 0
+    doubled: int = 0
+    flipped: int = 0
+    flip_mask: int = 0
+    cut: bool = False
+
+
+class Line:
+    """The wire from a transmitter to a receiver."""
+
+    def __init__(self, clock: Clock, receiver: "Uart", instant: bool = False) -> None:
+        self.clock, self.receiver, self.instant = clock, receiver, instant
+        self._frames: deque[Frame] = deque()
+        self._listening = True
+        self._idle_from = Fraction(0)
+        self._trouble = _Disturbance()
+
+    # Line faults, on demand
+
+    def lose(self, characters: int = 1) -> None:
+        """The next characters never arrive."""
+        self._trouble.lost += characters
+
+    def double(self, characters: int = 1) -> None:
+        """The next characters arrive twice."""
+        self._trouble.doubled += characters
+
+    def flip(self, mask: int, characters: int = 1) -> None:
+        """In the next characters the data bits in `mask` are inverted; the parity bit is not."""
+        self._trouble.flipped, self._trouble.flip_mask = characters, mask
+
+    def cut(self) -> None:
+        """The wire is open from now on, also in the middle of a character; the receiver sees mark."""
+        self._trouble.cut = True
+        if self._frames and self._frames[-1].cut_ns is None:
+            self._frames[-1].cut_ns, self._frames[-1].intact = self.clock.now, None
+
+    def mend(self) -> None:
+        """The wire is whole again."""
+        self._trouble.cut = False
+
+    # The transmitter's side
+
+    def carry(self, sent: UartFormat, item: int | Break) -> int:
+        """Put a character or a break on the wire, now.  Returns how long the wire is taken by it."""
+        if isinstance(item, Break):
+            return self._carry_break(item)
+        trouble = self._trouble
+        flips, copies = 0, 1
+        if trouble.flipped:
+            trouble.flipped -= 1
+            flips = trouble.flip_mask
+        if trouble.doubled:
+            trouble.doubled -= 1
+            copies = 2
+        if trouble.lost:
+            trouble.lost -= 1
+            copies = 0
+        if not trouble.cut:
+            for copy in range(copies):
+                self._put(sent, item, flips, 0 if self.instant else copy * sent.frame_ns)
+        return 0 if self.instant else max(copies, 1) * sent.frame_ns
+
+    def _carry_break(self, item: Break) -> int:
+        if self.instant:
+            self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
+            return 0
+        if not self._trouble.cut:
+            self._append(Frame(self.clock.now, (SPACE,), Fraction(item.duration_ns)))
+        return item.duration_ns
+
+    def _put(self, sent: UartFormat, byte: int, flips: int, delay_ns: int) -> None:
+        intact = None if flips else (sent, byte & ((1 << sent.bytesize) - 1))
+        frame = Frame(self.clock.now + delay_ns, sent.frame(byte, flips), sent.bit_ns, intact=intact)
+        if self.instant:
+            self._receive_at_once(frame)
+        elif delay_ns:
+            self.clock.call_later(delay_ns, lambda: self._append(frame))
+        else:
+            self._append(frame)
+
+    # The receiver's side
+
+    def _append(self, frame: Frame) -> None:
+        self._frames.append(frame)
+        if self._listening:
+            self._listen()
+
+    def _listen(self) -> None:
+        """Wait for the next falling edge; known already, as frames are put on the wire whole."""
+        self._listening = True
+        frames = self._frames
+        while frames and frames[0].start_ns + len(frames[0].bits) * frames[0].bit_ns < self._idle_from:
+            frames.popleft()
+        for frame in frames:
+            for edge_ns, level in frame.edges():
+                if level is SPACE and edge_ns >= self._idle_from and self._begin(frame, edge_ns):
+                    return
+        frames.clear()  # nothing in them began a character
+
+    def _begin(self, frame: Frame, edge_ns: Fraction) -> bool:
+        """A start bit, perhaps.  A receiver without a format measures its length first (automatic baud rate)."""
+        fmt = self.receiver.format or self.receiver.measure(self._low_ns(edge_ns))
+        if fmt is None:
+            return False
+        self._listening = False
+        self.clock.call_later(
+            max(0, int(edge_ns) + fmt.receive_ns - self.clock.now), lambda: self._sample(frame, edge_ns, fmt)
+        )
+        return True
+
+    def _low_ns(self, edge_ns: Fraction) -> Fraction:
+        edges = ((at, level) for frame in self._frames for at, level in frame.edges())
+        return next(at for at, level in edges if at > edge_ns and level is MARK) - edge_ns
+
+    def _sample(self, frame: Frame, edge_ns: Fraction, fmt: UartFormat) -> None:
+        """The first stop bit is over: read the character off the wire."""
+        if frame.intact and frame.start_ns == edge_ns and frame.intact[0].shape == fmt.shape:
+            character: tuple[int, LineError] | None = frame.intact[1], LineError.NONE
+        else:
+            character = fmt.decode(lambda since_ns: self._level(edge_ns + since_ns))
+        # The chip looks for the next start bit from the middle of the stop bit on.
+        self._idle_from = edge_ns + (fmt.receive_ns - fmt.bit_ns / 2)
+        if character is None:
+            self._idle_from = edge_ns + fmt.bit_ns / 2
+        self._listen()
+        if character is not None:
+            self.receiver.take(*character)
+
+    def _level(self, time_ns: Fraction) -> bool:
+        return all(frame.level(time_ns) for frame in self._frames)
+
+    def _receive_at_once(self, frame: Frame) -> None:
+        """A line that takes no time: each character is read by itself."""
+        origin = Fraction(frame.start_ns)
+        low_ns = next(at for at, level in frame.edges() if level is MARK) - origin
+        fmt = self.receiver.format or self.receiver.measure(low_ns)
+        if fmt is None:
+            return
+        if frame.intact and frame.intact[0].shape == fmt.shape:
+            self.receiver.take(frame.intact[1], LineError.NONE)
+            return
+        character = fmt.decode(lambda since_ns: frame.level(origin + since_ns))
+        if character is not None:
+            self.receiver.take(*character)
+
+
+@dataclass
+class Uart:
+    """One end of a serial connection: transmitter with a holding register, receiver, format."""
+
+    clock: Clock
+    format: UartFormat | None = field(default_factory=UartFormat)
+    on_receive: Callable[[int, LineError], None] = lambda byte, errors: None
+    on_measure: Callable[[Fraction], UartFormat | None] = lambda low_ns: None
+    """Asked for a format while `format` is None: low time of the first bits in, format to read the character with out."""
+    has_room: Callable[[], bool] = lambda: True
+    """On a line that takes no time the sender waits while the receiver has no room."""
+
+    def __post_init__(self) -> None:
+        self.line: Line | None = None  # set by `join`
+        self.queue: deque[int | Break] = deque()
+        self.sending = False
+        self._empty: Event | None = None
+        self._idle: Event | None = None
+
+    def take(self, byte: int, errors: LineError) -> None:
+        """The receiver has a character."""
+        self.on_receive(byte, errors)
+
+    def measure(self, low_ns: Fraction) -> UartFormat | None:
+        """The receiver has no format and has seen the line low for so long."""
+        return self.on_measure(low_ns)
+
+    def send(self, data: bytes) -> None:
+        """Queue characters; they leave one after the other, each in the format in force when it leaves."""
+        self.queue.extend(data)
+        self.pump()
+
+    def send_break(self, seconds: float) -> None:
+        """Hold the line at space for so long, after what is queued already."""
+        self.queue.append(Break(to_ns(seconds)))
+        self.pump()
+
+    def pump(self) -> None:
+        """Go on sending, if there is something to send and the wire is free."""
+        line, queue = self.line, self.queue
+        assert line is not None and self.format is not None
+        while queue and not self.sending:
+            if line.instant and not line.receiver.has_room():
+                return
+            taken_ns = line.carry(self.format, queue.popleft())
+            if taken_ns:
+                self.sending = True
+                self.clock.call_later(taken_ns, self._sent)
+        if self._empty is not None and not queue:
+            event, self._empty = self._empty, None
+            event.succeed()
+
+    def when_empty(self) -> Event:
+        """An event for the moment when the holding register is free; the last character may still be on its way."""
+        if self._empty is None:
+            self._empty = self.clock.event()
+        return self._empty
+
+    def when_idle(self) -> Event:
+        """An event for the moment when the last character has left."""
+        if self._idle is None:
+            self._idle = self.clock.event()
+        return self._idle
+
+    def _sent(self) -> None:
+        self.sending = False
+        self.pump()
+        if not self.sending and self._idle is not None:
+            event, self._idle = self._idle, None
+            event.succeed()
+
+
+def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
+    """Connect two ends, transmitter to receiver both ways."""
+    first.line = Line(first.clock, second, instant)
+    second.line = Line(first.clock, first, instant)
+
+
+class HostEnd:
+    """The host's end of a connection: its format and its two output lines.  Assign to change them."""
+
+    def __init__(self, clock: Clock, uart: Uart) -> None:
+        self._uart = uart
+        self.dtr_line, self.rts_line = Pin(clock, "host dtr", True), Pin(clock, "host rts", True)
+
+    @property
+    def format(self) -> UartFormat:
+        """Baud rate, data bits, parity and stop bits together."""
+        assert self._uart.format is not None
+        return self._uart.format
+
+    @format.setter
+    def format(self, value: UartFormat) -> None:
+        self._uart.format = value
+
+    @property
+    def baudrate(self) -> int:
+        """Bits per second."""
+        return self.format.baudrate
+
+    @baudrate.setter
+    def baudrate(self, value: int) -> None:
+        self.format = replace(self.format, baudrate=value)
+
+    @property
+    def bytesize(self) -> int:
+        """Data bits: 5 to 8."""
+        return self.format.bytesize
+
+    @bytesize.setter
+    def bytesize(self, value: int) -> None:
+        self.format = replace(self.format, bytesize=value)
+
+    @property
+    def parity(self) -> Parity:
+        """pyserial's letters: N, E, O, M, S."""
+        return self.format.parity
+
+    @parity.setter
+    def parity(self, value: Parity) -> None:
+        self.format = replace(self.format, parity=value)
+
+    @property
+    def stopbits(self) -> float:
+        """1, 1.5 or 2."""
+        return self.format.stopbits
+
+    @stopbits.setter
+    def stopbits(self, value: float) -> None:
+        self.format = replace(self.format, stopbits=value)
+
+    @property
+    def dtr(self) -> bool:
+        """Data terminal ready, to the device's DSR."""
+        return self.dtr_line.level
+
+    @dtr.setter
+    def dtr(self, on: bool) -> None:
+        self.dtr_line.set(on)
+
+    @property
+    def rts(self) -> bool:
+        """Request to send, to the device's CTS."""
+        return self.rts_line.level
+
+    @rts.setter
+    def rts(self, on: bool) -> None:
+        self.rts_line.set(on)
+
+
+class SerialPort:
+    """What a host sees of a serial connection."""
+
+    def __init__(
+        self, clock: Clock, device: Uart, dtr: Pin, rts: Pin, *, line: UartFormat, instant: bool = False
+    ) -> None:
+        self._uart = Uart(clock, line, on_receive=self._received)
+        join(self._uart, device, instant=instant)
+        self.host = HostEnd(clock, self._uart)
+        self.dtr_line, self.rts_line = dtr, rts
+        self._received_bytes = bytearray()
+        self._hearers: list[Callable[[int, LineError], None]] = []
+        assert self._uart.line is not None and device.line is not None
+        self.to_device: Line = self._uart.line
+        self.from_device: Line = device.line
+
+    def write(self, data: bytes) -> None:
+        """Queue what the host transmits.  Handshake lines do not hold it back: a host's pacing is its own affair."""
+        self._uart.send(data)
+
+    def read(self) -> bytes:
+        """Everything the host has received and not yet read."""
+        data = bytes(self._received_bytes)
+        self._received_bytes.clear()
+        return data
+
+    def send_break(self, seconds: float = 0.25) -> None:
+        """Hold the host's transmit line at space for so long."""
+        self._uart.send_break(seconds)
+
+    @property
+    def pending(self) -> int:
+        """Characters queued by `write` that have not left yet."""
+        return len(self._uart.queue)
+
+    @property
+    def instant(self) -> bool:
+        """Whether characters take no time on this connection."""
+        return self.to_device.instant
+
+    @property
+    def dtr(self) -> bool:
+        """The device's data terminal ready."""
+        return self.dtr_line.level
+
+    @property
+    def rts(self) -> bool:
+        """The device's request to send."""
+        return self.rts_line.level
+
+    def hear(self, hearer: Callable[[int, LineError], None]) -> Callable[[], None]:
+        """Call `hearer(byte, errors)` for each character the host receives.  Returns what ends the hearing."""
+        self._hearers.append(hearer)
+        return lambda: self._hearers.remove(hearer)
+
+    def _received(self, byte: int, errors: LineError) -> None:
+        self._received_bytes.append(byte)
+        for hearer in tuple(self._hearers):
+            hearer(byte, errors)

@@ -1,0 +1,48 @@
+"""Non-volatile memory: contents that are there when the power comes back."""
+
+import os
+from pathlib import Path
+
+
+class MemoryStore:
+    """Kept as long as the bench."""
+
+    def __init__(self) -> None:
+        self._contents: bytes | None = None
+
+    def load(self) -> bytes | None:
+        """What was saved last."""
+        return self._contents
+
+    def save(self, contents: bytes) -> None:
+        """Keep this."""
+        self._contents = contents
+
+
+class FileStore:
+    """Kept in a file, which a crash at any moment leaves with the old or the new contents, never a mixture."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def load(self) -> bytes | None:
+        """The file's contents; None: there is no file yet."""
+        try:
+            return self.path.read_bytes()
+        except FileNotFoundError:
+            return None
+
+    def save(self, contents: bytes) -> None:
+        """Write a new file beside the old one, make sure it is on the disk, and let it take the old one's place."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        beside = self.path.with_name(self.path.name + ".new")
+        with beside.open("wb") as file:
+            file.write(contents)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(beside, self.path)
+        directory = os.open(self.path.parent, os.O_RDONLY)
+        try:
+            os.fsync(directory)
+        finally:
+            os.close(directory)
