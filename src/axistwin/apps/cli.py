@@ -1,0 +1,83 @@
+"""The command line: `axistwin COMMAND`.  A command's module is imported when the command is asked for.
+
+Results go to stdout, words for people to stderr.  Exit codes: 0 done, 1 the thing asked about has errors, 2 wrong
+usage, 130 interrupted.
+"""
+
+import os
+import sys
+from importlib import import_module
+from typing import Any
+
+import click
+
+from axistwin import __version__
+from axistwin.errors import AxistwinError, LinkError, UsageError
+
+COMMANDS = {
+    "demo": "A short session that needs nothing but the package.",
+    "serve": "Put controllers on real ports: TCP, pty, RFC2217, serial.",
+    "run": "Run a program or a conversation at full speed.",
+    "check": "Find what is wrong with a program.",
+    "commands": "List every command of a model.",
+    "term": "An interactive terminal on a virtual or a real controller.",
+}
+"""Each is the click command of that name in the module `axistwin.apps.<name>`."""
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands by name, and imports the one that is used."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        """In the order in which people meet them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        """Import the command, or None if there is none of this name."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = getattr(import_module(f"axistwin.apps.{cmd_name}"), cmd_name)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
+        """The list of commands, without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, "--version", prog_name="axistwin")
+def axistwin() -> None:
+    """Legacy motion controllers without the hardware.
+
+    \b
+    axistwin demo                      see it work
+    axistwin serve if1 --tcp :5001     an IF1 for your host program
+    axistwin run if1 moves.if1         what would these lines do?
+    """
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """The program `axistwin`."""
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: list[str] | None) -> int:
+    try:
+        result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.Abort:  # what click makes of Ctrl-C
+        return 130
+    except KeyboardInterrupt:
+        return 130
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except BrokenPipeError:
+        # Whoever read the output has gone.  Python would complain when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except AxistwinError as error:
+        print(f"axistwin: {error}", file=sys.stderr)
+        return 2 if isinstance(error, UsageError | LinkError) else 1
+    return result if isinstance(result, int) else 0
