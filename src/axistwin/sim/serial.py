@@ -450,12 +450,15 @@ class SerialPort:
         self.dtr_line, self.rts_line = dtr, rts
         self._received_bytes = bytearray()
         self._hearers: list[Callable[[int, LineError], None]] = []
+        self._listeners: list[Callable[[bytes], None]] = []
         assert self._uart.line is not None and device.line is not None
         self.to_device: Line = self._uart.line
         self.from_device: Line = device.line
 
     def write(self, data: bytes) -> None:
         """Queue what the host transmits.  Handshake lines do not hold it back: a host's pacing is its own affair."""
+        for listener in tuple(self._listeners):
+            listener(data)
         self._uart.send(data)
 
     def read(self) -> bytes:
@@ -492,6 +495,11 @@ class SerialPort:
         """Call `hearer(byte, errors)` for each character the host receives.  Returns what ends the hearing."""
         self._hearers.append(hearer)
         return lambda: self._hearers.remove(hearer)
+
+    def listen(self, listener: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `listener(data)` with what the host writes, when it is queued.  Returns what ends the listening."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
 
     def _received(self, byte: int, errors: LineError) -> None:
         self._received_bytes.append(byte)
