@@ -33,6 +33,16 @@ class Pin:
             return (self.clock.now - self._flash_from) // self._flash_ns % 2 == 0
         return self._source
 
+    @property
+    def driven(self) -> bool:
+        """Whether it is forced from outside."""
+        return self._driven is not None
+
+    @property
+    def flashing(self) -> bool:
+        """Whether its output stage flashes."""
+        return self._flash_ns != 0
+
     def drive(self, level: bool) -> None:
         """Force the terminal from outside, whatever is connected to it."""
         before, self._driven = self.level, bool(level)
