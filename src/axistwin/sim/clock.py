@@ -9,9 +9,9 @@ from typing import Any
 
 import simpy
 from simpy.core import Infinity
-from simpy.events import Event
+from simpy.events import Event, Process
 
-__all__ = ["Clock", "Event", "Procedure"]
+__all__ = ["Clock", "Event", "Procedure", "Process", "kill"]
 
 Procedure = Generator[Event, Any, Any]
 """A device procedure told top to bottom: it yields events and is resumed when they have happened."""
@@ -41,3 +41,13 @@ class Clock(simpy.Environment):
         event = self.timeout(delay_ns)
         assert event.callbacks is not None
         event.callbacks.append(lambda _: action())
+
+
+def kill(process: Process) -> None:
+    """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run."""
+    if not process.is_alive:
+        return
+    callbacks = process.target.callbacks
+    if callbacks is not None and process._resume in callbacks:
+        callbacks.remove(process._resume)
+    process._generator.close()

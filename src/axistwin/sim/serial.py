@@ -300,8 +300,12 @@ class Uart:
     has_room: Callable[[], bool] = lambda: True
     """On a line that takes no time the sender waits while the receiver has no room."""
 
+    on_idle: Callable[[], None] = lambda: None
+    """Called when the last character given has left."""
+
     def __post_init__(self) -> None:
         self.line: Line | None = None  # set by `join`
+        self.peer: Uart | None = None
         self.queue: deque[int | Break] = deque()
         self.sending = False
         self._empty: Event | None = None
@@ -328,8 +332,8 @@ class Uart:
     def pump(self) -> None:
         """Go on sending, if there is something to send and the wire is free."""
         line, queue = self.line, self.queue
-        assert line is not None and self.format is not None
         while queue and not self.sending:
+            assert line is not None and self.format is not None
             if line.instant and not line.receiver.has_room():
                 return
             taken_ns = line.carry(self.format, queue.popleft())
@@ -339,6 +343,16 @@ class Uart:
         if self._empty is not None and not queue:
             event, self._empty = self._empty, None
             event.succeed()
+
+    def pump_peer(self) -> None:
+        """There is room again: on a line that takes no time the other end may go on."""
+        if self.peer is not None and self.peer.queue:
+            self.peer.pump()
+
+    @property
+    def instant(self) -> bool:
+        """Whether characters take no time on this connection."""
+        return self.line is not None and self.line.instant
 
     def when_empty(self) -> Event:
         """An event for the moment when the holding register is free; the last character may still be on its way."""
@@ -355,7 +369,10 @@ class Uart:
     def _sent(self) -> None:
         self.sending = False
         self.pump()
-        if not self.sending and self._idle is not None:
+        if self.sending:
+            return
+        self.on_idle()
+        if self._idle is not None:
             event, self._idle = self._idle, None
             event.succeed()
 
@@ -364,6 +381,7 @@ def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
     """Connect two ends, transmitter to receiver both ways."""
     first.line = Line(first.clock, second, instant)
     second.line = Line(first.clock, first, instant)
+    first.peer, second.peer = second, first
 
 
 class HostEnd:

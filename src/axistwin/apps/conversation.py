@@ -1,0 +1,199 @@
+r"""A conversation: one text format for recordings, golden tests and replay.  One line, one act.
+
+    ; comment                     + 0.25   time passes, in seconds
+    > U61\r                       the host says
+    < U\r                         the controller says
+    ! input1 high                 somebody at the machine does something
+    = X.position 1000             something must be so
+
+With several controllers on the bench a line begins with the name of the one that is meant: `left: > X100$\r`.
+What each act means when it is played is told in `docs/conversations.md`; `apps/player.py` does it.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from decimal import Decimal
+from pathlib import Path
+
+from axistwin.apps.visible import CHARACTERS, Codec
+from axistwin.errors import ProgramError
+from axistwin.units import S
+
+_LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
+_HEADER = re.compile(r"(?P<key>model|options|line|patience):\s*(?P<value>.*)")
+
+
+@dataclass(frozen=True)
+class Act:
+    """One line.  `line` is its number in the file, `controller` the name it begins with, if any."""
+
+    line: int = field(default=0, kw_only=True, compare=False)
+    controller: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Comment(Act):
+    """Words for the reader."""
+
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Wait(Act):
+    """Time passes."""
+
+    ns: int
+
+
+@dataclass(frozen=True)
+class Say(Act):
+    """The host transmits."""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Hear(Act):
+    """The host receives.  No data: it has received nothing that was not told."""
+
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Do(Act):
+    """Somebody at the machine: a pin driven or released, the power switched."""
+
+    target: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Expect(Act):
+    """What a pin, an axis or the clock must show."""
+
+    subject: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Conversation:
+    """Acts in order; `file` is where they stand, for messages."""
+
+    acts: tuple[Act, ...]
+    file: str = ""
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """What its first comments say about the bench it is for: `; model: if1`, `; options: …`, `; line: …`."""
+        found: dict[str, str] = {}
+        for act in self.acts:
+            if not isinstance(act, Comment):
+                break
+            if header := _HEADER.fullmatch(act.text):
+                found[header["key"]] = header["value"].strip()
+        return found
+
+
+def load(path: Path, codec: Codec = CHARACTERS) -> Conversation:
+    """Read a conversation from a file."""
+    try:
+        return parse(path.read_text(encoding="utf-8"), str(path), codec)
+    except OSError as error:
+        raise ProgramError(f"cannot be read: {error.strerror}", file=str(path)) from None
+    except UnicodeDecodeError:
+        raise ProgramError("is not a text file in UTF-8", file=str(path)) from None
+
+
+def parse(text: str, file: str = "", codec: Codec = CHARACTERS) -> Conversation:
+    """Read a conversation.  Raises ProgramError with file, line and column."""
+    lines = enumerate(text.splitlines(), start=1)
+    return Conversation(tuple(_act(line, number, file, codec) for number, line in lines if line.strip()), file)
+
+
+def write(conversation: Iterable[Act], codec: Codec = CHARACTERS) -> str:
+    """The acts as text, one line each."""
+    return "".join(f"{_written(act, codec)}\n" for act in conversation)
+
+
+def seconds(ns: int) -> str:
+    """Nanoseconds as seconds in plain decimals, without losing any."""
+    return f"{Decimal(ns) / S:f}"
+
+
+def _act(line: str, number: int, file: str, codec: Codec) -> Act:
+    found = _LINE.fullmatch(line.strip())
+    indent = len(line) - len(line.lstrip())
+    if not found:
+        raise ProgramError(
+            "a line begins with ; + > < ! or =, or with a controller's name and a colon before that",
+            file=file, line=number, column=indent + 1,
+        )  # fmt: skip
+    rest = found["rest"].strip()
+    column = indent + len(found[0]) - len(found["rest"].lstrip())
+    try:
+        return _READERS[found["mark"]](rest, codec, number, found["name"] or "")
+    except ProgramError as error:
+        raise ProgramError(error.message, file=file, line=number, column=column + (error.column or 1)) from None
+
+
+def _comment(text: str, _codec: Codec, line: int, controller: str) -> Act:
+    return Comment(text, line=line, controller=controller)
+
+
+def _wait(text: str, _codec: Codec, line: int, controller: str) -> Act:
+    number = _without_comment(text)
+    if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", number):
+        raise ProgramError(f"{number!r} is no time: write seconds, like +0.25")
+    return Wait(round(Decimal(number) * S), line=line, controller=controller)
+
+
+def _say(text: str, codec: Codec, line: int, controller: str) -> Act:
+    return Say(codec.read(text), line=line, controller=controller)
+
+
+def _hear(text: str, codec: Codec, line: int, controller: str) -> Act:
+    return Hear(codec.read(text), line=line, controller=controller)
+
+
+def _do(text: str, _codec: Codec, line: int, controller: str) -> Act:
+    target, value = _name_and_value(text, "! input1 high")
+    return Do(target, value, line=line, controller=controller)
+
+
+def _expect(text: str, _codec: Codec, line: int, controller: str) -> Act:
+    subject, value = _name_and_value(text, "= X.position 1000")
+    return Expect(subject, value, line=line, controller=controller)
+
+
+_READERS = {";": _comment, "+": _wait, ">": _say, "<": _hear, "!": _do, "=": _expect}
+
+
+def _name_and_value(text: str, example: str) -> tuple[str, str]:
+    name, _, value = _without_comment(text).partition(" ")
+    if not value.strip():
+        raise ProgramError(f"a name and a value are wanted, like {example!r}", column=len(name) + 1)
+    return name, value.strip()
+
+
+def _without_comment(text: str) -> str:
+    """Behind times, levels and values there may be a comment; behind characters not, they could be meant."""
+    return text.partition(";")[0].strip()
+
+
+def _written(act: Act, codec: Codec) -> str:
+    name = f"{act.controller}: " if act.controller else ""
+    match act:
+        case Comment():
+            return f"{name}; {act.text}".rstrip()
+        case Wait():
+            return f"{name}+{seconds(act.ns)}"
+        case Say():
+            return f"{name}> {codec.show(act.data)}"
+        case Hear():
+            return f"{name}< {codec.show(act.data)}".rstrip()
+        case Do():
+            return f"{name}! {act.target} {act.value}"
+        case Expect():
+            return f"{name}= {act.subject} {act.value}"
+    raise AssertionError(act)

@@ -1,0 +1,121 @@
+"""What a conversation can do to a controller and ask of it, by the names people use."""
+
+from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
+from functools import partial
+
+from axistwin.bench import Bench, Controller, line_format
+from axistwin.errors import ProgramError, UsageError
+from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.serial import UartFormat
+from axistwin.units import S
+
+LEVELS = {"high": True, "on": True, "low": False, "off": False}
+ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
+
+Value = bool | int | float | Decimal
+
+
+def level_name(level: bool) -> str:
+    """How a level is written."""
+    return "high" if level else "low"
+
+
+def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    """What `! target value` does, when called.  Raises ProgramError if there is no such thing."""
+    if target in controller.pins:
+        pin = controller.pins[target]
+        return pin.release if value == "release" else partial(pin.drive, _level(value, "release"))
+    axis, _, what = target.partition(".")
+    if axis in controller.axes and what in ("jam", "load", "push"):
+        return _axis_action(controller.axes[axis], what, value)
+    port = controller.serial
+    match target:
+        case "power":
+            return partial(controller.power, _level(value))
+        case "dtr":
+            return partial(port.host.dtr_line.set, _level(value))
+        case "rts":
+            return partial(port.host.rts_line.set, _level(value))
+        case "break":
+            return partial(port.send_break, float(_number(value)))
+        case "line":
+            return partial(setattr, port.host, "format", _line(value, controller))
+    others = ("power", "dtr", "rts", "break", "line", "AXIS.jam", "AXIS.load", "AXIS.push")
+    raise ProgramError(f"nothing called {target!r} here: there are {', '.join((*controller.pins, *others))}")
+
+
+def question(bench: Bench, controller: Controller, subject: str) -> Callable[[], Value]:
+    """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
+    if subject == "clock":
+        return lambda: Decimal(bench.now) / S
+    if subject in controller.pins:
+        return lambda: controller.pins[subject].level
+    if subject in ("dtr", "rts"):
+        return lambda: bool(getattr(controller.serial, subject))
+    name, _, attribute = subject.partition(".")
+    if name in controller.axes and attribute in ATTRIBUTES:
+        return _axis_question(controller.axes[name], attribute)
+    axes = (f"{name}.{attribute}" for name in controller.axes for attribute in ATTRIBUTES)
+    raise ProgramError(
+        f"nothing called {subject!r} here: there are {', '.join(('clock', *controller.pins, 'dtr', 'rts', *axes))}"
+    )
+
+
+def agrees(value: Value, wanted: str) -> bool:
+    """Whether a value is what is wanted: a level, a whole number, or a number to as many decimals as are written."""
+    if isinstance(value, bool):
+        return value is _level(wanted)
+    number = _number(wanted)
+    return round(Decimal(value), _decimals(number)) == number
+
+
+def shown(value: Value) -> str:
+    """A value as it would be written in a conversation."""
+    if isinstance(value, bool):
+        return level_name(value)
+    return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
+
+
+def _axis_action(axis: StepperAxis, what: str, value: str) -> Callable[[], object]:
+    if what == "jam":
+        return partial(axis.jam, _level(value))
+    if what == "load":
+        return partial(axis.load, float(_number(value)))
+    return partial(axis.encoder.displace, int(_number(value)))
+
+
+def _axis_question(axis: StepperAxis, attribute: str) -> Callable[[], Value]:
+    if attribute == "encoder":
+        return partial(getattr, axis.encoder, "count")
+    return partial(getattr, axis, attribute)
+
+
+def _level(value: str, *others: str) -> bool:
+    try:
+        return LEVELS[value]
+    except KeyError:
+        raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, *others))}") from None
+
+
+def _number(text: str) -> Decimal:
+    try:
+        number = Decimal(text)
+    except InvalidOperation:
+        raise ProgramError(f"{text!r} is no number") from None
+    if not number.is_finite():
+        raise ProgramError(f"{text!r} is no number")
+    return number
+
+
+def _decimals(number: Decimal) -> int:
+    exponent = number.as_tuple().exponent
+    assert isinstance(exponent, int), "finite, as _number has seen to"
+    return max(0, -exponent)
+
+
+def _line(text: str, controller: Controller) -> UartFormat:
+    try:
+        return line_format(text, controller.serial.host.format)[0]
+    except UsageError as error:
+        raise ProgramError(str(error)) from None

@@ -1,0 +1,162 @@
+"""Plays a conversation with the controllers on a bench, in virtual time, up to the first difference.
+
+The one rule about time: it passes in `+`, and in `<` until the last of its characters has been received, and not a
+nanosecond longer.  So a `<` need not say when, and a `= clock` behind it says exactly when.
+"""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from itertools import takewhile
+
+from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
+from axistwin.apps.machine import Value, action, agrees, question, shown
+from axistwin.apps.visible import CHARACTERS, Codec
+from axistwin.bench import Bench, Controller
+from axistwin.errors import PlacedError, ProgramError, UsageError
+from axistwin.sim.serial import LineError
+from axistwin.units import S, to_seconds
+
+PATIENCE_S = 10.0
+"""How long a `<` waits for its next character unless the conversation says otherwise: `; patience: 60`."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first thing that was not as the conversation has it."""
+
+    file: str
+    line: int
+    time_ns: int
+    what: str
+    expected: str
+    got: str
+
+    def __str__(self) -> str:
+        """Place, time, and both versions with a caret under the first character that differs."""
+        place = f"{self.file}:{self.line}" if self.file else f"line {self.line}"
+        alike = takewhile(lambda pair: pair[0] == pair[1], zip(self.expected, self.got, strict=False))
+        caret = " " * len(list(alike)) + "^"
+        return (
+            f"{place}: at {self.time_ns / S:.9f} s {self.what}\n"
+            f"  expected  {self.expected or '(nothing)'}\n  got       {self.got or '(nothing)'}\n            {caret}"
+        )
+
+
+Played = Callable[[], object]
+"""Does an act; what it returns is a Difference or means nothing."""
+
+
+def play(conversation: Conversation, bench: Bench, codec: Codec = CHARACTERS) -> Difference | None:
+    """Do what the conversation says; returns the first difference, None if there is none.
+
+    Raises ProgramError, before anything is done, if it names what the bench does not have.
+    """
+    with ExitStack() as stack:
+        player = _Player(conversation, bench, codec)
+        player.listen(stack)
+        for act in [player.prepare(act) for act in conversation.acts]:
+            if isinstance(difference := act(), Difference):
+                return difference
+        return player.nothing_left()
+
+
+class _Player:
+    def __init__(self, conversation: Conversation, bench: Bench, codec: Codec) -> None:
+        self.conversation, self.bench, self.codec = conversation, bench, codec
+        self.heard: dict[str, bytearray] = {name: bytearray() for name in bench.controllers}
+        self.patience_s = self._patience()
+
+    def listen(self, stack: ExitStack) -> None:
+        for name in self.heard:
+            stack.callback(self.bench[name].serial.hear(partial(self._heard, name)))
+
+    def _heard(self, name: str, byte: int, _: LineError) -> None:
+        self.heard[name].append(byte)
+
+    def prepare(self, act: Act) -> Played:
+        """The act as something to call; whatever is wrong with it is found here."""
+        try:
+            return self._played(act)
+        except (PlacedError, UsageError) as error:
+            raise ProgramError(str(error), file=self.conversation.file, line=act.line) from None
+
+    def _played(self, act: Act) -> Played:
+        match act:
+            case Comment():
+                return lambda: None
+            case Wait():
+                return partial(self._wait, act.ns)
+            case Say():
+                return partial(self._controller(act).serial.write, act.data)
+            case Hear():
+                return partial(self._hear, act, self._controller(act))
+            case Do():
+                return action(self._controller(act), act.target, act.value)
+            case Expect():
+                look = question(self.bench, self._controller(act), act.subject)
+                agrees(look(), act.value)
+                return lambda: self._expect(act, look())
+        raise AssertionError(act)
+
+    def _controller(self, act: Act) -> Controller:
+        if act.controller or len(self.bench.controllers) == 1:
+            return self.bench[act.controller or next(iter(self.bench.controllers))]
+        names = ", ".join(self.bench.controllers)
+        raise ProgramError(f"which controller? Begin the line with its name and a colon: there are {names}")
+
+    def _patience(self) -> float:
+        text = self.conversation.headers.get("patience", str(PATIENCE_S))
+        try:
+            return float(text)
+        except ValueError:
+            raise ProgramError(f"patience {text!r} is no number of seconds", file=self.conversation.file) from None
+
+    def _wait(self, ns: int) -> None:
+        self.bench.clock.run_to(self.bench.now + ns)
+
+    def _hear(self, act: Hear, controller: Controller) -> Difference | None:
+        heard = self.heard[controller.name]
+        if not act.data:
+            return self._unexpected(act.line, heard) if heard else None
+        while len(heard) < len(act.data) and act.data.startswith(heard):
+            if not self._more(heard, self.patience_s):
+                what = f"nothing more has come for {self.patience_s:g} s"
+                return self._difference(act.line, what, act.data, bytes(heard))
+        if not heard.startswith(act.data):
+            return self._something_else(act, controller, heard)
+        del heard[: len(act.data)]
+        return None
+
+    def _more(self, heard: bytearray, seconds: float) -> bool:
+        before = len(heard)
+        return self.bench.run_until(lambda: len(heard) > before, seconds)
+
+    def _something_else(self, act: Hear, controller: Controller, heard: bytearray) -> Difference:
+        """The wrong character has come; let it finish its words, so that one can see what it meant."""
+        now_ns = self.bench.now
+        pause_s = to_seconds(3 * controller.serial.host.format.frame_ns)
+        while len(heard) < len(act.data) + 32 and self._more(heard, pause_s):
+            pass
+        return self._difference(act.line, "the controller says something else", act.data, bytes(heard), now_ns)
+
+    def _unexpected(self, line: int, heard: bytearray) -> Difference:
+        return self._difference(line, "the controller has said what nobody expected", b"", bytes(heard))
+
+    def nothing_left(self) -> Difference | None:
+        """At the end everything that was received must have been told."""
+        last = self.conversation.acts[-1].line if self.conversation.acts else 0
+        return next((self._unexpected(last, heard) for heard in self.heard.values() if heard), None)
+
+    def _expect(self, act: Expect, value: Value) -> Difference | None:
+        if agrees(value, act.value):
+            return None
+        return Difference(
+            self.conversation.file, act.line, self.bench.now, f"{act.subject} is different", act.value, shown(value)
+        )
+
+    def _difference(self, line: int, what: str, expected: bytes, got: bytes, time_ns: int | None = None) -> Difference:
+        at_ns = self.bench.now if time_ns is None else time_ns
+        show = self.codec.show
+        return Difference(self.conversation.file, line, at_ns, what, show(expected), show(got))

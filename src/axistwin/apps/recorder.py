@@ -1,0 +1,134 @@
+"""Records a conversation while it happens, so that it can be played again and must be the same to the nanosecond.
+
+Behind each thing the controller says stands the time at which its last character had come (`= clock`).
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, seconds
+from axistwin.apps.events import Changed, Event, Heard, Said, observing
+from axistwin.apps.machine import level_name
+from axistwin.bench import Bench, line_format
+from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.serial import UartFormat
+from axistwin.units import S
+
+PAUSE_NS = 1 * S
+"""A silence longer than this inside something said makes two things of it, and is told before the second."""
+
+
+def _axes(bench: Bench) -> Iterator[tuple[str, str, StepperAxis]]:
+    for name, controller in bench.controllers.items():
+        for axis, motor in controller.axes.items():
+            yield name, axis, motor
+
+
+class Recorder:
+    """The acts so far.  Everything at once, so it grows with what is said."""
+
+    def __init__(self, bench: Bench, headers: Mapping[str, str]) -> None:
+        self.bench = bench
+        self.acts: list[Act] = [Comment(f"{key}: {value}") for key, value in headers.items()]
+        self._told_ns = 0  # the acts so far have brought a player to here
+        self._speaker = ""
+        self._words = bytearray()
+        self._last_ns = 0
+        self._forced: set[tuple[str, str]] = set()
+        self._formats: dict[str, UartFormat] = {
+            name: line_format(headers.get("line"), controller.product.line)[0]
+            for name, controller in bench.controllers.items()
+        }
+        self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
+
+    def take(self, event: Event) -> None:
+        """Something has happened."""
+        match event:
+            case Heard():
+                self._heard(event)
+            case Said():
+                self._told()
+                self._wait_until(event.time_ns)
+                self._note_format(event.controller)
+                self._add(Say(event.data, controller=self._name(event.controller)))
+            case Changed():
+                self._changed(event)
+
+    def finish(self) -> None:
+        """Tell the end: the time, and where the axes stand that have moved."""
+        self._told()
+        self._wait_until(self.bench.now)
+        for name, axis, motor in _axes(self.bench):
+            if motor.position != self._began_at[name, axis]:
+                self._add(Expect(f"{axis}.position", str(motor.position), controller=self._name(name)))
+
+    def conversation(self) -> Conversation:
+        """What has been recorded."""
+        return Conversation(tuple(self.acts))
+
+    def _heard(self, event: Heard) -> None:
+        """Characters are one act as long as they are one message: up to its terminator."""
+        ended = self._words[-1:] in (b"\r", b"\n") and event.data != b"\n"
+        if event.controller != self._speaker or ended or event.time_ns - self._last_ns > PAUSE_NS:
+            self._told()
+            self._pass_silence(event.time_ns)
+        self._speaker = event.controller
+        self._words += event.data
+        self._last_ns = event.time_ns
+
+    def _told(self) -> None:
+        """What the controller has said until here is an act."""
+        if self._words:
+            name = self._name(self._speaker)
+            self._add(Hear(bytes(self._words), controller=name))
+            self._add(Expect("clock", seconds(self._last_ns), controller=""))
+            self._words.clear()
+            self._told_ns = self._last_ns
+
+    def _changed(self, event: Changed) -> None:
+        """What somebody does to a terminal is an act, what the controller does to it is not."""
+        key = event.controller, event.pin
+        released = key in self._forced and not event.driven
+        if event.driven:
+            self._forced.add(key)
+        self._forced -= {key} if released else set()
+        if event.driven or released or event.pin.startswith("host."):
+            self._told()
+            self._wait_until(event.time_ns)
+            value = "release" if released else level_name(event.level)
+            self._add(Do(event.pin.removeprefix("host."), value, controller=self._name(event.controller)))
+
+    def _note_format(self, name: str) -> None:
+        present = self.bench[name].serial.host.format
+        if present != self._formats[name]:
+            self._formats[name] = present
+            self._add(Do("line", str(present), controller=self._name(name)))
+
+    def _pass_silence(self, until_ns: int) -> None:
+        """A player waits for the controller, but not for ever: most of a long silence is told."""
+        whole_ns = (until_ns - self._told_ns - PAUSE_NS) // S * S
+        if whole_ns > 0:
+            self._wait_until(self._told_ns + whole_ns)
+
+    def _wait_until(self, time_ns: int) -> None:
+        if time_ns > self._told_ns:
+            self._add(Wait(time_ns - self._told_ns))
+            self._told_ns = time_ns
+
+    def _name(self, controller: str) -> str:
+        return controller if len(self.bench.controllers) > 1 else ""
+
+    def _add(self, act: Act) -> None:
+        self.acts.append(act)
+
+
+@contextmanager
+def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterator[Recorder]:
+    """Record what happens on the bench meanwhile.  `headers`: the conversation's first comments."""
+    if headers is None:
+        models = [controller.product.model for controller in bench.controllers.values()]
+        headers = {"model": models[0]} if len(models) == 1 else {}
+    recorder = Recorder(bench, headers)
+    with observing(bench, recorder.take):
+        yield recorder
+    recorder.finish()

@@ -1,0 +1,5 @@
+"""Digiplan IF1 and IF2: RS232 stepper motor interfaces of 1986."""
+
+from axistwin.controllers.digiplan.card import PRODUCTS
+
+__all__ = ["PRODUCTS"]

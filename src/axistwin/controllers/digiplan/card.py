@@ -1,0 +1,94 @@
+"""The card itself: its terminals and its plug, which are there with and without power (chapter Installation)."""
+
+from collections.abc import Mapping
+
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.faults import DRIVES, LIMITS
+from axistwin.controllers.digiplan.interface import Interface
+from axistwin.controllers.digiplan.options import Options
+from axistwin.controllers.product import Product, PulseAxis, Store
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin, connect
+from axistwin.sim.serial import Uart, UartFormat
+
+OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
+INPUTS = ("input1", "input2", "input3")
+CLOSED = ("estop", *LIMITS, *DRIVES)
+"""Terminals through which current flows on a bare card: closed switches, fault links fitted."""
+
+
+class NoBattery:
+    """The IF1's memory, which keeps nothing."""
+
+    def load(self) -> bytes | None:
+        """Nothing is ever there."""
+        return None
+
+    def save(self, contents: bytes) -> None:
+        """Nothing is kept."""
+
+
+class Card:
+    """An IF1 or IF2 as it lies on the bench.
+
+    `dtr rts` are its outputs, `dsr cts` the terminals where a host's lines arrive; what the interface sees at DSR and
+    CTS depends on the `wiring`.
+    """
+
+    def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> None:
+        self.clock, self.axes, self.options, self.store = clock, axes, options, store
+        low = {name: Pin(clock, name) for name in (*INPUTS, *OUTPUTS, "led")}
+        self.pins = {**low, **{name: Pin(clock, name, level=True) for name in CLOSED}}
+        self.uart = Uart(clock, format=None)
+        self.dtr, self.rts, self.dsr, self.cts = (Pin(clock, name) for name in ("dtr", "rts", "dsr", "cts"))
+        self._seen = _Wiring(self, options.wiring)
+        if options.fault_output:
+            connect(self.pins["led"], self.pins["output5"])
+        self._interface: Interface | None = None
+
+    def power(self, on: bool) -> None:
+        """Switch it on or off."""
+        if on and self._interface is None:
+            self._interface = Interface(
+                self.clock, self.uart, self._seen, self.pins, self.axes, self.options, self.store
+            )
+        elif not on and self._interface is not None:
+            self._interface.power_off()
+            self._interface = None
+            self.uart.format, self.uart.on_measure = None, lambda low_ns: None
+            for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
+                pin.set(False)
+
+
+class _Wiring:
+    """What the interface finds at its control lines."""
+
+    def __init__(self, card: Card, wiring: str) -> None:
+        self.dtr, self.rts, self.dsr, self.cts = card.dtr, card.rts, card.dsr, card.cts
+        if wiring != "5-wire":
+            self.dsr, self.cts = Pin(card.clock, "dsr"), Pin(card.clock, "cts")
+            connect(card.dtr if wiring == "3-wire DSR-DTR" else card.rts, self.dsr)
+            connect(card.rts, self.cts)
+
+
+def _if1(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> Card:
+    return Card(clock, axes, options, NoBattery())
+
+
+def _product(model: str, title: str, build: type[Card] | object) -> Product:
+    return Product(
+        model=model,
+        title=title,
+        commands=COMMANDS,
+        axes=("X", "Y", "Z"),
+        options=Options,
+        build=build,  # type: ignore[arg-type]
+        line=UartFormat(9600, 8, "N", 2),
+        limit_pins=("limit_minus", "limit_plus"),
+    )
+
+
+PRODUCTS = {
+    "if1": _product("if1", "Digiplan IF1 stepper motor interface", _if1),
+    "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", Card),
+}

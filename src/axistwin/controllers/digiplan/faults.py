@@ -1,0 +1,111 @@
+"""Chapter Clearing fault conditions: what goes wrong is remembered until the host has asked for it.
+
+`MotionFault` are bits of the motion status K, `LineFault` those of the communication status F, `InputBit` those of I.
+"""
+
+from collections.abc import Callable, Mapping
+from enum import IntFlag
+
+from axistwin.sim.pins import Pin
+
+
+class MotionFault(IntFlag):
+    """Bits 16 to 128 of K: what inhibits motion, and the sum of the communication faults, which does not."""
+
+    NONE = 0
+    DRIVE = 16
+    EMERGENCY_STOP = 32
+    LIMIT = 64
+    COMMUNICATION = 128
+
+
+class LineFault(IntFlag):
+    """Bits of F."""
+
+    NONE = 0
+    PARITY = 1
+    OVERRUN = 2
+    FRAMING = 4
+    DATA = 8
+    RANGE = 16
+    LOCKED = 32
+
+
+INPUT_BITS = {
+    "estop": 1,
+    "x_fault": 2,
+    "y_fault": 4,
+    "input1": 8,
+    "limit_plus": 16,
+    "limit_minus": 32,
+    "input2": 64,
+    "input3": 128,
+}
+"""Bits of I: 1 while no current flows in the input's opto-isolator."""
+
+DRIVES = {"x_fault": "X", "y_fault": "Y"}
+LIMITS = {"limit_plus": +1, "limit_minus": -1}
+
+
+class Faults:
+    """The fault bits, and the lamp that shows them."""
+
+    def __init__(self, pins: Mapping[str, Pin], show: Callable[[bool], None]) -> None:
+        self.pins, self._show = pins, show
+        self.motion = MotionFault.NONE
+        self.line = LineFault.NONE
+        for name in DRIVES:
+            self.motion |= MotionFault.NONE if pins[name].level else MotionFault.DRIVE
+        if not pins["estop"].level:
+            self.motion |= MotionFault.EMERGENCY_STOP
+        if not all(pins[name].level for name in LIMITS):
+            self.motion |= MotionFault.LIMIT
+
+    def inputs(self) -> int:
+        """The byte of the command I."""
+        return sum(bit for name, bit in INPUT_BITS.items() if not self.pins[name].level)
+
+    def status(self) -> MotionFault:
+        """The fault bits of K."""
+        return self.motion | (MotionFault.COMMUNICATION if self.line else MotionFault.NONE)
+
+    def raise_motion(self, fault: MotionFault) -> None:
+        """Remember it and light the lamp."""
+        self.motion |= fault
+        self.show()
+
+    def raise_line(self, fault: LineFault) -> None:
+        """Remember a communication fault; motion is not inhibited and the lamp stays."""
+        self.line |= fault
+
+    def motion_has_been_read(self, locked: bool) -> None:
+        """K or Q was answered: bits go whose cause is gone; a limit's goes at once, so that one may drive off it.
+
+        While locked an emergency stop stays until the power is removed.
+        """
+        self.motion &= ~MotionFault.LIMIT
+        if all(self.pins[name].level for name in DRIVES):
+            self.motion &= ~MotionFault.DRIVE
+        if self.pins["estop"].level and not locked:
+            self.motion &= ~MotionFault.EMERGENCY_STOP
+        self.show()
+
+    def line_has_been_read(self) -> None:
+        """F was answered."""
+        self.line = LineFault.NONE
+
+    def show(self) -> None:
+        """The lamp: on until the bit is cleared and the input is normal again."""
+        normal = all(self.pins[name].level for name in ("estop", *DRIVES, *LIMITS))
+        self._show(bool(self.motion) or not normal)
+
+    def blocked(self, directions: Mapping[str, int]) -> bool:
+        """Whether a move may not begin.  Towards an open limit switch it may not, and that is a limit fault again."""
+        if self.motion:
+            return True
+        if any(not self.pins[name].level for name in ("estop", *DRIVES)):
+            return True
+        if any(not self.pins[name].level and sign in directions.values() for name, sign in LIMITS.items()):
+            self.raise_motion(MotionFault.LIMIT)
+            return True
+        return False

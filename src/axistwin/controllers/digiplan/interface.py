@@ -1,0 +1,440 @@
+"""The interface card with its power on: characters, input edges and time in; characters, outputs and pulses out.
+
+Three procedures run side by side: `_live` reads the input buffer character by character and obeys; `_work` carries out
+a move, a run or a sequence, for as long as that takes; the `RampGenerator` gives pulses to the axes by itself.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+
+from simpy import Interrupt
+
+from axistwin.controllers.commandset import Command
+from axistwin.controllers.digiplan import initialise
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.faults import DRIVES, LIMITS, Faults, LineFault, MotionFault
+from axistwin.controllers.digiplan.initialise import State
+from axistwin.controllers.digiplan.language import Accept, Message, parse
+from axistwin.controllers.digiplan.lockout import Retained
+from axistwin.controllers.digiplan.motion import RampGenerator
+from axistwin.controllers.digiplan.options import Options
+from axistwin.controllers.digiplan.sequence import WorkEnded, perform, sequence
+from axistwin.controllers.digiplan.serial_data import (
+    CR,
+    LF,
+    Frame,
+    InputBuffer,
+    LinePins,
+    Transmitter,
+    uart_format,
+)
+from axistwin.controllers.digiplan.speed import too_fast
+from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Fault, Parameters, Step
+from axistwin.controllers.product import PulseAxis, Store
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.units import to_ns
+
+MOST_CHARACTERS = 2048  # of a message; 63 of the longest steps fit
+LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
+
+
+@lru_cache(maxsize=512)
+def read(text: str) -> Message:
+    """A message of the host, read once however often it is sent."""
+    return parse(text, COMMANDS)
+
+
+class Interface:
+    """An IF1 or IF2 that has power."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        uart: Uart,
+        lines: LinePins,
+        pins: Mapping[str, Pin],
+        axes: Mapping[str, PulseAxis],
+        options: Options,
+        store: Store,
+    ) -> None:
+        self.clock, self.uart, self.lines, self.pins, self.options, self.store = clock, uart, lines, pins, options, store
+        self.state = State.RESET
+        self.frame, self.baudrate, self.locked = Frame(), 0, False
+        self.parameters = Parameters()
+        self.sequence = ""
+        """The stored sequence, as it was sent."""
+        self.step_number = 0
+        self.motion = RampGenerator(clock, axes)
+        self.faults = Faults(pins, self._show_fault)
+        self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
+        self.transmitter = Transmitter(clock, uart, lines)
+        self.buffer.on_fault = self.faults.raise_line
+        self.buffer.on_full = self._tell_full
+        self.buffer.on_cancel = self._cancel_held
+        self._text: list[str] = []
+        self._swallow_line_feed = False
+        self._work: Process | None = None
+        self._control: Event | None = None
+        self._held: Event | None = None
+        self._ramp_is_old = False
+        self._deaf_until_ns = 0
+        self._unwatch = [pins[name].watch(action) for name, action in self._watched()]
+        self._live_process = clock.process(self._live())
+
+    # Power
+
+    def power_off(self) -> None:
+        """Everything stops at once; an IF2 that is locked keeps what it knows."""
+        kill(self._live_process)
+        if self._work is not None:
+            kill(self._work)
+        self.transmitter.stop()
+        self.motion.stop()
+        for unwatch in self._unwatch:
+            unwatch()
+        self.buffer.close()
+        self.save()
+
+    def _live(self) -> Procedure:
+        led = self.pins["led"]
+        led.set(True)
+        self.lines.dtr.set(True)
+        yield self.clock.timeout(to_ns(self.options.self_test_s))
+        led.set(False)
+        self._recall()
+        if self.locked and not self.lines.dsr.level:
+            self.uart.format = uart_format(self.baudrate, self.frame)
+            self.buffer.open()
+        else:
+            yield from self._initialise()
+        self.state = State.READY
+        self.buffer.checking = not self.locked
+        self.faults.show()
+        if self.locked and self.sequence:
+            self._begin_sequence()
+        yield from self._obey_for_ever()
+
+    def _initialise(self) -> Procedure:
+        self.state = State.WAIT
+        yield from initialise.detect_baud_rate(self)
+        assert self.uart.format is not None
+        self.baudrate = self.uart.format.baudrate
+        self.state = State.FORMAT
+        self.buffer.checking = False
+        self.pins["led"].flash(initialise.FLASH_NS)
+        yield from self.transmit(b"U\r")
+        self.frame = yield from initialise.data_format(self)
+        if self.uart.sending:
+            yield self.uart.when_idle()
+        self.uart.format = uart_format(self.baudrate, self.frame)
+        self._swallow_line_feed = self.frame.terminator == "U"
+        if self.options.strict_format:
+            self.buffer.close()
+            yield self.clock.timeout(initialise.REINITIALISE_NS)
+            self.buffer.open()
+        if not self.locked:
+            self._calculate_ramp()
+
+    # Battery backup
+
+    def _recall(self) -> None:
+        kept = Retained.recall(self.store)
+        if kept.locked:
+            self.locked, self.baudrate, self.frame = True, kept.baudrate, kept.frame
+            self.parameters, self.sequence = kept.parameters, kept.sequence
+            self.transmitter.delay = self.parameters.character_delay
+
+    def save(self) -> None:
+        """Only what is locked is kept."""
+        if self.locked:
+            Retained(True, self.baudrate, self.frame, self.parameters, self.sequence).save(self.store)
+
+    def set_locked(self, locked: bool) -> None:
+        """Commands [ and ]."""
+        self.locked = locked
+        self.buffer.checking = not locked
+        if locked:
+            self.save()
+        else:
+            Retained().save(self.store)
+
+    def erase(self) -> None:
+        """Command * during initialisation: parameters, sequence and lock are gone."""
+        self.locked, self.parameters, self.sequence = False, Parameters(), ""
+        self.transmitter.delay = 0
+        Retained().save(self.store)
+
+    # Characters
+
+    def next_character(self) -> Procedure:
+        """Wait for a character; returns it."""
+        while (character := self.buffer.take()) is None:
+            yield self.buffer.arrival()
+        return character
+
+    def transmit(self, data: bytes) -> Procedure:
+        """Send, and wait until the last character is on its way."""
+        waiting = self.transmitter.send(data)
+        if waiting is not None:
+            yield from waiting
+
+    def _obey_for_ever(self) -> Procedure:
+        while True:
+            if self._deaf_until_ns > self.clock.now:
+                yield self.clock.timeout(self._deaf_until_ns - self.clock.now)
+            character = self.buffer.take()
+            if character is None:
+                yield self.buffer.arrival()
+                continue
+            procedure = self._hear(character)
+            if procedure is not None:
+                yield from procedure
+
+    def _hear(self, character: int) -> Procedure | None:
+        """Process a character: echo it, and obey the message that it ends."""
+        swallow, self._swallow_line_feed = self._swallow_line_feed, False
+        if swallow and character & 0x7F == LF:
+            return None
+        if self.frame.echo:
+            return self._echo(character)
+        return self._collect(character & 0x7F)
+
+    def _echo(self, character: int) -> Procedure:
+        yield from self.transmit(bytes([self.frame.text(character)]))
+        procedure = self._collect(character & 0x7F)
+        if procedure is not None:
+            yield from procedure
+
+    def _collect(self, code: int) -> Procedure | None:
+        if code == self.frame.ends_message:
+            text = "".join(self._text)
+            self._text.clear()
+            return self._obey(text)
+        if code not in (CR, LF) and len(self._text) <= MOST_CHARACTERS:
+            self._text.append(chr(code))
+        return None
+
+    def _tell_full(self, full: bool) -> None:
+        """The buffer is 80 % full, or below 20 % again."""
+        self.lines.dtr.set(not full)
+        if self.state is State.READY and self.frame.x_on_x_off:
+            self.transmitter.send_flow_control(stop=full)
+
+    # Messages
+
+    def _obey(self, text: str) -> Procedure | None:
+        if not text or text.isspace():
+            return None
+        message = read(text)
+        if self.locked:
+            return self._obey_locked(message)
+        if message.alone is not None and message.alone.code == "#":
+            self.cancel()
+        if message.problems:
+            self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
+            return None
+        if message.alone is not None:
+            return self._ask(message.alone)
+        if message.steps and message.steps[0].hand_over and not message.sequence:
+            return self._resume()
+        if message.start:
+            return self._start(message)
+        return self._keep(message.steps[0])
+
+    def _obey_locked(self, message: Message) -> Procedure | None:
+        """Anything but a status request and `]` is ignored without a trace."""
+        if message.problems or message.alone is None or Accept.LOCKED not in message.alone.accepted:
+            return None
+        return self._ask(message.alone)
+
+    def _ask(self, command: Command) -> Procedure | None:
+        assert command.handler is not None
+        answer = command.handler(self)
+        return self.transmitter.send(answer) if isinstance(answer, bytes) else None
+
+    def _keep(self, step: Step) -> Procedure | None:
+        """Parameters without `$`: they are kept, and used by the next move."""
+        if not self._in_range(step):
+            return None
+        self._settle(step)
+        return None
+
+    def _in_range(self, step: Step, moving: bool = False) -> bool:
+        """Whether the speed fits the speed range; otherwise that is an out-of-range fault."""
+        if ("speed" in step.settings or moving) and too_fast(self.parameters.after(step)):
+            self.faults.raise_line(LineFault.RANGE)
+            return False
+        return True
+
+    def _settle(self, step: Step) -> None:
+        self.parameters = self.parameters.after(step)
+        self.transmitter.delay = self.parameters.character_delay
+        if RAMP_SETTINGS & step.settings.keys():
+            if self.busy:
+                self._ramp_is_old = True
+            else:
+                self._calculate_ramp()
+
+    def _calculate_ramp(self) -> None:
+        """For up to a second no character is processed, answered or echoed; those that come in are kept."""
+        self._ramp_is_old = False
+        self._deaf_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
+
+    def _start(self, message: Message) -> Procedure:
+        """A message with `$`: once what is going on is done, begin what it asks for."""
+        if self.busy and self.options.busy == "ignore":
+            return
+        if not (yield from self._until_free()):
+            return
+        if message.sequence:
+            self._start_sequence(message)
+            return
+        step = message.steps[0]
+        if not self._in_range(step, moving=step.moves):
+            return
+        self._settle(step)
+        yield from self._until_heard_again()
+        if self._control is not None:
+            control, self._control = self._control, None
+            control.succeed(step)
+        else:
+            self._begin(perform(self, step))
+
+    def _until_free(self) -> Procedure:
+        """Hold a message while something is going on; returns False if a `#` threw it away."""
+        while self.busy:
+            self._held = self.clock.event()
+            cancelled = yield self._held
+            if cancelled:
+                return False
+        yield from self._until_heard_again()
+        return True
+
+    def _until_heard_again(self) -> Procedure:
+        if self._deaf_until_ns > self.clock.now:
+            yield self.clock.timeout(self._deaf_until_ns - self.clock.now)
+
+    def _start_sequence(self, message: Message) -> None:
+        if self._control is not None:  # the host may send moves now, but no sequence
+            self.faults.raise_line(LineFault.DATA)
+            return
+        if any(not self._in_range(step) for step in message.steps):
+            return
+        if message.steps:
+            self.sequence = message.text
+        if self.sequence:
+            self._begin_sequence()
+
+    def _begin_sequence(self) -> None:
+        self._begin(sequence(self, read(self.sequence).steps))
+
+    # Work
+
+    @property
+    def busy(self) -> bool:
+        """Moving, waiting for an input or pulsing an output; not while the host has control."""
+        return self._work is not None and self._control is None
+
+    def _begin(self, procedure: Procedure) -> None:
+        self._work = self.clock.process(self._working(procedure))
+
+    def _working(self, procedure: Procedure) -> Procedure:
+        try:
+            yield from procedure
+        except (WorkEnded, Interrupt):
+            self.motion.decelerate()
+        while self.motion.running:
+            try:
+                yield self.motion.ended
+            except Interrupt:
+                self.motion.decelerate()
+        self._work = self._control = None
+        if self._ramp_is_old:
+            self._calculate_ramp()
+        self._release(cancelled=False)
+
+    def give_control(self) -> Event:
+        """The host has control: the event brings a step to carry out, or None when control is given back."""
+        self._control = self.clock.event()
+        self._release(cancelled=False)
+        return self._control
+
+    def _resume(self) -> Procedure:
+        """A % from the host gives control back, once what it asked for is done."""
+        if not (yield from self._until_free()):
+            return
+        if self._control is None:
+            self.faults.raise_line(LineFault.DATA)
+            return
+        control, self._control = self._control, None
+        control.succeed(None)
+
+    def _release(self, cancelled: bool) -> None:
+        if self._held is not None:
+            held, self._held = self._held, None
+            held.succeed(cancelled)
+
+    def _cancel_held(self) -> None:
+        """A `#` has come in behind a message that is being held."""
+        if self._held is not None:
+            self.buffer.drop_before_cancel()
+            self._release(cancelled=True)
+
+    def cancel(self) -> None:
+        """Command #."""
+        self._stop()
+
+    def _stop(self) -> None:
+        self.motion.decelerate()
+        if self._work is not None:
+            self._control = None
+            self._work.interrupt()
+
+    # Inputs and outputs
+
+    def _watched(self) -> list[tuple[str, Callable[[Pin], None]]]:
+        return [
+            ("estop", self._emergency_stop),
+            *((name, self._drive_fault) for name in DRIVES),
+            *((name, self._limit) for name in LIMITS),
+        ]
+
+    def _emergency_stop(self, pin: Pin) -> None:
+        if pin.level:
+            self.faults.show()
+            return
+        self.faults.raise_motion(MotionFault.EMERGENCY_STOP)
+        self._stop()
+
+    def _drive_fault(self, pin: Pin) -> None:
+        """A drive fault halts the interface; the axis itself has no time to decelerate."""
+        if pin.level:
+            self.faults.show()
+            return
+        self.faults.raise_motion(MotionFault.DRIVE)
+        self.motion.drop(DRIVES[pin.name])
+        self._stop()
+
+    def _limit(self, pin: Pin) -> None:
+        """A limit switch stops a motion towards it."""
+        if pin.level:
+            self.faults.show()
+            return
+        self.faults.raise_motion(MotionFault.LIMIT)
+        if self.motion.running and LIMITS[pin.name] in self.motion.directions.values():
+            self._stop()
+
+    def _show_fault(self, on: bool) -> None:
+        if self.state is State.READY:
+            self.pins["led"].set(on)
+
+    def output(self, number: int) -> bool:
+        """Whether an output is on; output 0 does not exist and never is."""
+        return number > 0 and self.pins[f"output{number}"].level
+
+    def switch(self, number: int, on: bool) -> None:
+        """Turn an output on or off; output 5 not while it serves as fault output."""
+        if number > 0 and not (number == 5 and self.options.fault_output):
+            self.pins[f"output{number}"].set(on)

@@ -1,0 +1,263 @@
+"""The command language: a message's text becomes steps, or problems with their places.
+
+One parser for the interface, which turns a problem into a fault bit, and for the checker, which shows it to a person.
+Spaces are ignored everywhere; nothing is carried out before the whole message has been read.
+"""
+
+import re
+from dataclasses import dataclass, field
+from enum import Flag, IntEnum, auto
+from functools import cached_property
+from typing import Any
+
+from axistwin.controllers.commandset import Command, CommandSet, Field
+from axistwin.controllers.digiplan.step import Fault, Problem, Step
+
+MOST_STEPS = 63
+CANCEL = "#"
+
+
+class Accept(Flag):
+    """Where a command may stand, and when it is heard."""
+
+    DIRECT = auto()  # in a message of its own right
+    STEP = auto()  # in a step of a sequence
+    ALONE = auto()  # it is the whole message
+    LOCKED = auto()  # also while locked
+    SETUP = auto()  # during initialisation only
+    WRITTEN = auto()  # a character that other commands are written with
+
+
+class Order(IntEnum):
+    """The format of a message: what is there must stand in this order (Combining inputs and outputs with moves)."""
+
+    HIGH = 1
+    LOW = 2
+    ABORT = 3
+    MOVE = 4  # index and speed data; several
+    SET = 5
+    RESET = 6
+    PULSE = 7
+    REPEAT = 8
+    ANY = 0
+
+
+@dataclass(frozen=True)
+class Instruction(Command):
+    """A command character with its place in the format."""
+
+    order: Order = Order.ANY
+
+    @cached_property
+    def pattern(self) -> re.Pattern[str]:
+        """How its parameters are written after it."""
+        return re.compile("".join(part.pattern for part in self.parameters if isinstance(part, Written)))
+
+
+@dataclass(frozen=True)
+class Written(Field):
+    """A parameter as characters: a pattern with one group."""
+
+    pattern: str = r"(\d+)"
+
+    def read(self, text: str | None) -> tuple[Any, bool]:
+        """The value, and whether it is within the range."""
+        if not text:
+            return None, True
+        return int(text), self.allows(int(text))
+
+
+@dataclass(frozen=True)
+class Direction(Written):
+    """`+` or `-`; nothing is `+`."""
+
+    pattern: str = r"([+-]?)"
+
+    def read(self, text: str | None) -> tuple[int, bool]:
+        """+1 or -1."""
+        return (-1 if text == "-" else +1), True
+
+
+@dataclass(frozen=True)
+class Lines(Written):
+    """One or more inputs or outputs, a digit each."""
+
+    def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
+        """The numbers of the lines."""
+        digits = tuple(int(digit) for digit in text or "")
+        return digits, all(self.allows(digit) for digit in digits)
+
+
+@dataclass
+class Message:
+    """A message as read: one command alone, one direct step, or the steps of a sequence."""
+
+    text: str
+    problems: list[Problem] = field(default_factory=list)
+    alone: Command | None = None
+    steps: list[Step] = field(default_factory=list)
+    places: list[int] = field(default_factory=list)
+    """Where each step begins in the text."""
+    sequence: bool = False
+    start: bool = False
+    """Whether it ends in `$`."""
+
+
+def parse(text: str, commands: CommandSet) -> Message:
+    """Read a message without its terminator.  A `#` throws away what was typed before it."""
+    return _Reader(text, commands).read()
+
+
+class _Reader:
+    def __init__(self, text: str, commands: CommandSet) -> None:
+        self.commands = commands
+        self.message = Message(text)
+        kept = [(character, place) for place, character in enumerate(text) if character != " "]
+        self.text = "".join(character for character, _ in kept)
+        self.places = [place for _, place in kept] + [len(text)]
+        self.at = 0
+        self.begins: list[int] = []  # of the steps, in the text without spaces
+
+    def read(self) -> Message:
+        self.at = self.text.rfind(CANCEL) if CANCEL in self.text else 0
+        if self.at < len(self.text) and self._read_alone():
+            return self.message
+        self.message.start = self.text.endswith("$")
+        end = len(self.text) - self.message.start
+        self.message.sequence = self.text.startswith(":")
+        if self.message.sequence:
+            self._read_sequence(end)
+        elif self.text:
+            self._read_step(end)
+            self._check_direct()
+        return self.message
+
+    def _wrong(self, message: str, at: int | None = None, fault: Fault = Fault.DATA, chapter: str = "") -> None:
+        place = self.places[min(self.at if at is None else at, len(self.places) - 1)]
+        self.message.problems.append(Problem(fault, place, message, chapter or "Full command list"))
+
+    def _read_alone(self) -> bool:
+        """A command that is a message by itself: a status request, lock, cancel ..."""
+        command = self.commands.get(self.text[self.at])
+        if command is None or Accept.ALONE not in command.accepted:
+            return False
+        self.message.alone = command
+        if self.at + 1 < len(self.text):
+            self._wrong(f"{command.code} ({command.name}) must be sent alone", self.at + 1, chapter=command.chapter)
+        return True
+
+    def _read_sequence(self, end: int) -> None:
+        """`:step:step: ... :$`.  With no step at all: the stored sequence again."""
+        self._check_sequence_end(end)
+        while self.at < end:
+            self.at += 1  # the colon
+            stop = self.text.find(":", self.at, end)
+            if stop < 0:
+                stop = end
+            if stop == self.at and stop >= end - 1:
+                break  # `:$`, also written `::$`
+            self._read_step(stop)
+            self.at = stop
+            self._check_sequence_step()
+        if len(self.message.steps) > MOST_STEPS:
+            self._wrong(
+                f"{len(self.message.steps)} steps: a sequence has {MOST_STEPS} at most",
+                self.begins[MOST_STEPS],
+                Fault.RANGE,
+                "Programming a sequence",
+            )
+
+    def _check_sequence_end(self, end: int) -> None:
+        if not self.message.start or not self.text[:end].endswith(":"):
+            self._wrong("a sequence ends in :$", len(self.text), chapter="Programming a sequence")
+
+    def _check_sequence_step(self) -> None:
+        step, number, begin = self.message.steps[-1], len(self.message.steps), self.begins[-1]
+        if step.empty:
+            self._wrong("a step is missing between two colons", begin, chapter="Programming a sequence")
+        if step.repeat and step.repeat[1] > number:
+            message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"
+            self._wrong(message, begin, Fault.RANGE, "Repeating parts of a sequence")
+
+    def _check_direct(self) -> None:
+        step = self.message.steps[0]
+        if (step.high or step.low) and not step.moves:
+            chapter = "Combining inputs and outputs with move instructions"
+            self._wrong("an input can only be waited for together with a move", 0, chapter=chapter)
+
+    def _read_step(self, end: int) -> None:
+        step, seen = Step(), Order.ANY
+        self.message.steps.append(step)
+        self.message.places.append(self.places[self.at])
+        self.begins.append(self.at)
+        while self.at < end:
+            begin = self.at
+            command = self.commands.get(self.text[begin])
+            self.at += 1
+            if not isinstance(command, Instruction) or not self._may_stand_here(command, begin):
+                if command is None:
+                    self._wrong(f"unknown character {self.text[begin]!r}", begin)
+                continue
+            seen = self._check_order(command, seen, begin)
+            self._read_parameters(command, step, begin, end)
+        self._check_step(step)
+
+    def _may_stand_here(self, command: Command, at: int) -> bool:
+        here = Accept.STEP if self.message.sequence else Accept.DIRECT
+        if here in command.accepted:
+            return True
+        where = "in a sequence" if self.message.sequence else "in a direct message"
+        name = f"{command.code} ({command.name})"
+        if Accept.SETUP in command.accepted:
+            self._wrong(f"{name} is for initialisation only", at, chapter=command.chapter)
+        elif Accept.ALONE in command.accepted:
+            self._wrong(f"{name} must be sent alone", at, chapter=command.chapter)
+        else:
+            self._wrong(f"{name} may not stand {where}", at, chapter=command.chapter)
+        return False
+
+    def _check_order(self, command: Instruction, seen: Order, at: int) -> Order:
+        order = command.order
+        if order is Order.ANY:
+            return seen
+        wrong = order < seen or (order == seen != Order.MOVE)
+        wrong |= order is Order.PULSE and seen in (Order.SET, Order.RESET)
+        wrong |= seen is Order.ABORT and order is not Order.REPEAT
+        wrong |= order is Order.REPEAT and seen > Order.ABORT
+        if wrong:
+            message = f"{command.code} ({command.name}) cannot follow here: the order is H L, move, S R or P; H L A ="
+            self._wrong(message, at, chapter="Combining inputs and outputs with move instructions")
+        return max(order, seen)
+
+    def _read_parameters(self, command: Instruction, step: Step, begin: int, end: int) -> None:
+        match = command.pattern.match(self.text, self.at, end)
+        if match is None:
+            wanted = " ".join(str(part) for part in command.parameters)
+            self._wrong(f"{command.code} ({command.name}) needs {wanted}", self.at, chapter=command.chapter)
+            return
+        values = []
+        for group, part in enumerate(command.parameters, 1):
+            assert isinstance(part, Written)
+            value, in_range = part.read(match[group])
+            values.append(value)
+            if not in_range:
+                self._wrong(f"{match[group]} is out of range: {part}", match.start(group), Fault.RANGE, command.chapter)
+        self.at = match.end()
+        assert command.handler is not None
+        if complaint := command.handler(step, *values):
+            self._wrong(complaint, begin, chapter=command.chapter)
+
+    def _check_step(self, step: Step) -> None:
+        begin = self.begins[-1]
+        if step.interpolated and not step.minor:
+            self._wrong("the minor axis is missing after /", begin, chapter="Linear interpolation")
+        if (step.run or step.corrected) and not step.moves:
+            self._wrong(f"{'G' if step.run else 'B'} needs an axis", begin, chapter="Run mode instructions")
+        if step.corrected and (step.interpolated or step.run):
+            self._wrong("B corrects an index on its own axis only", begin, chapter="Backlash correction")
+        if step.hand_over and step != Step(hand_over=True):
+            self._wrong("% stands alone in its step", begin, chapter="Controller intervention in a sequence")
+
+
+def written(step: Step) -> None:
+    """A character that other commands are written with; the parser reads it together with them."""

@@ -1,0 +1,107 @@
+"""The one ramp generator: axes that move together share clock, speed and ramp; each has a direction of its own.
+
+A rate multiplier makes a second, slower clock for the minor axes of a linear interpolation.
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from axistwin.controllers.product import PulseAxis
+from axistwin.motion.profile import Profile
+from axistwin.motion.ramp import Ramp
+from axistwin.sim.clock import Clock, Event
+
+
+class RampGenerator:
+    """Gives pulses to the axes that are gated to it."""
+
+    def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis]) -> None:
+        self.clock, self.axes = clock, axes
+        self.profile = Profile(())
+        self.ramp: Ramp | None = None
+        self.directions: dict[str, int] = {}
+        self.ended: Event = clock.event()
+        """Happens when the motion is over, as things are now; after a change of course there is another."""
+        self.interpolating = False
+        self._ratios: dict[str, Fraction] = {}
+        self._start_ns = 0
+        self._steps_before = 0
+
+    def begin(self, profile: Profile, ramp: Ramp, directions: Mapping[str, int], *, further: bool = False) -> None:
+        """Start the axes; `further`: the steps count as part of the motion before."""
+        self._steps_before = self.steps if further else 0
+        self._ratios, self.interpolating = {}, False
+        self._set_off(profile, ramp, directions)
+
+    def begin_interpolated(
+        self, profile: Profile, ramp: Ramp, major: Mapping[str, int], minor: Mapping[str, int], ratio: Fraction
+    ) -> None:
+        """Start the major axes with `profile`, the minor ones at `ratio` of its rate."""
+        self._steps_before = 0
+        self._ratios, self.interpolating = dict.fromkeys(minor, ratio), True
+        self._set_off(profile, ramp, {**major, **minor})
+
+    def _set_off(self, profile: Profile, ramp: Ramp, directions: Mapping[str, int]) -> None:
+        self.profile, self.ramp, self.directions = profile, ramp, dict(directions)
+        self._start_ns = self.clock.now
+        for axis, direction in directions.items():
+            self.axes[axis].start(self._share(axis), direction)
+        self._plan_end()
+
+    def _share(self, axis: str) -> Profile:
+        ratio = self._ratios.get(axis)
+        return self.profile if ratio is None else self.profile.scaled(ratio)
+
+    def _plan_end(self) -> None:
+        end_ns = self.profile.end_ns
+        self.ended = self.clock.event() if end_ns is None else self.clock.timeout(end_ns - self._elapsed_ns)
+
+    @property
+    def _elapsed_ns(self) -> int:
+        return self.clock.now - self._start_ns
+
+    @property
+    def running(self) -> bool:
+        """Whether pulses are still to come."""
+        return not self.profile.over(self._elapsed_ns)
+
+    @property
+    def rate(self) -> Fraction:
+        """Steps per second of the common clock."""
+        return self.profile.rate_at(self._elapsed_ns)
+
+    @property
+    def trend(self) -> int:
+        """+1 accelerating, -1 decelerating, 0 neither."""
+        return self.profile.trend(self._elapsed_ns)
+
+    @property
+    def steps(self) -> int:
+        """Pulses of the common clock since the last index or run began."""
+        return self._steps_before + self.profile.pulses_by(self._elapsed_ns)
+
+    def decelerate(self) -> None:
+        """Come to rest along the ramp, from now on; at or below the start/stop speed, at once."""
+        if not self.running or self.trend < 0:
+            return
+        assert self.ramp is not None
+        self._change(self.profile.cut(self._elapsed_ns, self.ramp.down_from(self.rate)))
+
+    def _change(self, profile: Profile) -> None:
+        self.profile = profile
+        for axis in self.directions:
+            self.axes[axis].replace(self._share(axis))
+        self._plan_end()
+
+    def drop(self, axis: str) -> None:
+        """An axis loses its clock without deceleration; the last one stops the ramp generator."""
+        if self.directions.pop(axis, None) is None or not self.running:
+            return
+        self.axes[axis].halt()
+        if not self.directions:
+            self._change(self.profile.cut(self._elapsed_ns))
+
+    def stop(self) -> None:
+        """No more pulses on any axis: the power is gone."""
+        for axis in tuple(self.directions):
+            self.drop(axis)

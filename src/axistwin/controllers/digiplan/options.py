@@ -1,0 +1,43 @@
+"""What differs from one installed IF1 or IF2 to the next, and figures of which the manual gives only a bound."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from axistwin.errors import UsageError
+
+Wiring = Literal["5-wire", "3-wire", "3-wire DSR-DTR"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Keywords of `bench.add("if1", ...)`."""
+
+    wiring: Wiring = "5-wire"
+    """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.
+    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS."""
+    fault_output: bool = False
+    """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
+    busy: Literal["hold", "ignore"] = "hold"
+    """What happens to a message that starts something while something is going on."""
+    self_test_s: float = 1.0
+    """The LED comes on "for approximately 1 second"."""
+    recalculation_s: float = 1.0
+    """A new ramp "takes up to 1 second"."""
+    strobe_ms: float = 1.0
+    """From the UART to the input buffer "at approximately 1mS intervals"."""
+    strict_format: bool = False
+    """Whether characters within 5 ms of the data format message are lost."""
+
+    def __post_init__(self) -> None:
+        for name, choices in (("wiring", get_args(Wiring)), ("busy", ("hold", "ignore"))):
+            if getattr(self, name) not in choices:
+                raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")
+        for name in ("self_test_s", "recalculation_s", "strobe_ms"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 60:
+                raise UsageError(f"{name}={value!r}: give a number from 0 to 60")
+        if self.strobe_ms == 0:
+            raise UsageError("strobe_ms=0: give a number above 0")
+        for name in ("fault_output", "strict_format"):
+            if not isinstance(getattr(self, name), bool):
+                raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")

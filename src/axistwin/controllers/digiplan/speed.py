@@ -1,0 +1,72 @@
+"""Chapters Speed, Start/stop speed and Acceleration rate: what is asked for, and what the clock can do."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
+from axistwin.motion.ramp import Ramp
+
+
+@dataclass(frozen=True)
+class SpeedRange:
+    """One of the four ranges, in steps/s."""
+
+    maximum: int
+    resolution: Fraction
+    increment: int
+
+
+RANGES = {
+    1: SpeedRange(25_000, Fraction(25, 4), 100),
+    2: SpeedRange(50_000, Fraction(25, 2), 200),
+    3: SpeedRange(100_000, Fraction(25), 400),
+    4: SpeedRange(4_000, Fraction(1), 16),
+}
+
+
+def actual_speed(speed_range: int, speed: int) -> Fraction:
+    """The nearest multiple of the range's resolution, at least one of them: 503 in range 1 runs at 500."""
+    resolution = RANGES[speed_range].resolution
+    return resolution * max(1, round(speed / resolution))
+
+
+def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
+    """The multiple of the range's ramp increment that is not above: 300 steps/s in range 4 runs at 288."""
+    increment = RANGES[speed_range].increment
+    return Fraction(increment * max(1, hundreds * 100 // increment))
+
+
+def ramp(parameters: Parameters) -> Ramp:
+    """The ramp table of these parameters: every `increment / acceleration` seconds one increment more."""
+    return _ramp(parameters.speed_range, parameters.speed, parameters.start_stop, parameters.acceleration)
+
+
+@lru_cache(maxsize=256)
+def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> Ramp:
+    increment = RANGES[speed_range].increment
+    return Ramp(
+        start=actual_start_stop(speed_range, start_stop),
+        top=actual_speed(speed_range, speed),
+        increment=Fraction(increment),
+        interval=Fraction(increment, acceleration * 1000),
+    )
+
+
+def too_fast(parameters: Parameters) -> Problem | None:
+    """A speed above the maximum of the speed range is out of range."""
+    maximum = RANGES[parameters.speed_range].maximum
+    if parameters.speed <= maximum:
+        return None
+    message = f"speed {parameters.speed} is above {maximum} steps/s, the maximum of range {parameters.speed_range}"
+    return Problem(Fault.RANGE, 0, message, "Speed")
+
+
+def setting(name: str, step: Step, value: int) -> None:
+    """Commands > < ^ @ D: keep a parameter until it is overwritten.
+
+    `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
+    `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.
+    After > < ^ the ramp is calculated anew, up to 1 second.  Chapters Speed to Acceleration rate, Inter-character delay.
+    """
+    step.settings[name] = value

@@ -1,0 +1,79 @@
+"""What a message or a sequence step asks for, and the parameters it leaves behind."""
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+
+class Fault(Enum):
+    """How the interface finds a message wrong."""
+
+    DATA = "data fault"
+    RANGE = "out of range"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something wrong with a message: where (index into its text), what, and the manual's chapter."""
+
+    fault: Fault
+    position: int
+    message: str
+    chapter: str
+
+
+@dataclass
+class Step:
+    """One direct message, or one step of a sequence, in the order in which it is carried out.
+
+    Directions are +1 and -1.  None and empty: not said.
+    """
+
+    settings: dict[str, int] = field(default_factory=dict)
+    """Parameters that are kept: see `Parameters`; `speed` and `distance` among them."""
+    high: tuple[int, ...] = ()
+    low: tuple[int, ...] = ()
+    abort: bool = False
+    major: dict[str, int] = field(default_factory=dict)
+    minor: dict[str, int] = field(default_factory=dict)
+    interpolated: bool = False
+    run: bool = False
+    corrected: bool = False
+    set: tuple[int, ...] = ()
+    reset: tuple[int, ...] = ()
+    pulse: int | None = None
+    repeat: tuple[int, int] | None = None
+    hand_over: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """Whether it names an axis."""
+        return bool(self.major)
+
+    @property
+    def empty(self) -> bool:
+        """Whether it asks for nothing at all."""
+        return self == Step()
+
+
+RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
+"""Parameters after which the interface calculates a new ramp."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What the interface remembers until it is overwritten (chapter Default values)."""
+
+    speed_range: int = 1
+    speed: int = 400  # steps/s
+    start_stop: int = 4  # x 100 steps/s
+    acceleration: int = 10  # x 1000 steps/s²
+    distance: int = 0  # steps; also that of the major axis
+    minor_distance: int = 0
+    backlash: int = 0  # steps, signed
+    pulse_length: int = 10  # x 10 ms
+    character_delay: int = 0  # x 10 ms
+
+    def after(self, step: Step) -> "Parameters":
+        """These with what the step sets.  A run leaves an index length of zero behind."""
+        settings = {**step.settings, "distance": 0} if step.run and not step.interpolated else step.settings
+        return replace(self, **settings) if settings else self
