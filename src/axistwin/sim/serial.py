@@ -308,6 +308,7 @@ class Uart:
         self.peer: Uart | None = None
         self.queue: deque[int | Break] = deque()
         self.sending = False
+        self.held = False
         self._empty: Event | None = None
         self._idle: Event | None = None
 
@@ -332,7 +333,7 @@ class Uart:
     def pump(self) -> None:
         """Go on sending, if there is something to send and the wire is free."""
         line, queue = self.line, self.queue
-        while queue and not self.sending:
+        while queue and not self.sending and not self.held:
             assert line is not None and self.format is not None
             if line.instant and not line.receiver.has_room():
                 return
@@ -488,6 +489,21 @@ class SerialPort:
     def send_break(self, seconds: float = 0.25) -> None:
         """Hold the host's transmit line at space for so long."""
         self._uart.send_break(seconds)
+
+    @property
+    def held(self) -> bool:
+        """While True the host transmits nothing more, however much is queued: the character on the wire is the last."""
+        return self._uart.held
+
+    @held.setter
+    def held(self, on: bool) -> None:
+        self._uart.held = on
+        if not on:
+            self._uart.pump()
+
+    def drop_pending(self) -> None:
+        """Forget what is queued and has not left yet."""
+        self._uart.queue.clear()
 
     @property
     def pending(self) -> int:
