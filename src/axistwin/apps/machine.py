@@ -4,11 +4,10 @@ from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 from functools import partial
 
-from axistwin.bench import Bench, Controller, line_format
+from axistwin.bench import Controller, line_format
 from axistwin.errors import ProgramError, UsageError
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.serial import UartFormat
-from axistwin.units import S
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
@@ -45,10 +44,8 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
     raise ProgramError(f"nothing called {target!r} here: there are {', '.join((*controller.pins, *others))}")
 
 
-def question(bench: Bench, controller: Controller, subject: str) -> Callable[[], Value]:
+def question(controller: Controller, subject: str) -> Callable[[], Value]:
     """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
-    if subject == "clock":
-        return lambda: Decimal(bench.now) / S
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
     if subject in ("dtr", "rts"):

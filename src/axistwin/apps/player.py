@@ -7,6 +7,7 @@ nanosecond longer.  So a `<` need not say when, and a `= clock` behind it says e
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import partial
 from itertools import takewhile
 
@@ -95,8 +96,8 @@ class _Player:
             case Do():
                 return action(self._controller(act), act.target, act.value)
             case Expect():
-                look = question(self.bench, self._controller(act), act.subject)
-                agrees(look(), act.value)
+                look = self._clock if act.subject == "clock" else question(self._controller(act), act.subject)
+                agrees(look(), act.value)  # so that a value that can never be is found now
                 return lambda: self._expect(act, look())
         raise AssertionError(act)
 
@@ -112,6 +113,9 @@ class _Player:
             return float(text)
         except ValueError:
             raise ProgramError(f"patience {text!r} is no number of seconds", file=self.conversation.file) from None
+
+    def _clock(self) -> Decimal:
+        return Decimal(self.bench.now) / S
 
     def _wait(self, ns: int) -> None:
         self.bench.clock.run_to(self.bench.now + ns)

@@ -68,7 +68,7 @@ class Recorder:
 
     def _heard(self, event: Heard) -> None:
         """Characters are one act as long as they are one message: up to its terminator."""
-        ended = self._words[-1:] in (b"\r", b"\n") and event.data != b"\n"
+        ended = bytes(self._words[-1:]) in (b"\r", b"\n") and event.data != b"\n"
         if event.controller != self._speaker or ended or event.time_ns - self._last_ns > PAUSE_NS:
             self._told()
             self._pass_silence(event.time_ns)

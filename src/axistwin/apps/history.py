@@ -1,0 +1,148 @@
+"""What has been said and what has moved on a bench: what a transcript tells and a plot draws."""
+
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from axistwin.apps.events import Changed, Event, Heard, Said, observing, terminals
+from axistwin.bench import Bench
+from axistwin.motion.train import Stroke
+from axistwin.sim.serial import LineError
+from axistwin.units import MS
+
+LENGTH = 100_000
+"""Utterances and changes of level that are kept; earlier ones are forgotten, and that is told."""
+
+PAUSE_NS = 500 * MS
+"""A longer silence makes two utterances of what is said; five characters at 110 baud are shorter."""
+
+
+@dataclass
+class Utterance:
+    """Something said: up to a terminator, or up to a silence."""
+
+    time_ns: int
+    controller: str
+    by_host: bool
+    data: bytearray
+    last_ns: int
+    errors: LineError = LineError.NONE
+
+    @property
+    def over(self) -> bool:
+        """Whether its terminator has come."""
+        return bytes(self.data[-1:]) in (b"\r", b"\n")
+
+
+@dataclass(frozen=True)
+class Move:
+    """A stroke of an axis: pulses in one direction without a rest.  `end_ns` None: it goes on."""
+
+    controller: str
+    axis: str
+    stroke: Stroke
+    now_ns: int
+
+    @property
+    def start_ns(self) -> int:
+        """When it began."""
+        return self.stroke.start_ns
+
+    @property
+    def end_ns(self) -> int | None:
+        """When it was over; None: it is not yet."""
+        end_ns = self.stroke.end_ns
+        return end_ns if end_ns is not None and end_ns <= self.now_ns else None
+
+    @property
+    def origin(self) -> int:
+        """Net pulses before it."""
+        return self.stroke.origin
+
+    @property
+    def target(self) -> int:
+        """Net pulses after it, or so far."""
+        return self.stroke.position_at(self.now_ns)
+
+    @property
+    def top_rate(self) -> float:
+        """Its highest rate in pulses/s, so far."""
+        profile = self.stroke.profile
+        elapsed_ns = self.now_ns - self.start_ns
+        rates = (rate for start_ns, rate in segments(self.stroke) if start_ns - self.start_ns <= elapsed_ns)
+        return max(rates, default=0.0) if profile.segments else 0.0
+
+
+def segments(stroke: Stroke) -> Iterator[tuple[int, float]]:
+    """When each stretch of constant rate begins, and its rate in pulses/s."""
+    profile = stroke.profile
+    for start, segment in zip(profile.starts, profile.segments, strict=False):
+        yield stroke.start_ns + start * 1_000_000_000 // profile.ticks, float(segment.rate)
+
+
+@dataclass
+class History:
+    """Everything since `began_ns`; the latest of it, if it was too much."""
+
+    bench: Bench
+    began_ns: int
+    levels: dict[tuple[str, str], bool]
+    """Every terminal's level at the beginning, by controller and name."""
+    said: deque[Utterance] = field(default_factory=lambda: deque(maxlen=LENGTH))
+    changes: deque[Changed] = field(default_factory=lambda: deque(maxlen=LENGTH))
+    _open: dict[tuple[str, bool], Utterance] = field(default_factory=dict)
+
+    def take(self, event: Event) -> None:
+        """Something has happened."""
+        if isinstance(event, Changed):
+            self.changes.append(event)
+        elif isinstance(event, Heard):
+            self._say(event, by_host=False).errors |= event.errors
+        else:
+            self._say(event, by_host=True)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing had to be forgotten."""
+        trains = [axis.train for controller in self.bench.controllers.values() for axis in controller.axes.values()]
+        return max(len(self.said), len(self.changes)) < LENGTH and not any(train.forgotten for train in trains)
+
+    def moves(self) -> list[Move]:
+        """What has moved, in order of time."""
+        found = [
+            Move(controller.name, name, stroke, self.bench.now)
+            for controller in self.bench.controllers.values()
+            for name, axis in controller.axes.items()
+            for stroke in axis.train.strokes
+            if stroke.profile.segments and (stroke.end_ns is None or stroke.end_ns > self.began_ns)
+        ]
+        return sorted(found, key=lambda move: move.start_ns)
+
+    def _say(self, event: Said | Heard, by_host: bool) -> Utterance:
+        key = event.controller, by_host
+        utterance = self._open.get(key)
+        if utterance is None or event.time_ns - utterance.last_ns > PAUSE_NS or self._ends(utterance, event.data):
+            utterance = Utterance(event.time_ns, event.controller, by_host, bytearray(), event.time_ns)
+            self._open[key] = utterance
+            self.said.append(utterance)
+        utterance.data += event.data
+        utterance.last_ns = event.time_ns
+        return utterance
+
+    @staticmethod
+    def _ends(utterance: Utterance, following: bytes) -> bool:
+        return utterance.over and following != b"\n"
+
+
+@contextmanager
+def watching(bench: Bench) -> Iterator[History]:
+    """Keep in mind what happens on the bench meanwhile."""
+    levels = {
+        (controller.name, name): pin.level
+        for controller in bench.controllers.values()
+        for name, pin in terminals(controller).items()
+    }
+    history = History(bench, bench.now, levels)
+    with observing(bench, history.take):
+        yield history

@@ -1,0 +1,47 @@
+"""The bench that a command line asks for: a MODEL with options, or a SCENE.toml."""
+
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from axistwin.bench import Bench
+from axistwin.errors import UsageError
+
+
+def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
+    """A bench with one controller, or the one that a scene describes."""
+    options = tuple(options)
+    if not target.endswith(".toml"):
+        bench = Bench()
+        bench.add(target, state=state, **read_options(options))
+        return bench
+    if options or state:
+        raise UsageError("--option and --state are for a MODEL: write them into the scene")
+    from axistwin.apps.scene import Scene  # brings pydantic along
+
+    made: Bench = Scene.load(Path(target)).build()
+    return made
+
+
+def read_options(options: Iterable[str]) -> dict[str, Any]:
+    """`NAME=VALUE` words as keywords; `X.limits=[-5,5]` is `X={"limits": [-5, 5]}`."""
+    found: dict[str, Any] = {}
+    for option in options:
+        name, equals, text = option.partition("=")
+        if not equals or not name:
+            raise UsageError(f"no option {option!r}: write it like NAME=VALUE")
+        *path, last = name.replace("-", "_").split(".")
+        place = found
+        for part in path:
+            place = place.setdefault(part, {})
+        place[last] = _value(text)
+    return found
+
+
+def _value(text: str) -> Any:
+    """A TOML value if it is one, otherwise the text as it stands."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
