@@ -13,7 +13,6 @@ the start, with fraction) is known exactly at any time, and the time of the n-th
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from functools import cache
 from math import gcd, lcm
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,7 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-CHUNK = 1 << 15  # pulses expanded at a time: their times fit the processor's cache
+BLOCK = 1 << 12  # pulses calculated one by one before the pattern is repeated, at least
+MOST_BLOCK = 1 << 16  # and at most
 
 
 class Segment(NamedTuple):
@@ -116,48 +116,56 @@ class Profile:
         """Every rate times `ratio`, as a rate multiplier makes it; the times stay."""
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
-    def pulse_times(self, first: int, last: int) -> "NDArray[np.int64]":
-        """When the pulses `first` to `last` (from 1, inclusive) happen, in nanoseconds from the start."""
-        import numpy as np
-
-        times = np.empty(max(0, last - first + 1), dtype=np.int64)
-        n = first
+    def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
+        """Write the times of pulse `first` (from 1) and those after it into `out`, `offset_ns` added to each."""
+        n, last = first, first + len(out) - 1
         for j in range(len(self.rates)):
-            if n > last:
-                break
             segment_last = last if j + 1 >= len(self.phases) else min(last, self.phases[j + 1] // self.parts)
-            while n <= segment_last:
-                upto = min(segment_last, n + CHUNK - 1)
-                self._expand(j, n, times[n - first : upto - first + 1])
-                n = upto + 1
-        return times
+            if n <= segment_last:
+                self._fill(j, n, offset_ns, out[n - first : segment_last - first + 1])
+                n = segment_last + 1
 
-    def _expand(self, j: int, n: int, out: "NDArray[np.int64]") -> None:
+    def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
         """Fill `out` with the times of pulse n and those after it, all in segment j.
 
-        With t(n) = a / b exactly and a period of p = i + f / b nanoseconds (i, f integers, f < b), pulse n + k is in
-        nanosecond t(n) // 1 + i * k + (a % b + f * k) // b: small integers, whatever n is.
+        The period is a fraction of b nanoseconds, so after b pulses everything repeats a whole number of nanoseconds
+        later: one block is calculated, and the others are the block moved on.
         """
         import numpy as np
 
-        b = self.rates[j] * self.ticks
-        base, rest = divmod(self.starts[j] * S * self.rates[j] + (n * self.parts - self.phases[j]) * S, b)
-        whole, fraction = divmod(self.parts * S, b)
-        common = gcd(fraction, b)
-        rest, fraction, b = rest // common, fraction // common, b // common
-        count = _count()[: len(out)]
-        if b <= 1 << 47:  # then fraction * count fits 63 bits
-            np.multiply(count, fraction, out=out)
-            out += rest
-            out //= b
-            out += count * whole
-            out += base
-        else:
-            out[:] = [self.pulse_ns(n + k) for k in range(len(out))]
+        rate_ticks = self.rates[j] * self.ticks
+        period, b = self.parts * S, rate_ticks
+        common = gcd(period, b)
+        period, b = period // common, b // common
+        start = (self.starts[j] * S * self.rates[j] + (n * self.parts - self.phases[j]) * S) // common
+        block = b * -(-BLOCK // b)
+        if block >= len(out) or block > MOST_BLOCK:
+            self._fill_block(start, period, b, offset_ns, out)
+            return
+        pattern = np.empty(block, np.int64)
+        self._fill_block(start, period, b, offset_ns, pattern)
+        whole = len(out) // block
+        moves = np.arange(whole + 1, dtype=np.int64) * (period * (block // b))
+        np.add(pattern, moves[:whole, None], out=out[: whole * block].reshape(whole, block))
+        rest = len(out) - whole * block
+        np.add(pattern[:rest], moves[whole], out=out[whole * block :])
 
+    @staticmethod
+    def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
+        """out[k] = (start + period * k) // b + offset_ns, in pieces so small that nothing overflows 63 bits."""
+        import numpy as np
 
-@cache
-def _count() -> "NDArray[np.int64]":
-    import numpy as np
-
-    return np.arange(CHUNK, dtype=np.int64)
+        whole, fraction = divmod(period, b)
+        if fraction * MOST_BLOCK >= 1 << 62:
+            out[:] = [(start + period * k) // b + offset_ns for k in range(len(out))]
+            return
+        for begin in range(0, len(out), MOST_BLOCK):
+            piece = out[begin : begin + MOST_BLOCK]
+            count = np.arange(len(piece), dtype=np.int64)
+            base, rest = divmod(start + period * begin, b)
+            np.multiply(count, fraction, out=piece)
+            piece += rest
+            piece //= b
+            count *= whole
+            piece += count
+            piece += base + offset_ns

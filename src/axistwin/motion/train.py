@@ -58,17 +58,15 @@ class Train:
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Stroke:
         """Begin a new stroke; the one before ends here."""
-        self.replace(now_ns, self.stroke.profile.cut(max(0, now_ns - self.stroke.start_ns)))
+        if self.moving(now_ns):
+            self.replace(self.stroke.profile.cut(now_ns - self.stroke.start_ns))
         self.forgotten += len(self.strokes) == self.strokes.maxlen
         stroke = Stroke(now_ns, direction, profile, self.stroke.position_at(now_ns))
         self.strokes.append(stroke)
         return stroke
 
-    def replace(self, now_ns: int, profile: Profile) -> None:
-        """Give the present stroke another course; the part before `now_ns` must be the same."""
-        assert profile.pulses_by(now_ns - self.stroke.start_ns) == self.stroke.profile.pulses_by(
-            now_ns - self.stroke.start_ns
-        )
+    def replace(self, profile: Profile) -> None:
+        """Give the present stroke another course; the part before now must be the same."""
         self.stroke.profile = profile
 
     def moving(self, now_ns: int) -> bool:
@@ -90,13 +88,19 @@ class Train:
         """When pulses happened, in order: all with start_ns <= time < stop_ns."""
         import numpy as np
 
-        first = self.stroke_at(start_ns)
-        strokes = [stroke for stroke in self.strokes if first.start_ns <= stroke.start_ns < stop_ns]
-        pieces = [np.empty(0, np.int64)]
-        for stroke in strokes:
-            before = stroke.profile.pulses_by(start_ns - 1 - stroke.start_ns)
-            upto = stroke.profile.pulses_by(stop_ns - 1 - stroke.start_ns)
-            times = stroke.profile.pulse_times(before + 1, upto)
-            times += stroke.start_ns
-            pieces.append(times)
-        return np.concatenate(pieces) if len(pieces) != 2 else pieces[1]
+        earliest = self.stroke_at(start_ns).start_ns
+        spans = [
+            (stroke, self._pulses_before(stroke, start_ns), self._pulses_before(stroke, stop_ns))
+            for stroke in self.strokes
+            if earliest <= stroke.start_ns < stop_ns
+        ]
+        times = np.empty(sum(upto - before for _, before, upto in spans), np.int64)
+        filled = 0
+        for stroke, before, upto in spans:
+            stroke.profile.fill_pulse_times(before + 1, stroke.start_ns, times[filled : filled + upto - before])
+            filled += upto - before
+        return times
+
+    @staticmethod
+    def _pulses_before(stroke: Stroke, time_ns: int) -> int:
+        return stroke.profile.pulses_by(time_ns - 1 - stroke.start_ns)

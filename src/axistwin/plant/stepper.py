@@ -69,7 +69,7 @@ class StepperAxis:
 
     def replace(self, profile: Profile) -> None:
         """The stroke takes another course from now on; `profile` tells it from the stroke's start."""
-        self.train.replace(self.clock.now, profile)
+        self.train.replace(profile)
         self._reconsider()
 
     def halt(self) -> None:

@@ -1,0 +1,174 @@
+"""The only place where virtual time meets the wall clock.
+
+At speed N the bench is advanced to the time that the wall clock says, in blocks of about 5 ms or when something comes
+in.  At full speed (`max`) everything that is due happens at once, in slices of about 2 ms between two looks at the
+sockets.  In either case nothing is done while nothing is due.
+"""
+
+import asyncio
+from collections.abc import Callable
+from time import perf_counter
+from typing import Protocol
+
+from axistwin.errors import UsageError
+from axistwin.sim.clock import Clock
+from axistwin.units import S
+
+SLICE_S = 0.002
+"""So long the bench may work between two looks at the sockets."""
+BLOCK_S = 0.005
+"""At most this often the bench is advanced by the wall clock."""
+LATE_S = 0.025
+"""What happens later than this has fallen behind, and is counted."""
+GIVEN_UP_S = 1.0
+"""More than this is never caught up: virtual time goes on from where it is."""
+
+
+class Port(Protocol):
+    """Something that has words for the outside once the bench has been advanced."""
+
+    def flush(self) -> None:
+        """Hand them over."""
+
+
+def read_speed(text: str) -> float | None:
+    """`"2.5"` as a number, `"max"` as None.  Raises UsageError."""
+    if text == "max":
+        return None
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not 0 < speed < float("inf"):
+        raise UsageError(f"no speed {text!r}: give a number such as 1 (real time) or 0.5, or max")
+    return speed
+
+
+class Pacer:
+    """Advances the clock of one bench: `speed` times real time, or as fast as it goes (None)."""
+
+    def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
+        self.clock, self.speed = clock, speed
+        self.overruns = 0
+        """How often something happened too late."""
+        self.most_late_s = 0.0
+        self._dirty: list[Port] = []
+        self._watchers: list[Callable[[], None]] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._next: asyncio.Handle | None = None
+        self._next_at_s = 0.0
+        self._last_s = 0.0
+        self._wall_s, self._virtual_ns = 0.0, 0
+
+    def start(self) -> None:
+        """From now on virtual time passes.  Called in a running event loop."""
+        self._loop = asyncio.get_running_loop()
+        self._wall_s, self._virtual_ns = self._loop.time(), self.clock.now
+        self.work()
+
+    def stop(self) -> None:
+        """Virtual time stands still."""
+        if self._next is not None:
+            self._next.cancel()
+        self._next, self._loop = None, None
+
+    def mark(self, port: Port) -> None:
+        """This port wants to be flushed when the bench has been advanced."""
+        self._dirty.append(port)
+
+    def watch(self, watcher: Callable[[], None]) -> Callable[[], None]:
+        """Call `watcher` whenever the bench has been advanced.  Returns what ends the watching."""
+        self._watchers.append(watcher)
+        return lambda: self._watchers.remove(watcher)
+
+    def sync(self) -> None:
+        """Something is about to come in: bring virtual time to the moment of its arrival."""
+        if self.speed is not None and self._loop is not None:
+            self._advance(self._loop.time())
+
+    def work(self) -> None:
+        """Something has come in: let happen what is due now."""
+        if self._loop is None:
+            return
+        if self.speed is not None:
+            self._advance(self._loop.time())
+            self._flush()
+            self._sleep()
+        elif self._next is None:  # else a slice is coming anyway, and the sockets have their turn first
+            self._slice()
+
+    def report(self) -> str | None:
+        """What there is to tell about falling behind, in one line."""
+        if not self.overruns:
+            return None
+        return f"fell behind the wall clock {self.overruns} times, by {self.most_late_s * 1000:.0f} ms at most"
+
+    # As fast as it goes
+
+    def _slice(self) -> None:
+        self._next = None
+        clock, end_s = self.clock, perf_counter() + SLICE_S
+        while clock.next_event_ns() is not None and perf_counter() < end_s:
+            clock.step()
+        self._flush()
+        if clock.next_event_ns() is not None and self._next is None and self._loop is not None:
+            self._next = self._loop.call_soon(self._slice)
+
+    # By the wall clock
+
+    def _tick(self) -> None:
+        self._next = None
+        self.work()
+
+    def _advance(self, wall_s: float) -> None:
+        """Bring virtual time to `wall_s`, or as near as a slice allows."""
+        assert self.speed is not None
+        clock, self._last_s = self.clock, wall_s
+        target_ns = self._virtual_ns + int((wall_s - self._wall_s) * self.speed * S)
+        due_ns = clock.next_event_ns()
+        if due_ns is not None and due_ns < target_ns:
+            self._account((target_ns - due_ns) / S / self.speed)
+        end_s = perf_counter() + SLICE_S
+        while due_ns is not None and due_ns <= target_ns:
+            if perf_counter() >= end_s:
+                self._give_up(target_ns, wall_s)
+                return
+            clock.step()
+            due_ns = clock.next_event_ns()
+        if target_ns > clock.now:
+            clock.run_to(target_ns)
+
+    def _account(self, late_s: float) -> None:
+        if late_s > LATE_S:
+            self.overruns += 1
+            self.most_late_s = max(self.most_late_s, late_s)
+
+    def _give_up(self, target_ns: int, wall_s: float) -> None:
+        """Forget what cannot be caught up: the bench was too slow, or the machine was asleep."""
+        assert self.speed is not None
+        if (target_ns - self.clock.now) / S / self.speed > GIVEN_UP_S:
+            self._wall_s, self._virtual_ns = wall_s, self.clock.now
+
+    def _sleep(self) -> None:
+        """Wake up when something is due, but not more often than once in a block."""
+        assert self._loop is not None and self.speed is not None
+        due_ns = self.clock.next_event_ns()
+        if due_ns is None:
+            return
+        due_s = self._wall_s + (due_ns - self._virtual_ns) / S / self.speed
+        at_s = max(due_s, self._last_s + BLOCK_S) if due_s > self._last_s else self._last_s
+        if self._next is not None:
+            if self._next_at_s <= at_s:
+                return
+            self._next.cancel()
+        self._next, self._next_at_s = self._loop.call_at(at_s, self._tick), at_s
+
+    # Out
+
+    def _flush(self) -> None:
+        while self._dirty:
+            dirty, self._dirty = self._dirty, []
+            for port in dirty:
+                port.flush()
+        for watcher in tuple(self._watchers):
+            watcher()

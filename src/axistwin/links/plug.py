@@ -1,0 +1,202 @@
+"""The serial connector of one controller.  It takes one plug: one client at a time, whatever the transport.
+
+The first client to come is connected; a later one is refused, unless the one before has hung up.  A client finds empty
+buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still transmitted, until
+the next one comes.
+"""
+
+from collections.abc import Callable
+from enum import Enum
+from logging import getLogger
+from typing import Protocol
+
+from axistwin.bench import Controller
+from axistwin.links.pacing import Pacer
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import LineError
+from axistwin.units import to_seconds
+
+log = getLogger("axistwin.links")
+
+FULL = 1024
+"""With so many characters waiting for the wire a client is not read from, until half of them have left."""
+X_ON, X_OFF = 0x11, 0x13
+
+
+class Flow(Enum):
+    """What makes the link hold back characters from the host."""
+
+    NONE = "none"
+    DTR = "dtr"
+    X_ON_X_OFF = "xon"
+
+
+class Client(Protocol):
+    """A host at the other end of a transport."""
+
+    name: str
+    flow: Flow | None
+    """The flow control it asks for; None: the link's own."""
+
+    def deliver(self, data: bytes, errors: LineError) -> None:
+        """Characters from the controller; `errors`: what was found wrong with some of them."""
+
+    def hung_up(self) -> bool:
+        """Whether it has gone, or is about to."""
+
+    def close(self) -> None:
+        """Disconnect it."""
+
+    def pause(self) -> None:
+        """Take nothing from it for the moment."""
+
+    def resume(self) -> None:
+        """Go on taking what it sends."""
+
+
+class Plug:
+    """Joins the serial port of a controller to the client that is connected."""
+
+    def __init__(self, controller: Controller, pacer: Pacer, *, flow: Flow = Flow.DTR, reset: bool = False) -> None:
+        self.controller, self.serial, self.pacer = controller, controller.serial, pacer
+        self.flow, self.reset = flow, reset
+        self.usual = self.serial.host.format
+        self.client: Client | None = None
+        self._dirty = False
+        self._errors = LineError.NONE
+        self._stopped_by_x_off = False
+        self._break_from_ns: int | None = None
+        self._unwatch: Callable[[], None] | None = None
+        self.serial.hear(self._heard)
+        self.serial.dtr_line.watch(self._dtr_changed)
+        self.settle_flow()
+
+    @property
+    def name(self) -> str:
+        """The controller's name."""
+        return self.controller.name
+
+    # Clients come and go
+
+    def connect(self, client: Client) -> bool:
+        """Plug this client in, if there is no other."""
+        if self.client is not None and self.client is not client:
+            if not self.client.hung_up():
+                log.warning("%s: refused %s, as %s is connected", self.name, client.name, self.client.name)
+                return False
+            self.client.close()
+            self.disconnect(self.client)
+        self.pacer.sync()
+        self.client = client
+        self._clean()
+        if self.reset:
+            self.controller.power_cycle()
+        self.pacer.work()
+        return True
+
+    def disconnect(self, client: Client) -> None:
+        """This client has gone."""
+        if self.client is not client:
+            return
+        self.pacer.sync()
+        self.client = None
+        self.set_break(False)
+        self.serial.host.dtr = self.serial.host.rts = True
+        self._stop_waiting()
+        self.settle_flow()
+        self.pacer.work()
+
+    def _clean(self) -> None:
+        self.serial.drop_pending()
+        self.serial.read()
+        self._errors = LineError.NONE
+        self._stopped_by_x_off = False
+        self.serial.host.format = self.usual
+        self.settle_flow()
+
+    # From the client
+
+    def send(self, data: bytes) -> None:
+        """Characters from the client."""
+        self.pacer.sync()
+        self.serial.write(data)
+        self.pacer.work()
+        if self.serial.pending > FULL and self._unwatch is None and self.client is not None:
+            self.client.pause()
+            self._unwatch = self.pacer.watch(self._resume_when_emptier)
+
+    def change(self, change: Callable[[], object]) -> None:
+        """Something else from the client: a format, a control line."""
+        self.pacer.sync()
+        change()
+        self.pacer.work()
+
+    def set_break(self, on: bool) -> None:
+        """The client begins or ends a break.
+
+        How long it is is known at its end only, so that is when the line goes to space, for as long as the client has
+        waited but at least two characters.  Meanwhile nothing is sent.
+        """
+        now_ns, began_ns = self.pacer.clock.now, self._break_from_ns
+        if on and began_ns is None:
+            self._break_from_ns = now_ns
+        elif not on and began_ns is not None:
+            self._break_from_ns = None
+            least_ns = 2 * self.serial.host.format.frame_ns
+            self.serial.send_break(to_seconds(max(now_ns - began_ns, least_ns)))
+        self.settle_flow()
+
+    def _resume_when_emptier(self) -> None:
+        if self.serial.pending <= FULL // 2:
+            self._stop_waiting()
+            if self.client is not None:
+                self.client.resume()
+
+    def _stop_waiting(self) -> None:
+        if self._unwatch is not None:
+            self._unwatch()
+            self._unwatch = None
+
+    # From the controller
+
+    def mark(self) -> None:
+        """There is something to tell the client once the bench has been advanced."""
+        if not self._dirty:
+            self._dirty = True
+            self.pacer.mark(self)
+
+    def flush(self) -> None:
+        """Hand over what has come.  Without a client it is lost, as with nobody at the other end of the cable."""
+        self._dirty = False
+        data, errors, self._errors = self.serial.read(), self._errors, LineError.NONE
+        if self.client is None:
+            return
+        if self._flow is Flow.X_ON_X_OFF:
+            data = data.translate(None, bytes((X_ON, X_OFF)))
+        self.client.deliver(data, errors)
+
+    def _heard(self, byte: int, errors: LineError) -> None:
+        self.mark()
+        if errors:
+            self._errors |= errors
+        if byte in (X_ON, X_OFF) and self._flow is Flow.X_ON_X_OFF:
+            self._stopped_by_x_off = byte == X_OFF
+            self.settle_flow()
+
+    # Flow control: "The controller should therefore interrupt data transmission if this signal becomes reset"
+
+    @property
+    def _flow(self) -> Flow:
+        wanted = None if self.client is None else self.client.flow
+        return self.flow if wanted is None else wanted
+
+    def _dtr_changed(self, _: Pin) -> None:
+        self.settle_flow()
+
+    def settle_flow(self) -> None:
+        """Hold the characters of the host back, or let them go."""
+        held_by_dtr = self._flow is Flow.DTR and not self.serial.dtr
+        held_by_x_off = self._flow is Flow.X_ON_X_OFF and self._stopped_by_x_off
+        held = held_by_dtr or held_by_x_off or self._break_from_ns is not None
+        if held is not self.serial.held:
+            self.serial.held = held

@@ -1,0 +1,129 @@
+"""Telnet as far as RFC 2217 needs it: which bytes are data, and which are commands.  Bytes in, items out; no sockets."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+IAC = 0xFF
+SE, SB = 0xF0, 0xFA
+LONGEST = 64
+"""A subnegotiation that does not end within so many bytes is rubbish, and is forgotten."""
+
+
+class Verb(IntEnum):
+    """What is said about an option."""
+
+    WILL = 0xFB
+    WONT = 0xFC
+    DO = 0xFD
+    DONT = 0xFE
+
+
+class Option(IntEnum):
+    """The options that matter here."""
+
+    BINARY = 0
+    ECHO = 1
+    SUPPRESS_GO_AHEAD = 3
+    COM_PORT = 44
+
+
+@dataclass(frozen=True)
+class Negotiation:
+    """IAC verb option."""
+
+    verb: Verb
+    option: int
+
+    def __bytes__(self) -> bytes:
+        return bytes((IAC, self.verb, self.option))
+
+
+@dataclass(frozen=True)
+class Subnegotiation:
+    """IAC SB option payload IAC SE."""
+
+    option: int
+    payload: bytes
+
+    def __bytes__(self) -> bytes:
+        return bytes((IAC, SB, self.option)) + escape(self.payload) + bytes((IAC, SE))
+
+
+@dataclass(frozen=True)
+class Command:
+    """IAC and a code that stands alone, such as BRK."""
+
+    code: int
+
+
+Item = bytes | Negotiation | Subnegotiation | Command
+
+
+def escape(data: bytes) -> bytes:
+    """Data as it is sent: each FF twice."""
+    return data.replace(b"\xff", b"\xff\xff")
+
+
+class Parser:
+    """Takes a stream of bytes apart, whatever pieces it comes in."""
+
+    def __init__(self) -> None:
+        self._begun = b""
+
+    def feed(self, data: bytes) -> list[Item]:
+        """The items that are complete now.  Data between two commands is one item."""
+        items: list[Item] = []
+        plain = bytearray()
+        data, at = self._begun + data, 0
+        self._begun = b""
+        while (iac := data.find(IAC, at)) >= 0:
+            plain += data[at:iac]
+            found = _sequence(data, iac)
+            if found is None:
+                at = len(data)
+                self._begun = data[iac:]
+                break
+            item, at = found
+            if isinstance(item, bytes):
+                plain += item
+                continue
+            if plain:
+                items.append(bytes(plain))
+                plain.clear()
+            items.append(item)
+        plain += data[at:]
+        if plain:
+            items.append(bytes(plain))
+        return items
+
+
+def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
+    """What begins with the IAC at this place, and where it ends; None: there is more to come."""
+    if len(data) < iac + 2:
+        return None
+    code = data[iac + 1]
+    if code == IAC:
+        return b"\xff", iac + 2
+    if code == SB:
+        return _subnegotiation(data, iac)
+    if code not in iter(Verb):
+        return Command(code), iac + 2
+    if len(data) < iac + 3:
+        return None
+    return Negotiation(Verb(code), data[iac + 2]), iac + 3
+
+
+def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
+    payload, at = bytearray(), begin + 2
+    while at < min(len(data) - 1, begin + LONGEST):
+        if data[at] != IAC:
+            payload.append(data[at])
+            at += 1
+        elif data[at + 1] == IAC:
+            payload.append(IAC)
+            at += 2
+        elif data[at + 1] == SE and payload:
+            return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
+        else:  # another command in the middle of it: what was begun is worth nothing
+            return Command(SB), at
+    return None if at < begin + LONGEST else (Command(SB), at)

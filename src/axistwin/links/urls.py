@@ -1,0 +1,79 @@
+"""Ports as URLs, in pyserial's manner.
+
+    tcp://127.0.0.1:5001        raw TCP; port 0: any free one
+    rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217)
+    pty:/tmp/if1                a pseudo terminal with a link to it at this path; `pty:` alone: without a link
+    serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
+"""
+
+from dataclasses import dataclass, replace
+from urllib.parse import parse_qsl, urlsplit
+
+from axistwin.errors import UsageError
+
+LOOPBACK = "127.0.0.1"
+EXAMPLES = {
+    "tcp": "tcp://127.0.0.1:5001",
+    "rfc2217": "rfc2217://127.0.0.1:2217",
+    "pty": "pty:/tmp/if1",
+    "serial": "serial:///dev/ttyUSB0?baud=9600",
+}
+
+
+@dataclass(frozen=True)
+class PortUrl:
+    """Where a controller is to be reached: an address for `tcp` and `rfc2217`, a path for `pty` and `serial`."""
+
+    scheme: str
+    host: str = ""
+    port: int = 0
+    path: str = ""
+    baud: int | None = None
+
+    def __str__(self) -> str:
+        if self.scheme in ("tcp", "rfc2217"):
+            return f"{self.scheme}://{self.address}"
+        if self.scheme == "pty":
+            return f"pty:{self.path}"
+        return f"serial://{self.path}" + ("" if self.baud is None else f"?baud={self.baud}")
+
+    @property
+    def address(self) -> str:
+        """`host:port`."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+    def at(self, host: str, port: int) -> "PortUrl":
+        """The same, at this address."""
+        return replace(self, host=host, port=port)
+
+
+def parse(text: str) -> PortUrl:
+    """Read a port's URL.  Raises UsageError."""
+    scheme, colon, rest = text.partition(":")
+    if scheme not in EXAMPLES or not colon:
+        raise UsageError(f"no port {text!r}: write it like {', '.join(EXAMPLES.values())}")
+    if scheme == "pty":
+        return PortUrl("pty", path=rest.removeprefix("//"))
+    return _serial(text) if scheme == "serial" else _network(scheme, rest.removeprefix("//"), text)
+
+
+def parse_as(scheme: str, text: str) -> PortUrl:
+    """Read what an option that names the scheme is given, such as `--tcp 127.0.0.1:5001`."""
+    return parse(f"{scheme}:{text}" if scheme == "pty" else f"{scheme}://{text}")
+
+
+def _network(scheme: str, address: str, text: str) -> PortUrl:
+    host, colon, number = address.rpartition(":")
+    if not (number.isascii() and number.isdecimal() and int(number) <= 0xFFFF) or (host and not colon):
+        raise UsageError(f"no address and port in {text!r}: write it like {EXAMPLES[scheme]}")
+    return PortUrl(scheme, host.strip("[]") or LOOPBACK, int(number))
+
+
+def _serial(text: str) -> PortUrl:
+    parts = urlsplit(text)
+    query = dict(parse_qsl(parts.query, keep_blank_values=True))
+    baud = query.pop("baud", None)
+    path = parts.netloc + parts.path
+    if query or not path or not (baud is None or (baud.isascii() and baud.isdecimal() and int(baud) > 0)):
+        raise UsageError(f"no serial device in {text!r}: write it like {EXAMPLES['serial']}")
+    return PortUrl("serial", path=path, baud=None if baud is None else int(baud))
