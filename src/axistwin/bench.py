@@ -216,5 +216,3 @@ def _fit_switches(
     if made.limit_pins and minus:
         in_series(minus, device.pins[made.limit_pins[0]])
         in_series(plus, device.pins[made.limit_pins[1]])
-
-

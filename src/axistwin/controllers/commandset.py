@@ -46,19 +46,23 @@ class Command:
     parameters: tuple[Field, ...]
     accepted: Flag
     handler: Callable[..., Any] | None = field(compare=False)
-    syntax: str = ""
 
     @property
     def implemented(self) -> bool:
         """Whether there is a handler."""
         return self.handler is not None
 
+    @property
+    def syntax(self) -> str:
+        """How it is written, for people."""
+        return " ".join((str(self.code), *(f"[{f.name}]" if f.optional else f.name for f in self.parameters)))
+
     def as_dict(self) -> dict[str, Any]:
         """The entry for `--json`."""
         return {
             "code": self.code,
             "name": self.name,
-            "syntax": self.syntax or str(self.code),
+            "syntax": self.syntax,
             "parameters": [
                 {"name": f.name, "unit": f.unit, "low": f.low, "high": f.high, "optional": f.optional}
                 for f in self.parameters

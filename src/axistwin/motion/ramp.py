@@ -1,10 +1,10 @@
 """Ramps in steps: the rate rises by a fixed increment at fixed intervals, and falls the same way.
 
-    rate   top ┐      ┌──────────┐
-               │    ┌─┘          └─┐            levels: start, start + increment, ... below top
-       levels  ┤  ┌─┘              └─┐          each lasts one interval
-         start ┘┌─┘                  └─┐
-               ─┴──────────────────────┴── t
+rate   top ┐      ┌──────────┐
+           │    ┌─┘          └─┐            levels: start, start + increment, ... below top
+   levels  ┤  ┌─┘              └─┐          each lasts one interval
+     start ┘┌─┘                  └─┐
+           ─┴──────────────────────┴── t
 """
 
 from bisect import bisect_right

@@ -22,7 +22,7 @@ _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 class Clock(simpy.Environment):
     """Virtual time in integer nanoseconds, from 0."""
 
-    now: int  # type: ignore[assignment]  # SimPy also allows floats; here time is an integer
+    now: int  # SimPy also allows floats; here time is an integer
 
     def run_to(self, end_ns: int) -> None:
         """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
@@ -40,14 +40,18 @@ class Clock(simpy.Environment):
         """Do `action` once, `delay_ns` from now."""
         event = self.timeout(delay_ns)
         assert event.callbacks is not None
-        event.callbacks.append(lambda _: action())
+
+        def act(_: Event) -> None:
+            action()
+
+        event.callbacks.append(act)
 
 
 def kill(process: Process) -> None:
     """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run."""
     if not process.is_alive:
         return
-    callbacks = process.target.callbacks
-    if callbacks is not None and process._resume in callbacks:
-        callbacks.remove(process._resume)
+    waiting = process.target.callbacks
+    if process._resume in (waiting or ()):
+        waiting.remove(process._resume)
     process._generator.close()

@@ -111,6 +111,7 @@ class Frame:
     intact: tuple[UartFormat, int] | None = None  # what was sent, while nothing has disturbed it
 
     def level(self, time_ns: Fraction) -> bool:
+        """What is on the wire at this time."""
         if time_ns < self.start_ns or (self.cut_ns is not None and time_ns >= self.cut_ns):
             return MARK
         bit = int((time_ns - self.start_ns) / self.bit_ns)
@@ -296,7 +297,7 @@ class Uart:
     format: UartFormat | None = field(default_factory=UartFormat)
     on_receive: Callable[[int, LineError], None] = lambda byte, errors: None
     on_measure: Callable[[Fraction], UartFormat | None] = lambda low_ns: None
-    """Asked for a format while `format` is None: low time of the first bits in, format to read the character with out."""
+    """Asked for a format while `format` is None; it is told how long the line was low."""
     has_room: Callable[[], bool] = lambda: True
     """On a line that takes no time the sender waits while the receiver has no room."""
 

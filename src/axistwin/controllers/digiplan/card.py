@@ -1,6 +1,6 @@
 """The card itself: its terminals and its plug, which are there with and without power (chapter Installation)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import DRIVES, LIMITS
@@ -71,24 +71,26 @@ class _Wiring:
             connect(card.rts, self.cts)
 
 
-def _if1(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> Card:
+def _without_battery(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
     return Card(clock, axes, options, NoBattery())
 
 
-def _product(model: str, title: str, build: type[Card] | object) -> Product:
+def _product(
+    model: str, title: str, build: Callable[[Clock, Mapping[str, PulseAxis], Options, Store], Card]
+) -> Product:
     return Product(
         model=model,
         title=title,
         commands=COMMANDS,
         axes=("X", "Y", "Z"),
         options=Options,
-        build=build,  # type: ignore[arg-type]
+        build=build,
         line=UartFormat(9600, 8, "N", 2),
         limit_pins=("limit_minus", "limit_plus"),
     )
 
 
 PRODUCTS = {
-    "if1": _product("if1", "Digiplan IF1 stepper motor interface", _if1),
+    "if1": _product("if1", "Digiplan IF1 stepper motor interface", _without_battery),
     "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", Card),
 }

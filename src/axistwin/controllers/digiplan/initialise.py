@@ -1,6 +1,6 @@
 """Chapter Initialisation: self-test, automatic baud rate, data format.
 
-    RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY
+RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY
 """
 
 import re
@@ -95,7 +95,7 @@ def read_format(text: str, terminator: int) -> Frame | None:
     return frame if frame.ends_message == terminator else None
 
 
-def only_at_initialisation(step: Step) -> str:
+def only_at_initialisation(_: Step) -> str:
     """Commands ( * U V: baud rate detection, erasing, data format.  Heard while the interface is being initialised.
 
     Once it is ready they are a data fault.  Chapters Initialisation, Breaking into a locked interface.

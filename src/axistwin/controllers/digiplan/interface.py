@@ -18,7 +18,7 @@ from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.lockout import Retained
 from axistwin.controllers.digiplan.motion import RampGenerator
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.sequence import WorkEnded, perform, sequence
+from axistwin.controllers.digiplan.sequence import EndOfWork, perform, sequence
 from axistwin.controllers.digiplan.serial_data import (
     CR,
     LF,
@@ -59,7 +59,14 @@ class Interface:
         options: Options,
         store: Store,
     ) -> None:
-        self.clock, self.uart, self.lines, self.pins, self.options, self.store = clock, uart, lines, pins, options, store
+        self.clock, self.uart, self.lines, self.pins, self.options, self.store = (
+            clock,
+            uart,
+            lines,
+            pins,
+            options,
+            store,
+        )
         self.state = State.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.parameters = Parameters()
@@ -343,7 +350,7 @@ class Interface:
     def _working(self, procedure: Procedure) -> Procedure:
         try:
             yield from procedure
-        except (WorkEnded, Interrupt):
+        except (EndOfWork, Interrupt):
             self.motion.decelerate()
         while self.motion.running:
             try:

@@ -22,7 +22,8 @@ def minor_axis(step: Step) -> str | None:
     """Command /: what follows is the minor axis, or two of them.
 
     The minor axis runs its own distance at speed x minor / major.  Speed up to 10,000 steps/s, acceleration from 5000
-    steps/s², major distance up to 65,535 steps, speed range 1; otherwise out of range.  Chapter Linear interpolation mode.
+    steps/s², major distance up to 65,535 steps, speed range 1; otherwise out of range.
+    Chapter Linear interpolation mode.
     """
     if step.interpolated:
         return "/ stands twice"

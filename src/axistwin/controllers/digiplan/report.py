@@ -85,8 +85,8 @@ def busy_status(interface: "Interface") -> bytes:
 def position(interface: "Interface") -> bytes:
     """Command N: steps since the last index or run began, modulo 2^32.
 
-    In motion above the start/stop speed the last 256 steps are not counted yet.  An interpolated run faster than that
-    has a counter of 16 bits, which loses a step when it first rolls over: from then on the number of steps is N + 65,537.
+    In motion above the start/stop speed the last 256 steps are not counted yet.  An interpolated run faster than
+    that has a counter of 16 bits, which loses a step when it rolls over: from then on there are N + 65,537 steps.
     Chapters Position report-back, Position report-back in linear interpolation mode.
     """
     motion, parameters = interface.motion, interface.parameters

@@ -18,7 +18,7 @@ CYCLE_NS = 1 * MS
 """A step that has nothing to wait for takes the interface one cycle of about 1 ms."""
 
 
-class WorkEnded(Exception):
+class EndOfWork(Exception):  # noqa: N818  # it is not an error of ours
     """What was being carried out is over: a move is refused, or a parameter is out of range."""
 
 
@@ -87,9 +87,9 @@ def _move(interface: "Interface", step: Step) -> Procedure:
         problem = interpolation.constraint(interface.parameters, step.run)
     if problem is not None:
         interface.faults.raise_line(LineFault.RANGE)
-        raise WorkEnded
+        raise EndOfWork
     if interface.faults.blocked({**step.major, **step.minor}):
-        raise WorkEnded
+        raise EndOfWork
     if step.run:
         run.run(interface, step)
     elif step.interpolated:

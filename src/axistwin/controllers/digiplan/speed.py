@@ -67,6 +67,7 @@ def setting(name: str, step: Step, value: int) -> None:
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.
-    After > < ^ the ramp is calculated anew, up to 1 second.  Chapters Speed to Acceleration rate, Inter-character delay.
+    After > < ^ the ramp is calculated anew, up to 1 second.
+    Chapters Speed to Acceleration rate, Inter-character delay.
     """
     step.settings[name] = value
