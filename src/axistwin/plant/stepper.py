@@ -107,9 +107,8 @@ class StepperAxis:
     def encoder(self) -> EncoderView:
         """The encoder, if the axis was given one: `encoder={"counts_per_rev": ...}`."""
         if self._encoder is None:
-            raise UsageError(
-                f'axis {self.name} has no encoder: add the controller with {self.name}={{"encoder": {{}}}}'
-            )
+            raise UsageError(f'axis {self.name} has no encoder: add one with {self.name}={{"encoder": {{}}}}')
+
         return self._encoder
 
     def load(self, newton_metres: float) -> None:

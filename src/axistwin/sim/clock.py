@@ -29,7 +29,8 @@ class Clock(simpy.Environment):
         end = Event(self)
         end._ok, end._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
         self.schedule(end, priority=_AFTER_EVERYTHING_ELSE, delay=end_ns - self.now)  # type: ignore[arg-type]
-        self.run(until=end)
+        while end.callbacks is not None:  # until it has happened
+            self.step()
 
     def next_event_ns(self) -> int | None:
         """When something happens next, or None while nothing is due."""

@@ -88,6 +88,8 @@ class Interface:
         self._ramp_is_old = False
         self._deaf_until_ns = 0
         self._unwatch = [pins[name].watch(action) for name, action in self._watched()]
+        pins["led"].set(True)
+        lines.dtr.set(True)
         self._live_process = clock.process(self._live())
 
     # Power
@@ -105,11 +107,8 @@ class Interface:
         self.save()
 
     def _live(self) -> Procedure:
-        led = self.pins["led"]
-        led.set(True)
-        self.lines.dtr.set(True)
         yield self.clock.timeout(to_ns(self.options.self_test_s))
-        led.set(False)
+        self.pins["led"].set(False)
         self._recall()
         if self.locked and not self.lines.dsr.level:
             self.uart.format = uart_format(self.baudrate, self.frame)

@@ -1,0 +1,163 @@
+"""The stepper axis: ideal, or with a torque curve beyond which it loses whole rotor teeth."""
+
+from fractions import Fraction
+
+import pytest
+
+from axistwin.errors import UsageError
+from axistwin.motion.profile import Profile, Segment
+from axistwin.plant.encoder import EncoderData
+from axistwin.plant.stepper import StepperAxis
+from axistwin.plant.torque import Load, StepperMotor
+from axistwin.sim.clock import Clock
+
+S = 10**9
+
+MOTOR = StepperMotor(torque=((0, 1.0), (1000, 1.0), (2000, 0.2)), pull_in=500, pulses_per_rev=400, rotor_teeth=50)
+"""1 N·m up to 1000 pulses/s, then falling; 8 pulses are one rotor tooth."""
+
+
+def rates(*segments):
+    """Segments of (pulses/s, pulses)."""
+    return Profile([Segment(Fraction(rate), Fraction(pulses, rate)) for rate, pulses in segments])
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+def axis_with(clock, **options):
+    return StepperAxis(clock, "X", **options)
+
+
+def test_without_a_motor_it_is_ideal(clock):
+    axis = axis_with(clock)
+    axis.start(rates((100, 50)), -1)
+    clock.run_to(S)
+    assert (axis.position, axis.pulses, axis.velocity, axis.moving) == (-50, -50, 0.0, False)
+    assert len(axis.pulse_times()) == 50
+
+
+def test_velocity_has_the_sign_of_the_direction(clock):
+    axis = axis_with(clock)
+    axis.start(rates((100, 50)), -1)
+    clock.run_to(S // 10)
+    assert axis.velocity == -100.0
+
+
+def test_within_its_curve_it_follows(clock):
+    axis = axis_with(clock, motor=MOTOR, load=Load(torque=0.9))
+    axis.start(rates((400, 40), (1000, 100), (400, 40)), +1)
+    clock.run_to(S)
+    assert axis.position == axis.pulses == 180
+
+
+def test_beyond_the_curve_it_stands_and_loses_whole_teeth(clock):
+    """At 1750 pulses/s the curve gives 0.4 N·m, the load asks for 0.5: the rotor stands for 101 pulses.
+
+    It falls in again at 400 pulses/s.  101 pulses are 12.6 teeth of 8: it catches at the thirteenth, 104 pulses behind.
+    """
+    axis = axis_with(clock, motor=MOTOR, load=Load(torque=0.5), encoder=EncoderData(4000, 400))
+    axis.start(rates((400, 40), (1750, 101), (400, 40)), +1)
+    clock.run_to(S // 10 + S * 50 // 1750)
+    assert axis.position == 40
+    clock.run_to(S)
+    assert axis.pulses == 181
+    assert axis.position == 181 - 104
+    assert axis.encoder.count == 10 * (181 - 104)
+
+
+def test_a_start_above_the_pull_in_rate_fails(clock):
+    axis = axis_with(clock, motor=MOTOR)
+    axis.start(rates((800, 80)), +1)
+    clock.run_to(S)
+    assert axis.pulses == 80
+    assert axis.position == 0
+
+
+def test_a_start_failed_by_an_odd_number_of_pulses_settles_at_a_tooth(clock):
+    """83 pulses are 10.4 teeth: ten are lost, the rotor settles three pulses on."""
+    axis = axis_with(clock, motor=MOTOR)
+    axis.start(rates((800, 83)), +1)
+    clock.run_to(S)
+    assert axis.position == 3
+
+
+def test_inertia_asks_for_torque_while_accelerating(clock):
+    """0.001 kg·m² from 400 to 900 pulses/s within 0.1 s: 5000 pulses/s² are 78.54 rad/s², 0.0785 N·m.
+
+    With 0.95 N·m of friction that is more than the 1 N·m there are.
+    """
+    profile = rates((400, 40), (900, 90), (400, 40))
+    heavy = axis_with(clock, motor=MOTOR, load=Load(torque=0.95, inertia=1e-3))
+    light = axis_with(clock, motor=MOTOR, load=Load(torque=0.95, inertia=1e-4))
+    for axis in (heavy, light):
+        axis.start(profile, +1)
+    clock.run_to(S)
+    assert light.position == 170
+    assert heavy.position == 170 - 88  # 90 pulses are 11.25 teeth
+
+
+def test_a_load_step_in_the_middle_of_a_move(clock):
+    """From 0.1 s (40 pulses) to 0.2 s (80 pulses) a torque that holds the motor: 40 pulses, five teeth."""
+    axis = axis_with(clock, motor=MOTOR)
+    axis.start(rates((400, 200)), +1)
+    clock.run_to(S // 10)
+    axis.load(-3.0)
+    clock.run_to(S // 5)
+    assert axis.position == 40
+    axis.load(0.0)
+    clock.run_to(S)
+    assert (axis.pulses, axis.position) == (200, 160)
+
+
+def test_a_jammed_shaft_stands_while_pulses_go_on_also_without_motor_data(clock):
+    axis = axis_with(clock)
+    axis.start(rates((100, 50)), +1)
+    clock.run_to(S // 10)
+    axis.jam(True)
+    clock.run_to(S // 5)
+    axis.jam(False)
+    clock.run_to(S)
+    assert (axis.pulses, axis.position) == (50, 40)
+
+
+def test_what_was_lost_stays_lost_in_later_moves(clock):
+    axis = axis_with(clock, motor=MOTOR)
+    axis.start(rates((800, 80)), +1)
+    clock.run_to(S)
+    axis.start(rates((400, 80)), -1)
+    clock.run_to(2 * S)
+    assert (axis.pulses, axis.position) == (0, -80)
+
+
+def test_halting_ends_the_pulses_at_once(clock):
+    axis = axis_with(clock)
+    axis.start(rates((100, 50)), +1)
+    clock.run_to(S // 10 + 1)
+    axis.halt()
+    clock.run_to(S)
+    assert axis.position == 10
+
+
+def test_an_encoder_behind_backlash_lags_after_a_reversal(clock):
+    """One count per pulse, play of 5: forwards the load lags by 5; backwards it stands for the first 5 counts."""
+    axis = axis_with(clock, encoder=EncoderData(400, 400, backlash=5))
+    counts = []
+    for direction, pulses in ((+1, 20), (-1, 3), (-1, 7), (+1, 4)):
+        axis.start(rates((100, pulses)), direction)
+        clock.run_to(clock.now + S)
+        counts.append(axis.encoder.count)
+    assert counts == [15, 15, 10, 10]
+
+
+def test_a_pushed_load_is_seen_by_the_encoder_only(clock):
+    axis = axis_with(clock, encoder=EncoderData())
+    axis.encoder.displace(-7)
+    assert (axis.encoder.count, axis.position) == (-7, 0)
+
+
+def test_asking_for_an_encoder_that_is_not_there_says_how_to_add_one(clock):
+    with pytest.raises(UsageError, match=r'axis X has no encoder: add one with X=\{"encoder": \{\}\}'):
+        _ = axis_with(clock).encoder

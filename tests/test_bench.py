@@ -1,0 +1,110 @@
+"""The public face: what outside programs are written against."""
+
+import pytest
+
+import axistwin
+from axistwin import AxistwinError, Bench
+from axistwin.errors import UsageError
+
+
+def test_the_example_of_the_package():
+    bench = Bench()
+    if1 = bench.add("if1")
+    bench.run(1.5)
+    if1.serial.write(b"(")
+    bench.run(0.1)
+    assert if1.serial.read() == b"U\r"
+    assert if1.serial.read() == b""
+
+
+def test_time_is_nanoseconds_inside_and_seconds_outside():
+    bench = Bench()
+    assert (bench.now, bench.seconds) == (0, 0.0)
+    bench.run(0.1)
+    bench.run(0.2)
+    assert (bench.now, bench.seconds) == (300_000_000, 0.3)
+    assert type(bench.now) is int
+
+
+def test_running_no_time_is_allowed_and_backwards_is_not():
+    bench = Bench()
+    bench.run(0)
+    with pytest.raises(UsageError, match="time runs forwards only"):
+        bench.run(-1)
+
+
+def test_run_until_stops_at_the_event_that_makes_it_true():
+    bench = Bench()
+    if1 = bench.add("if1")
+    assert bench.run_until(lambda: not if1.pins["led"].level, timeout=5)
+    assert bench.now == 1_000_000_000  # the LED is on for one second
+
+
+def test_run_until_gives_up_at_its_timeout():
+    bench = Bench()
+    bench.add("if1")
+    assert not bench.run_until(lambda: False, timeout=0.5)
+    assert bench.seconds == 0.5
+
+
+def test_controllers_have_names_and_a_free_one_is_found():
+    bench = Bench()
+    first, second, third = bench.add("if1"), bench.add("if1"), bench.add("IF2", name="drill")
+    assert [first.name, second.name, third.name] == ["if1", "if1-2", "drill"]
+    assert bench["drill"] is third
+    with pytest.raises(UsageError, match="there is a controller 'drill' already"):
+        bench.add("if1", name="drill")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        ({"model": "if3"}, "no model 'if3': choose one of if1, if2"),
+        ({"model": "if1", "speed": 1}, "if1 has no option 'speed': it takes X, Y, Z, wiring"),
+        ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': it takes limits, home"),
+        ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),
+        ({"model": "if1", "wiring": "7-wire"}, "choose one of '5-wire', '3-wire'"),
+        ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: give a number from 0 to 60"),
+        ({"model": "if1", "line": "9600 9N1"}, "no line format '9600 9N1': write it like '9600 8N2'"),
+        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "axis X: 'torque'"),
+    ],
+)
+def test_wrong_options_are_told_in_one_line(call, message):
+    with pytest.raises(AxistwinError) as caught:
+        Bench().add(**call)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_nothing_half_made_is_left_on_the_bench():
+    bench = Bench()
+    with pytest.raises(UsageError):
+        bench.add("if1", busy="perhaps")
+    assert bench.controllers == {}
+
+
+def test_the_host_states_its_own_format_and_lines():
+    bench = Bench()
+    host = bench.add("if1", line="1200 7E1").serial.host
+    assert (host.baudrate, host.bytesize, host.parity, host.stopbits) == (1200, 7, "E", 1)
+    assert (host.dtr, host.rts) == (True, True)
+    host.baudrate, host.dtr = 2400, False
+    assert (host.baudrate, host.bytesize, host.dtr) == (2400, 7, False)
+
+
+def test_the_public_names_are_these():
+    assert sorted(axistwin.__all__) == ["AxistwinError", "Bench", "Scene"]
+
+
+def test_two_runs_are_identical():
+    def run():
+        bench = Bench()
+        if1 = bench.add("if1", X={"limits": (-10, 300)})
+        bench.run(1.2)
+        if1.serial.write(b"(U61\r")
+        bench.run(2)
+        if1.serial.write(b"X500@2000$\rK\rN\rE\r")
+        bench.run(3)
+        return if1.serial.read(), if1.axes["X"].pulse_times().tobytes(), bench.now
+
+    assert run() == run()
