@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+from axistwin.errors import AxistwinError, UsageError
+
 
 class MemoryStore:
     """Kept as long as the bench."""
@@ -24,6 +26,10 @@ class FileStore:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"no state directory {path.parent}: {error.strerror}") from None
 
     def load(self) -> bytes | None:
         """The file's contents; None: there is no file yet."""
@@ -34,7 +40,12 @@ class FileStore:
 
     def save(self, contents: bytes) -> None:
         """Write a new file beside the old one, make sure it is on the disk, and let it take the old one's place."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._write(contents)
+        except OSError as error:
+            raise AxistwinError(f"cannot keep {self.path}: {error.strerror}; choose another state directory") from None
+
+    def _write(self, contents: bytes) -> None:
         beside = self.path.with_name(self.path.name + ".new")
         with beside.open("wb") as file:
             file.write(contents)

@@ -70,7 +70,7 @@ def test_the_frame_of_the_letter_g_is_sent_least_significant_bit_first():
 
 
 def test_even_parity_sent_to_a_receiver_without_is_where_the_stop_bit_should_be():
-    """8E1 to 8N2: the parity bit of `A` (two ones) is 0, a missing stop bit; that of `C` (three ones) passes for one."""
+    """8E1 to 8N2: the parity bit of `A` (two ones) is 0, a missing stop bit; that of `C` is 1."""
     assert Wire("9600 8E1", "9600 8N2").send(b"A", 0.01) == [(ord("A"), FRAMING)]
     assert Wire("9600 8E1", "9600 8N2").send(b"C", 0.01) == [(ord("C"), NONE)]
 
@@ -93,7 +93,7 @@ def test_seven_bits_with_even_parity_read_as_eight_have_the_parity_on_top():
 
 
 def test_half_the_baud_rate_reads_each_bit_twice():
-    """`U` at 4800 is 0 1010 1010 1: at 9600 every bit is seen twice, so start 00, data 11 00 11 00 ..., cut into frames.
+    """`U` at 4800 is 0 1010 1010 1: at 9600 every bit is seen twice, start 00, data 11 00 11 00 ..., cut into frames.
 
     Start at 0; data bits 1..8 of the fast receiver are 0 11 00 11 0 and its stop bit is the second half of a 0.
     """

@@ -153,8 +153,8 @@ class Interface:
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
-        """Only what is locked is kept."""
-        if self.locked:
+        """Only what is locked is kept; a power cut during initialisation leaves it as it was."""
+        if self.locked and self.state is State.READY:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence).save(self.store)
 
     def set_locked(self, locked: bool) -> None:

@@ -15,6 +15,7 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 
 MOST_STEPS = 63
 CANCEL = "#"
+NUMBER = frozenset("0123456789,")
 
 
 class Accept(Flag):
@@ -173,7 +174,7 @@ class _Reader:
 
     def _check_sequence_step(self) -> None:
         step, number, begin = self.message.steps[-1], len(self.message.steps), self.begins[-1]
-        if step.empty:
+        if step.empty and begin == self.at:
             self._wrong("a step is missing between two colons", begin, chapter="Programming a sequence")
         if step.repeat and step.repeat[1] > number:
             message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"
@@ -186,7 +187,7 @@ class _Reader:
             self._wrong("an input can only be waited for together with a move", 0, chapter=chapter)
 
     def _read_step(self, end: int) -> None:
-        step, seen = Step(), Order.ANY
+        step, seen, wrong_before = Step(), Order.ANY, len(self.message.problems)
         self.message.steps.append(step)
         self.message.places.append(self.places[self.at])
         self.begins.append(self.at)
@@ -194,25 +195,48 @@ class _Reader:
             begin = self.at
             command = self.commands.get(self.text[begin])
             self.at += 1
-            if not isinstance(command, Instruction) or not self._may_stand_here(command, begin):
-                if command is None:
-                    self._wrong(f"unknown character {self.text[begin]!r}", begin)
-                continue
-            seen = self._check_order(command, seen, begin)
-            self._read_parameters(command, step, begin, end)
-        self._check_step(step)
+            if not isinstance(command, Instruction):
+                self._read_unknown(begin, end)
+            elif self._may_stand_here(command, begin):
+                seen = self._check_order(command, seen, begin)
+                self._read_parameters(command, step, begin, end)
+            else:
+                self._skip_number(end)
+        if len(self.message.problems) == wrong_before:
+            self._check_step(step)
+
+    def _read_unknown(self, begin: int, end: int) -> None:
+        """Characters that are no command, with the number behind them; or a number that no command wants."""
+        if self.text[begin] in NUMBER:
+            self._skip_number(end)
+            self._wrong(f"{self.text[begin : self.at]} belongs to no command", begin)
+            return
+        while self.at < end and self.text[self.at] not in NUMBER and self.commands.get(self.text[self.at]) is None:
+            self.at += 1
+        unknown = self.text[begin : self.at]
+        hint = ": commands are upper case" if any(map(self.commands.get, unknown.upper())) else ""
+        self._wrong(f"unknown character{'s'[: len(unknown) - 1]} {unknown!r}{hint}", begin)
+        self._skip_number(end)
+
+    def _skip_number(self, end: int) -> None:
+        """So that what belongs to something wrong is not wrong once more."""
+        while self.at < end and self.text[self.at] in NUMBER:
+            self.at += 1
 
     def _may_stand_here(self, command: Command, at: int) -> bool:
         here = Accept.STEP if self.message.sequence else Accept.DIRECT
-        if here in command.accepted:
+        alone = Accept.ALONE in command.accepted
+        if here in command.accepted and not alone:
             return True
-        where = "in a sequence" if self.message.sequence else "in a direct message"
         name = f"{command.code} ({command.name})"
         if Accept.SETUP in command.accepted:
             self._wrong(f"{name} is for initialisation only", at, chapter=command.chapter)
-        elif Accept.ALONE in command.accepted:
+        elif alone:
             self._wrong(f"{name} must be sent alone", at, chapter=command.chapter)
+        elif Accept.WRITTEN in command.accepted:
+            self._wrong(f"{name} cannot stand here", at, chapter=command.chapter)
         else:
+            where = "in a sequence" if self.message.sequence else "in a direct message"
             self._wrong(f"{name} may not stand {where}", at, chapter=command.chapter)
         return False
 
