@@ -111,7 +111,10 @@ class Pacer:
         while clock.next_event_ns() is not None and perf_counter() < end_s:
             clock.step()
         self._flush()
-        if clock.next_event_ns() is not None and self._next is None and self._loop is not None:
+        self._go_on()
+
+    def _go_on(self) -> None:
+        if self._next is None and self._loop is not None and self.clock.next_event_ns() is not None:
             self._next = self._loop.call_soon(self._slice)
 
     # By the wall clock

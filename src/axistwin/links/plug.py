@@ -44,7 +44,7 @@ class Client(Protocol):
     def hung_up(self) -> bool:
         """Whether it has gone, or is about to."""
 
-    def close(self) -> None:
+    def drop(self) -> None:
         """Disconnect it."""
 
     def pause(self) -> None:
@@ -84,7 +84,7 @@ class Plug:
             if not self.client.hung_up():
                 log.warning("%s: refused %s, as %s is connected", self.name, client.name, self.client.name)
                 return False
-            self.client.close()
+            self.client.drop()
             self.disconnect(self.client)
         self.pacer.sync()
         self.client = client
@@ -116,12 +116,17 @@ class Plug:
 
     # From the client
 
+    @property
+    def full(self) -> bool:
+        """Whether it takes no more characters for the moment."""
+        return self._unwatch is not None
+
     def send(self, data: bytes) -> None:
         """Characters from the client."""
         self.pacer.sync()
         self.serial.write(data)
         self.pacer.work()
-        if self.serial.pending > FULL and self._unwatch is None and self.client is not None:
+        if self.serial.pending > FULL and not self.full and self.client is not None:
             self.client.pause()
             self._unwatch = self.pacer.watch(self._resume_when_emptier)
 

@@ -104,7 +104,7 @@ class TcpClient(asyncio.BufferedProtocol):
         poll.register(self._transport.get_extra_info("socket"), HUNG_UP)
         return bool(poll.poll(0))
 
-    def close(self) -> None:
+    def drop(self) -> None:
         """Disconnect it."""
         self._transport.abort()
 
@@ -156,7 +156,7 @@ async def listen(url: PortUrl, make: Callable[[], TcpClient]) -> TcpPort:
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
-    sock = socket.socket(family, socket.SOCK_STREAM)
+    sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)  # without the protocol asyncio leaves Nagle on
     try:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)  # before listening: clients inherit it

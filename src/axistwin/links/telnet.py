@@ -1,4 +1,4 @@
-"""Telnet as far as RFC 2217 needs it: which bytes are data, and which are commands.  Bytes in, items out; no sockets."""
+"""Telnet as far as RFC 2217 needs it: which bytes are data, which are commands.  Bytes in, items out; no sockets."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -106,7 +106,7 @@ def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
         return b"\xff", iac + 2
     if code == SB:
         return _subnegotiation(data, iac)
-    if code not in iter(Verb):
+    if code < Verb.WILL:
         return Command(code), iac + 2
     if len(data) < iac + 3:
         return None

@@ -1,9 +1,9 @@
 """Ports as URLs, in pyserial's manner.
 
-    tcp://127.0.0.1:5001        raw TCP; port 0: any free one
-    rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217)
-    pty:/tmp/if1                a pseudo terminal with a link to it at this path; `pty:` alone: without a link
-    serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
+tcp://127.0.0.1:5001        raw TCP; port 0: any free one
+rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217)
+pty:/tmp/if1                a pseudo terminal with a link to it at this path; `pty:` alone: without a link
+serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
 """
 
 from dataclasses import dataclass, replace

@@ -1,0 +1,180 @@
+"""`axistwin serve`: put controllers on real ports, and run until interrupted."""
+
+import asyncio
+import logging
+import signal
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any
+
+import click
+
+from axistwin.bench import Bench
+from axistwin.errors import UsageError
+from axistwin.links.pacing import read_speed
+from axistwin.links.plug import Flow
+from axistwin.links.server import Server
+from axistwin.links.urls import PortUrl, parse, parse_as
+
+ANY_PORT = "tcp://127.0.0.1:0"
+INTERRUPTED = 130
+
+Ports = list[tuple[str, PortUrl]]
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("what", metavar="MODEL|SCENE.toml")
+@click.option(
+    "--tcp", multiple=True, metavar="H:P", help="Raw TCP. Without a host: this machine only. Port 0: any free."
+)
+@click.option("--pty", multiple=True, metavar="PATH", help="A pseudo terminal, with a link to it at PATH.")
+@click.option("--rfc2217", multiple=True, metavar="H:P", help="TCP with line format, control lines and break.")
+@click.option("--serial", multiple=True, metavar="DEV", help="A real serial device, at the baud rate of --line.")
+@click.option("--port", multiple=True, metavar="URL", help="Any of these, such as serial:///dev/ttyUSB0?baud=9600.")
+@click.option(
+    "--speed", default="1", show_default=True, metavar="N|max", help="Times real time; max: as fast as it goes."
+)
+@click.option(
+    "--state", type=click.Path(file_okay=False), metavar="DIR", help="Keep there what survives without power."
+)
+@click.option(
+    "--line", metavar="FORMAT", help="The host's format where the port tells none: '9600 8N2', 'instant', both."
+)
+@click.option("--flow", type=click.Choice(["dtr", "none"]), default="dtr", show_default=True,
+              help="What holds back the host's characters where the port does not decide.")  # fmt: skip
+@click.option("--reset-on-connect", is_flag=True, help="A new client finds the controller just switched on.")
+@click.option("--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write what happens, as .csv or .vcd.")
+@click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
+@click.option(
+    "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
+)
+def serve(
+    what: str,
+    speed: str,
+    state: str | None,
+    line: str | None,
+    flow: str,
+    reset_on_connect: bool,
+    trace: str | None,
+    show_hosts: bool,
+    options: tuple[str, ...],
+    **ports: tuple[str, ...],
+) -> int:
+    """Put a controller, or all those of a scene, on real ports, and run until interrupted.
+
+    For each port one line is printed, such as `if1 listening on tcp://127.0.0.1:5001`.  Several ports may lead to the
+    same controller: the first client of any of them is connected, others are refused until it has gone.
+
+    Interrupted (Ctrl-C) it ends with exit code 130; asked to end (SIGTERM), with 0.  Either saves what is kept without
+    power, as switching off does.
+
+    \b
+    axistwin serve if1                              on a free TCP port of this machine
+    axistwin serve if1 --tcp :5001 --show-hosts
+    axistwin serve if2 --pty /tmp/if2 --state ./if2
+    axistwin serve if1 --rfc2217 127.0.0.1:2217     pyserial: serial_for_url("rfc2217://127.0.0.1:2217")
+    axistwin serve if1 --serial /dev/ttyUSB0 --line 2400
+    axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
+    axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
+    """
+    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial") for text in ports[scheme]]
+    given += [parse(text) for text in ports["port"]]
+    times = read_speed(speed)
+    if what.endswith(".toml"):
+        if state or line or options:
+            raise UsageError("--state, --line and --option belong to a MODEL: write them into the scene")
+        bench, wanted = _scene(what, given)
+    else:
+        bench = Bench()
+        name = bench.add(what, state=state, line=line, **dict(map(_option, options))).name
+        wanted = [(name, url) for url in given or [parse(ANY_PORT)]]
+    _talk()
+    with _tracing(bench, trace):
+        return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts))
+
+
+def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
+    """The bench of a scene, and the ports its file names, or else those that are given."""
+    from axistwin.apps.scene import Scene  # late: a scene needs more than a model does
+
+    scene = Scene.load(Path(path))
+    bench = scene.build()
+    if not given:
+        ports = [(name, parse(url)) for name, url in scene.ports]
+        return bench, ports or [(name, parse(ANY_PORT)) for name in bench.controllers]
+    if len(bench.controllers) > 1:
+        raise UsageError(f"{path} has several controllers: write their ports into the scene")
+    return bench, [(name, url) for name in bench.controllers for url in given]
+
+
+def _option(text: str) -> tuple[str, Any]:
+    """`NAME=VALUE`, the value as in TOML or else a plain word."""
+    import tomllib  # late: few need it
+
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise UsageError(f"no option {text!r}: write it like self_test_s=0.2")
+    try:
+        return name.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return name.strip(), value.strip()
+
+
+def _tracing(bench: Bench, path: str | None) -> AbstractContextManager[object]:
+    if path is None:
+        return nullcontext()
+    from axistwin.apps.trace import tracing  # late: few need it
+
+    tracer: AbstractContextManager[object] = tracing(bench, Path(path))
+    return tracer
+
+
+def _talk() -> None:
+    """What happens on the ports is told on stderr."""
+    logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
+
+
+async def _serve(bench: Bench, wanted: Ports, speed: float | None, flow: Flow, reset: bool, show: bool) -> int:
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[int] = loop.create_future()
+    loop.set_exception_handler(lambda _, context: _surface(ended, context))
+    for number, code in ((signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 0)):
+        loop.add_signal_handler(number, _end, ended, code)
+    server = Server(bench, speed=speed, flow=flow, reset=reset)
+    try:
+        for name, url in wanted:
+            await server.open(name, url)
+        server.start()
+        for line in _lines(server, show):
+            click.echo(line)
+        return await ended
+    finally:
+        server.close()
+        for controller in bench.controllers.values():
+            controller.power(False)
+        if late := server.pacer.report():
+            logging.getLogger("axistwin.links").warning("%s", late)
+
+
+def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
+    for name, url in server.ports:
+        yield f"{name} listening on {url}"
+        if show_hosts:
+            from axistwin.apps.hosts import lines  # late: only on request
+
+            yield from (f"    {line}" for line in lines(name, url, server.bench[name].serial.host.format))
+
+
+def _end(ended: asyncio.Future[int], code: int) -> None:
+    if not ended.done():
+        ended.set_result(code)
+
+
+def _surface(ended: asyncio.Future[int], context: dict[str, Any]) -> None:
+    """A bug ends the server and is seen; what the system cannot do for one client is told, and the others go on."""
+    error = context.get("exception")
+    if isinstance(error, OSError):
+        logging.getLogger("axistwin.links").warning("%s: %s", context["message"], error)
+    elif not ended.done():
+        ended.set_exception(error or RuntimeError(context["message"]))

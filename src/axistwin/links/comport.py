@@ -1,0 +1,344 @@
+"""RFC 2217, the access server's side of one connection: bytes from the client in, events out.  No sockets, no clock.
+
+The client negotiates the Com Port Control option and then commands: line format, control lines, break, flow control,
+purging.  Every command is answered with what is in force now.  The server tells the client's DSR and CTS, which are
+the device's DTR and RTS, when they change, and what is wrong with received characters if the client asks for that.
+
+`receive` returns what the client wants; what it is to be answered stands in `replies` until it is taken.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import IntEnum, IntFlag
+
+from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Subnegotiation, Verb, escape
+from axistwin.sim.serial import LineError, Parity, UartFormat
+
+SERVER = 100
+"""An answer has the code of the command, and this on top."""
+
+
+class Code(IntEnum):
+    """Commands of the client."""
+
+    SIGNATURE = 0
+    SET_BAUDRATE = 1
+    SET_DATASIZE = 2
+    SET_PARITY = 3
+    SET_STOPSIZE = 4
+    SET_CONTROL = 5
+    NOTIFY_LINESTATE = 6
+    NOTIFY_MODEMSTATE = 7
+    FLOWCONTROL_SUSPEND = 8
+    FLOWCONTROL_RESUME = 9
+    SET_LINESTATE_MASK = 10
+    SET_MODEMSTATE_MASK = 11
+    PURGE_DATA = 12
+
+
+class Control(IntEnum):
+    """Values of SET-CONTROL.  `ASK` values ask for the state that the values after them set."""
+
+    ASK_FLOW = 0
+    FLOW_NONE = 1
+    FLOW_X_ON_X_OFF = 2
+    FLOW_HARDWARE = 3
+    ASK_BREAK = 4
+    BREAK_ON = 5
+    BREAK_OFF = 6
+    ASK_DTR = 7
+    DTR_ON = 8
+    DTR_OFF = 9
+    ASK_RTS = 10
+    RTS_ON = 11
+    RTS_OFF = 12
+    ASK_INBOUND_FLOW = 13
+    INBOUND_NONE = 14
+    INBOUND_X_ON_X_OFF = 15
+    INBOUND_HARDWARE = 16
+    FLOW_DCD = 17
+    INBOUND_DTR = 18
+    FLOW_DSR = 19
+
+
+class ModemState(IntFlag):
+    """NOTIFY-MODEMSTATE: the client's input lines, and which of them have changed."""
+
+    NONE = 0
+    CTS_CHANGED = 1
+    DSR_CHANGED = 2
+    CTS = 16
+    DSR = 32
+
+
+class LineState(IntFlag):
+    """NOTIFY-LINESTATE: what a UART's line status register says."""
+
+    NONE = 0
+    PARITY_ERROR = 4
+    FRAMING_ERROR = 8
+    BREAK = 16
+    EMPTY = 32 | 64
+
+
+@dataclass(frozen=True)
+class SetFormat:
+    """The client has chosen a line format."""
+
+    format: UartFormat
+
+
+@dataclass(frozen=True)
+class SetLines:
+    """The client's control lines."""
+
+    dtr: bool
+    rts: bool
+
+
+@dataclass(frozen=True)
+class SetBreak:
+    """The client begins or ends a break."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class SetFlow:
+    """What is to hold back characters to the device: FLOW_NONE, FLOW_X_ON_X_OFF, FLOW_HARDWARE or FLOW_DSR."""
+
+    outbound: Control
+
+
+@dataclass(frozen=True)
+class Purge:
+    """Forget what has been received from the device, or what has not been transmitted to it."""
+
+    received: bool
+    to_transmit: bool
+
+
+@dataclass(frozen=True)
+class Suspend:
+    """The client wants no data for the moment (True), or again (False)."""
+
+    on: bool
+
+
+Event = bytes | SetFormat | SetLines | SetBreak | SetFlow | Purge | Suspend
+
+OURS = frozenset((Option.BINARY, Option.ECHO, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
+"""What the server does if the client asks.  Echo: if any, it is the controller's."""
+THEIRS = frozenset((Option.BINARY, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
+"""What the client may do."""
+PARITIES: dict[int, Parity] = {1: "N", 2: "O", 3: "E", 4: "M", 5: "S"}
+STOPBITS: dict[int, float] = {1: 1, 2: 2, 3: 1.5}
+INBOUND = {
+    Control.FLOW_NONE: Control.INBOUND_NONE,
+    Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
+    Control.FLOW_HARDWARE: Control.INBOUND_HARDWARE,
+}
+"""Settings for "outbound or both" set both."""
+
+
+class ComPort:
+    """The state of one client's port.  `line` is the format to begin with."""
+
+    def __init__(self, line: UartFormat, signature: str) -> None:
+        self.format, self.signature = line, signature
+        self.dtr = self.rts = True
+        self.break_on = False
+        self.outbound, self.inbound = Control.FLOW_NONE, Control.INBOUND_NONE
+        self.agreed = False
+        """Whether the client speaks RFC 2217."""
+        self.replies = bytearray()
+        self._ours: set[int] = set()
+        self._theirs: set[int] = set()
+        self._modem_state, self._modem_mask = ModemState.NONE, 0xFF
+        self._line_state, self._line_mask = LineState.EMPTY, 0
+        self._parser = Parser()
+
+    # Bytes in, events out
+
+    def receive(self, data: bytes) -> list[Event]:
+        """What the client sent."""
+        events = [self._obey(item) for item in self._parser.feed(data)]
+        return [event for event in events if event is not None]
+
+    def take_replies(self) -> bytes:
+        """What is to be sent to the client."""
+        replies = bytes(self.replies)
+        self.replies.clear()
+        return replies
+
+    def _obey(self, item: Item) -> Event | None:
+        match item:
+            case bytes():
+                return item
+            case Negotiation(Verb.DO | Verb.DONT):
+                self._negotiate(item, self._ours, OURS, Verb.WILL, Verb.WONT)
+            case Negotiation():
+                self._negotiate(item, self._theirs, THEIRS, Verb.DO, Verb.DONT)
+            case Subnegotiation(Option.COM_PORT, payload) if payload and payload[0] in _COMMANDS:
+                return _COMMANDS[Code(payload[0])](self, payload[1:])
+            case Subnegotiation() | Command():
+                pass
+        return None
+
+    # Options: a change is answered, what is so already is not, or both sides would answer for ever
+
+    def _negotiate(
+        self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
+    ) -> None:
+        on = asked.verb in (Verb.DO, Verb.WILL)
+        if on and asked.option not in possible:
+            self.replies += bytes(Negotiation(no, asked.option))
+        elif on is not (asked.option in active):
+            active.symmetric_difference_update({asked.option})
+            self.replies += bytes(Negotiation(yes if on else no, asked.option))
+            if on and asked.option == Option.COM_PORT and not self.agreed:
+                self.agreed = True
+                self._tell_modem_state()
+
+    def _answer(self, code: Code, value: bytes) -> None:
+        self.replies += bytes(Subnegotiation(Option.COM_PORT, bytes((SERVER + code,)) + value))
+
+    # Commands.  A value that makes no sense changes nothing; the answer says what is in force.
+
+    def _tell_signature(self, value: bytes) -> None:
+        if not value:  # else it tells its own
+            self._answer(Code.SIGNATURE, self.signature.encode())
+
+    def _set_baudrate(self, value: bytes) -> Event | None:
+        baudrate = int.from_bytes(value, "big") if len(value) == 4 else 0
+        event = self._set_format(replace(self.format, baudrate=baudrate)) if baudrate else None
+        self._answer(Code.SET_BAUDRATE, self.format.baudrate.to_bytes(4, "big"))
+        return event
+
+    def _set_datasize(self, value: bytes) -> Event | None:
+        size = value[0] if value else 0
+        event = self._set_format(replace(self.format, bytesize=size)) if 5 <= size <= 8 else None
+        self._answer(Code.SET_DATASIZE, bytes((self.format.bytesize,)))
+        return event
+
+    def _set_parity(self, value: bytes) -> Event | None:
+        parity = PARITIES.get(value[0]) if value else None
+        event = self._set_format(replace(self.format, parity=parity)) if parity else None
+        self._answer(Code.SET_PARITY, bytes(number for number, name in PARITIES.items() if name == self.format.parity))
+        return event
+
+    def _set_stopsize(self, value: bytes) -> Event | None:
+        stopbits = STOPBITS.get(value[0]) if value else None
+        event = self._set_format(replace(self.format, stopbits=stopbits)) if stopbits else None
+        self._answer(
+            Code.SET_STOPSIZE, bytes(number for number, bits in STOPBITS.items() if bits == self.format.stopbits)
+        )
+        return event
+
+    def _set_format(self, fmt: UartFormat) -> Event:
+        self.format = fmt
+        return SetFormat(fmt)
+
+    def _set_control(self, value: bytes) -> Event | None:
+        if not value or value[0] > max(Control):
+            return None
+        event: Event | None = None
+        match control := Control(value[0]):
+            case Control.ASK_FLOW | Control.FLOW_DCD:  # there is no DCD
+                control = self.outbound
+            case Control.FLOW_NONE | Control.FLOW_X_ON_X_OFF | Control.FLOW_HARDWARE | Control.FLOW_DSR:
+                self.outbound, self.inbound = control, INBOUND.get(control, self.inbound)
+                event = SetFlow(control)
+            case Control.ASK_INBOUND_FLOW:
+                control = self.inbound
+            case Control.INBOUND_NONE | Control.INBOUND_X_ON_X_OFF | Control.INBOUND_HARDWARE | Control.INBOUND_DTR:
+                self.inbound = control
+            case Control.ASK_BREAK:
+                control = Control.BREAK_ON if self.break_on else Control.BREAK_OFF
+            case Control.BREAK_ON | Control.BREAK_OFF:
+                self.break_on = control is Control.BREAK_ON
+                event = SetBreak(self.break_on)
+            case Control.ASK_DTR:
+                control = Control.DTR_ON if self.dtr else Control.DTR_OFF
+            case Control.ASK_RTS:
+                control = Control.RTS_ON if self.rts else Control.RTS_OFF
+            case Control.DTR_ON | Control.DTR_OFF:
+                self.dtr = control is Control.DTR_ON
+                event = SetLines(self.dtr, self.rts)
+            case Control.RTS_ON | Control.RTS_OFF:
+                self.rts = control is Control.RTS_ON
+                event = SetLines(self.dtr, self.rts)
+        self._answer(Code.SET_CONTROL, bytes((control,)))
+        return event
+
+    def _suspend(self, _: bytes) -> Event:
+        return Suspend(True)
+
+    def _resume(self, _: bytes) -> Event:
+        return Suspend(False)
+
+    def _set_line_state_mask(self, value: bytes) -> None:
+        self._line_mask = value[0] if value else self._line_mask
+        self._answer(Code.SET_LINESTATE_MASK, bytes((self._line_mask,)))
+
+    def _set_modem_state_mask(self, value: bytes) -> None:
+        self._modem_mask = value[0] if value else self._modem_mask
+        self._answer(Code.SET_MODEMSTATE_MASK, bytes((self._modem_mask,)))
+        self._tell_modem_state()
+
+    def _purge(self, value: bytes) -> Event | None:
+        if value not in (b"\1", b"\2", b"\3"):
+            return None
+        self._answer(Code.PURGE_DATA, value)
+        return Purge(received=bool(value[0] & 1), to_transmit=bool(value[0] & 2))
+
+    # What the server tells by itself, or when a client asks for it
+
+    def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
+        """The client's input lines are so; `moved`: these have changed meanwhile, even if they are back."""
+        now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
+        changed = self._modem_state ^ now
+        moved |= ModemState.DSR_CHANGED if changed & ModemState.DSR else ModemState.NONE
+        moved |= ModemState.CTS_CHANGED if changed & ModemState.CTS else ModemState.NONE
+        self._modem_state = now
+        if self.agreed and (moved | moved << 4) & self._modem_mask:
+            self._tell_modem_state(moved=moved)
+
+    def set_line_state(self, errors: LineError) -> None:
+        """This was wrong with characters received from the device."""
+        state = LineState.EMPTY
+        state |= LineState.PARITY_ERROR if LineError.PARITY in errors else LineState.NONE
+        state |= LineState.FRAMING_ERROR if LineError.FRAMING in errors else LineState.NONE
+        state |= LineState.BREAK if LineError.BREAK in errors else LineState.NONE
+        self._line_state = state
+        if self.agreed and state & ~LineState.EMPTY & self._line_mask:
+            self._tell_line_state()
+
+    def _tell_modem_state(self, _: bytes = b"", moved: ModemState = ModemState.NONE) -> None:
+        self._answer(Code.NOTIFY_MODEMSTATE, bytes(((self._modem_state | moved) & self._modem_mask,)))
+
+    def _tell_line_state(self, _: bytes = b"") -> None:
+        self._answer(Code.NOTIFY_LINESTATE, bytes((self._line_state,)))
+        self._line_state = LineState.EMPTY
+
+    @staticmethod
+    def escape(data: bytes) -> bytes:
+        """Data for the client, as it is sent."""
+        return escape(data)
+
+
+_COMMANDS: dict[int, Callable[[ComPort, bytes], Event | None]] = {
+    Code.SIGNATURE: ComPort._tell_signature,
+    Code.SET_BAUDRATE: ComPort._set_baudrate,
+    Code.SET_DATASIZE: ComPort._set_datasize,
+    Code.SET_PARITY: ComPort._set_parity,
+    Code.SET_STOPSIZE: ComPort._set_stopsize,
+    Code.SET_CONTROL: ComPort._set_control,
+    Code.NOTIFY_LINESTATE: ComPort._tell_line_state,
+    Code.NOTIFY_MODEMSTATE: ComPort._tell_modem_state,
+    Code.FLOWCONTROL_SUSPEND: ComPort._suspend,
+    Code.FLOWCONTROL_RESUME: ComPort._resume,
+    Code.SET_LINESTATE_MASK: ComPort._set_line_state_mask,
+    Code.SET_MODEMSTATE_MASK: ComPort._set_modem_state_mask,
+    Code.PURGE_DATA: ComPort._purge,
+}

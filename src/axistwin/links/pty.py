@@ -1,0 +1,195 @@
+"""A pseudo terminal: for programs that want to open a serial device.
+
+Linux shows this end the client's baud rate, its stop bits and whether it asked for odd parity.  Data bits and even
+parity it hides, and there are no control lines and no break; what cannot be seen is as given with `--line`.  A baud
+rate of 0 hangs up, that is, DTR and RTS go off.  Whoever needs more takes RFC 2217.
+
+A client is connected from the first thing it does (a setting, a character) until it closes the device.  To notice that,
+this end keeps the device open itself only while there is no client: once the last one closes it, reading tells.
+"""
+
+import asyncio
+import errno
+import fcntl
+import os
+import select
+import struct
+import sys
+import termios
+import tty
+from pathlib import Path
+
+from axistwin.errors import LinkError
+from axistwin.links.plug import Flow, Plug
+from axistwin.links.urls import PortUrl
+from axistwin.links.writer import Writer
+from axistwin.sim.serial import LineError, UartFormat
+
+CHUNK = 4096
+EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
+TIOCPKT_IOCTL = 0x40
+TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
+TERMIOS2 = struct.Struct("4I20s2I")  # iflag, oflag, cflag, lflag, line and control characters, speeds
+CBAUD, BOTHER = 0o010017, 0o010000
+
+
+class PtyPort:
+    """A pseudo terminal, its link, and the client that has it open."""
+
+    flow: Flow | None = None
+
+    def __init__(self, plug: Plug, url: PortUrl) -> None:
+        if sys.platform != "linux":
+            raise LinkError("a pty needs Linux: use tcp or rfc2217")
+        self.plug = plug
+        self._master, slave = os.openpty()
+        self.device = os.ttyname(slave)
+        self._slave: int | None = slave
+        self._refused = False
+        self._link = Path(url.path) if url.path else None
+        self.url = PortUrl("pty", path=url.path or self.device)
+        self.name = str(self.url)
+        tty.setraw(slave)
+        self._show(plug.usual)
+        fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 1))
+        os.set_blocking(self._master, False)
+        self._make_link()
+        self._loop = asyncio.get_running_loop()
+        self._writer = Writer(self._master, f"{plug.name}: {self.name}")
+        self._loop.add_reader(self._master, self._readable)
+
+    def _make_link(self) -> None:
+        """The link may replace one that leads nowhere, as a killed server leaves it behind, and nothing else."""
+        if self._link is None:
+            return
+        try:
+            if self._link.is_symlink() and not self._link.exists():
+                self._link.unlink()
+            self._link.symlink_to(self.device)
+        except FileExistsError:
+            self._close_files()
+            raise LinkError(f"cannot make {self.url}: there is something at {self._link}: remove it") from None
+        except OSError as error:
+            self._close_files()
+            raise LinkError(f"cannot make {self.url}: {error.strerror}: choose another path") from None
+
+    def close(self) -> None:
+        """Take the device and its link away."""
+        self._loop.remove_reader(self._master)
+        self._writer.clear()
+        if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == self.device:
+            self._link.unlink()
+        self._close_files()
+
+    def _close_files(self) -> None:
+        os.close(self._master)
+        self._let_go()
+
+    # From the client
+
+    def _readable(self) -> None:
+        try:
+            packet = os.read(self._master, CHUNK)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            if error.errno != errno.EIO:
+                raise
+            self._hang_up()
+            return
+        if self._connect():
+            self._take(packet[0], packet[1:])
+
+    def _take(self, happened: int, data: bytes) -> None:
+        """A packet: characters, or what the client has done to the device."""
+        if happened & TIOCPKT_IOCTL:
+            self.plug.change(self._take_over_settings)
+        if happened & termios.TIOCPKT_FLUSHREAD:
+            self._writer.clear()
+        if happened & termios.TIOCPKT_FLUSHWRITE:
+            self.plug.change(self.plug.serial.drop_pending)
+        if data:
+            self.plug.send(data)
+
+    def _connect(self) -> bool:
+        """Whether this client is the one that is connected; once refused it is not asked for again until it closes."""
+        if self.plug.client is self:
+            return True
+        if self._refused:
+            return False
+        self._let_go()
+        self._refused = not self.plug.connect(self)
+        if not self._refused:
+            self.plug.change(self._take_over_settings)
+        return not self._refused
+
+    def _hang_up(self) -> None:
+        """Nobody has the device open any more."""
+        self._hold()
+        self.plug.disconnect(self)
+
+    def _let_go(self) -> None:
+        if self._slave is not None:
+            os.close(self._slave)
+            self._slave = None
+
+    def _hold(self) -> None:
+        """Keep the device open, and fresh for the next client."""
+        if self._slave is None:
+            self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
+        termios.tcflush(self._slave, termios.TCIOFLUSH)
+        self._refused = False
+        self._writer.clear()
+
+    def _take_over_settings(self) -> None:
+        _, _, flags, _, _, _, speed = self._settings()
+        host, usual = self.plug.serial.host, self.plug.usual
+        host.dtr = host.rts = speed > 0
+        host.format = UartFormat(
+            speed or host.baudrate,
+            usual.bytesize,
+            "O" if flags & termios.PARODD else usual.parity,
+            2 if flags & termios.CSTOPB else 1,
+        )
+
+    # To the client
+
+    def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
+        """Send characters to the client."""
+        self._writer.write(data)
+
+    def hung_up(self) -> bool:
+        """Whether the client has gone; seen also while it is not read from."""
+        poll = select.poll()
+        poll.register(self._master, select.POLLHUP)
+        return bool(poll.poll(0))
+
+    def drop(self) -> None:
+        """Disconnect it."""
+        self._hold()
+        self.resume()
+
+    def pause(self) -> None:
+        """Take nothing from the client for the moment."""
+        self._loop.remove_reader(self._master)
+
+    def resume(self) -> None:
+        """Go on taking what it sends."""
+        self._loop.add_reader(self._master, self._readable)
+
+    # Settings
+
+    def _settings(self) -> tuple[int, int, int, int, bytes, int, int]:
+        settings: tuple[int, int, int, int, bytes, int, int] = TERMIOS2.unpack(
+            fcntl.ioctl(self._master, TCGETS2, bytes(TERMIOS2.size))
+        )
+        return settings
+
+    def _show(self, fmt: UartFormat) -> None:
+        """Set the device to this format, as far as a pty can show it."""
+        iflag, oflag, flags, lflag, characters, _, _ = self._settings()
+        flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | BOTHER
+        flags |= termios.CSTOPB if fmt.stopbits > 1 else 0
+        flags |= termios.PARODD if fmt.parity == "O" else 0
+        packed = TERMIOS2.pack(iflag, oflag, flags, lflag | EXTPROC, characters, fmt.baudrate, fmt.baudrate)
+        fcntl.ioctl(self._master, TCSETS2, packed)

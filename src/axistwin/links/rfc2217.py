@@ -1,0 +1,148 @@
+"""RFC 2217: TCP with line format, control lines, break and flow control.
+
+The client's DTR is the device's DSR and its RTS the device's CTS; the device's DTR is the client's DSR and its RTS the
+client's CTS.  The client decides about flow control; with hardware flow control (RTS/CTS or DSR) characters for the
+device wait while its DTR is off, as the manual's 5-wire cable joins that to whichever input the host looks at.
+"""
+
+import asyncio
+from collections.abc import Callable
+
+from axistwin.links.comport import (
+    ComPort,
+    Control,
+    Event,
+    ModemState,
+    Purge,
+    SetBreak,
+    SetFlow,
+    SetFormat,
+    SetLines,
+    Suspend,
+)
+from axistwin.links.plug import Flow, Plug
+from axistwin.links.tcp import STALLED, TcpClient
+from axistwin.sim.serial import LineError
+
+FLOWS = {
+    Control.FLOW_NONE: Flow.NONE,
+    Control.FLOW_X_ON_X_OFF: Flow.X_ON_X_OFF,
+    Control.FLOW_HARDWARE: Flow.DTR,
+    Control.FLOW_DSR: Flow.DTR,
+}
+
+
+class ComPortClient(TcpClient):
+    """A client that speaks RFC 2217."""
+
+    def __init__(self, plug: Plug) -> None:
+        super().__init__(plug)
+        self.flow = Flow.NONE
+        self._port = ComPort(plug.usual, f"axistwin {plug.controller.product.model}")
+        self._moved = ModemState.NONE
+        self._suspended: bytearray | None = None
+        self._unwatch: list[Callable[[], None]] = []
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """A client has come."""
+        super().connection_made(transport)
+        serial = self.plug.serial
+        self._port.set_modem_state(dsr=serial.dtr, cts=serial.rts)
+        self._unwatch = [
+            serial.dtr_line.watch(lambda _: self._line_moved(ModemState.DSR_CHANGED)),
+            serial.rts_line.watch(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
+        ]
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """The client has gone."""
+        for unwatch in self._unwatch:
+            unwatch()
+        super().connection_lost(exc)
+
+    # From the client
+
+    def received(self, data: bytes) -> None:
+        """Bytes from the client: commands and data."""
+        for event in self._port.receive(data):
+            self._obey(event)
+        self._reply()
+
+    def _obey(self, event: Event) -> None:
+        plug, host = self.plug, self.plug.serial.host
+        match event:
+            case bytes():
+                plug.send(event)
+            case SetFormat(fmt):
+                plug.change(lambda: setattr(host, "format", fmt))
+            case SetLines(dtr, rts):
+                plug.change(lambda: self._set_lines(dtr, rts))
+            case SetBreak(on):
+                plug.change(lambda: plug.set_break(on))
+            case SetFlow(outbound):
+                self.flow = FLOWS[outbound]
+                plug.change(plug.settle_flow)
+            case Purge(received, to_transmit):
+                self._purge(received, to_transmit)
+            case Suspend(on):
+                self._suspend(on)
+
+    def _set_lines(self, dtr: bool, rts: bool) -> None:
+        self.plug.serial.host.dtr, self.plug.serial.host.rts = dtr, rts
+
+    def _purge(self, received: bool, to_transmit: bool) -> None:
+        if received and self._suspended:
+            self._suspended.clear()
+        if to_transmit:
+            self.plug.change(self.plug.serial.drop_pending)
+
+    def _suspend(self, on: bool) -> None:
+        if on and self._suspended is None:
+            self._suspended = bytearray()
+        elif not on and self._suspended is not None:
+            data, self._suspended = bytes(self._suspended), None
+            self.write(self._port.escape(data))
+
+    # To the client
+
+    def deliver(self, data: bytes, errors: LineError) -> None:
+        """Send the client what the device sends, and how its lines stand."""
+        self._tell_lines()
+        if errors:
+            self._port.set_line_state(errors)
+        self._reply()
+        if self._suspended is None:
+            self.write(self._port.escape(data))
+        else:
+            room = max(0, STALLED - len(self._suspended))
+            self._suspended += data[:room]
+            self.dropped += len(data[room:])
+
+    def pause_writing(self) -> None:
+        """A client that does not read is not obeyed either, or its answers would pile up."""
+        super().pause_writing()
+        self.pause()
+
+    def resume_writing(self) -> None:
+        """It reads again."""
+        super().resume_writing()
+        if not self.plug.full:
+            self.resume()
+
+    def resume(self) -> None:
+        """Go on taking what it sends, unless it does not read."""
+        if not self.stalled:
+            super().resume()
+
+    def _reply(self) -> None:
+        replies = self._port.take_replies()
+        if replies and not self._transport.is_closing():
+            self._transport.write(replies)
+
+    def _line_moved(self, moved: ModemState) -> None:
+        self._moved |= moved
+        self.plug.mark()
+
+    def _tell_lines(self) -> None:
+        if self._moved and not self.stalled:
+            moved, self._moved = self._moved, ModemState.NONE
+            self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self.plug.serial.rts, moved=moved)
