@@ -97,8 +97,13 @@ class Conversation:
 
 def load(path: Path, codec: Codec = CHARACTERS) -> Conversation:
     """Read a conversation from a file."""
+    return parse(load_text(path), str(path), codec)
+
+
+def load_text(path: Path) -> str:
+    """A text file that the user has named.  Raises ProgramError if it cannot be read."""
     try:
-        return parse(path.read_text(encoding="utf-8"), str(path), codec)
+        return path.read_text(encoding="utf-8")
     except OSError as error:
         raise ProgramError(f"cannot be read: {error.strerror}", file=str(path)) from None
     except UnicodeDecodeError:
@@ -108,7 +113,7 @@ def load(path: Path, codec: Codec = CHARACTERS) -> Conversation:
 def parse(text: str, file: str = "", codec: Codec = CHARACTERS) -> Conversation:
     """Read a conversation.  Raises ProgramError with file, line and column."""
     lines = enumerate(text.splitlines(), start=1)
-    return Conversation(tuple(_act(line, number, file, codec) for number, line in lines if line.strip()), file)
+    return Conversation(tuple(parse_line(line, number, file, codec) for number, line in lines if line.strip()), file)
 
 
 def write(conversation: Iterable[Act], codec: Codec = CHARACTERS) -> str:
@@ -121,7 +126,8 @@ def seconds(ns: int) -> str:
     return f"{Decimal(ns) / S:f}"
 
 
-def _act(line: str, number: int, file: str, codec: Codec) -> Act:
+def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> Act:
+    """Read one line that is not blank."""
     found = _LINE.fullmatch(line.strip())
     indent = len(line) - len(line.lstrip())
     if not found:

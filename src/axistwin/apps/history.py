@@ -1,5 +1,6 @@
 """What has been said and what has moved on a bench: what a transcript tells and a plot draws."""
 
+import re
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,13 +15,15 @@ from axistwin.units import MS
 LENGTH = 100_000
 """Utterances and changes of level that are kept; earlier ones are forgotten, and that is told."""
 
+_LINES = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
+
 PAUSE_NS = 500 * MS
 """A longer silence makes two utterances of what is said; five characters at 110 baud are shorter."""
 
 
 @dataclass
 class Utterance:
-    """Something said: up to a terminator, or up to a silence."""
+    """Something said: up to a terminator, or until the other end has said something, or there was silence."""
 
     time_ns: int
     controller: str
@@ -33,6 +36,10 @@ class Utterance:
     def over(self) -> bool:
         """Whether its terminator has come."""
         return bytes(self.data[-1:]) in (b"\r", b"\n")
+
+    def ends_before(self, time_ns: int, data: bytes) -> bool:
+        """Whether what is said now is something new."""
+        return (self.over and data != b"\n") or time_ns - self.last_ns > PAUSE_NS
 
 
 @dataclass(frozen=True)
@@ -98,9 +105,13 @@ class History:
         if isinstance(event, Changed):
             self.changes.append(event)
         elif isinstance(event, Heard):
-            self._say(event, by_host=False).errors |= event.errors
+            utterance = self._say(event, event.data, by_host=False)
+            utterance.errors |= event.errors
+            if utterance.over:
+                self._open.pop((event.controller, True), None)
         else:
-            self._say(event, by_host=True)
+            for line in _LINES.findall(event.data):
+                self._say(event, line, by_host=True)
 
     @property
     def complete(self) -> bool:
@@ -119,20 +130,16 @@ class History:
         ]
         return sorted(found, key=lambda move: move.start_ns)
 
-    def _say(self, event: Said | Heard, by_host: bool) -> Utterance:
+    def _say(self, event: Said | Heard, data: bytes, by_host: bool) -> Utterance:
         key = event.controller, by_host
         utterance = self._open.get(key)
-        if utterance is None or event.time_ns - utterance.last_ns > PAUSE_NS or self._ends(utterance, event.data):
+        if utterance is None or utterance.ends_before(event.time_ns, data):
             utterance = Utterance(event.time_ns, event.controller, by_host, bytearray(), event.time_ns)
             self._open[key] = utterance
             self.said.append(utterance)
-        utterance.data += event.data
+        utterance.data += data
         utterance.last_ns = event.time_ns
         return utterance
-
-    @staticmethod
-    def _ends(utterance: Utterance, following: bytes) -> bool:
-        return utterance.over and following != b"\n"
 
 
 @contextmanager

@@ -5,8 +5,9 @@ Behind each thing the controller says stands the time at which its last characte
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from decimal import Decimal
 
-from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, seconds
+from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
 from axistwin.apps.events import Changed, Event, Heard, Said, observing
 from axistwin.apps.machine import level_name
 from axistwin.bench import Bench, line_format
@@ -81,7 +82,7 @@ class Recorder:
         if self._words:
             name = self._name(self._speaker)
             self._add(Hear(bytes(self._words), controller=name))
-            self._add(Expect("clock", seconds(self._last_ns), controller=""))
+            self._add(Expect("clock", f"{Decimal(self._last_ns) / S:.9f}"))
             self._words.clear()
             self._told_ns = self._last_ns
 

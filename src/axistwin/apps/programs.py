@@ -1,0 +1,60 @@
+"""Programs that can be run from the command line, told apart by the suffix of their file.
+
+`.talk` is a conversation.  `.if1` are IF1/IF2 command lines as typed at a terminal: `;` starts a comment, the
+initialisation is done first, and a conversation's `+seconds` and `! input1 high` lines may stand between them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from axistwin.apps.conversation import Act, Conversation, load_text, parse
+from axistwin.apps.player import Difference, play
+from axistwin.apps.typist import command_lines, settle, type_lines
+from axistwin.bench import Bench
+from axistwin.errors import ProgramError
+from axistwin.units import S
+
+BOUND_NS = 3600 * S
+"""A program that never ends is watched for so long, unless one says how long."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a program went: the first difference of a conversation, and what a person should know besides."""
+
+    difference: Difference | None = None
+    note: str = ""
+
+
+Program = Callable[[Bench, int | None], Outcome]
+"""Performs itself on a bench until a time in nanoseconds, or, if that is None, until it is over."""
+
+
+def load(path: Path) -> Program:
+    """The program in a file.  Raises ProgramError if it cannot be read or is of no known kind."""
+    match path.suffix:
+        case ".talk":
+            return partial(_converse, parse(load_text(path), str(path)))
+        case ".if1":
+            return partial(_type, tuple(command_lines(load_text(path), str(path))), str(path))
+    raise ProgramError("no kind of program: name a conversation .talk, command lines .if1", file=str(path))
+
+
+def _converse(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:
+    difference = play(conversation, bench)
+    if until_ns is not None and difference is None:
+        bench.clock.run_to(max(until_ns, bench.now))
+    return Outcome(difference)
+
+
+def _type(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
+    deadline_ns = BOUND_NS if until_ns is None else until_ns
+    note = type_lines(bench, acts, deadline_ns, file)
+    if until_ns is not None:
+        bench.clock.run_to(max(until_ns, bench.now))
+    elif not settle(bench, deadline_ns):
+        note = note or "it goes on for ever"
+        return Outcome(note=f"{note}: stopped after {bench.seconds:g} s, say --for SECONDS for another time")
+    return Outcome(note=note or "")

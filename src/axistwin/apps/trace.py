@@ -1,0 +1,195 @@
+"""Writes what happens on a bench into a file while it happens: `.csv`, or `.vcd` for GTKWave.
+
+Only changes are written.  Signals are called `controller.pin`, `controller.says` and `controller.hears` for the serial
+connection as the *host* has it, and per axis `pulses` (net pulses issued), `direction` (1: positive) and, in a VCD,
+`step`: high for 250 ns from each pulse on, which is shorter than half the period of the fastest controller.
+
+Tracing schedules nothing: the pulses of a motion are worked out, in pieces of limited size, when something else
+happens or at the end.  So a bench does exactly the same whether it is traced or not.
+"""
+
+import os
+from bisect import bisect_left
+from collections.abc import Iterator
+from contextlib import ExitStack
+from itertools import chain
+from operator import itemgetter
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from axistwin.apps.events import Changed, Event, Said, observing, terminals
+from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, Signal, Sink, sink_for
+from axistwin.bench import Bench
+from axistwin.errors import UsageError
+from axistwin.motion.train import Stroke, Train
+
+CHUNK = 1 << 14  # pulses worked out at a time, about
+
+Change = tuple[int, Signal, int]
+"""When, what, to what."""
+
+
+class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
+    """Trace a bench into `path` meanwhile.
+
+    The file is there, whole, when the block is left in whatever way except by an error: then it is not there.
+    """
+
+    def __init__(self, bench: Bench, path: Path) -> None:
+        self.bench, self.path = bench, path
+        self._make = sink_for(path)
+        self._beside = path.with_name(path.name + ".part")
+
+    def __enter__(self) -> Self:
+        self._stack = ExitStack()
+        try:
+            self._file = self._stack.enter_context(self._beside.open("w", encoding="utf-8", newline=""))
+        except OSError as error:
+            raise UsageError(f"{self.path} cannot be written: {error.strerror}") from None
+        self._tracer = Tracer(self.bench, self._make(self._file))
+        self._stack.enter_context(self._tracer)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        failed = kind is not None and issubclass(kind, Exception)  # a Ctrl-C is no failure
+        if not failed:
+            self._tracer.finish()
+        self._stack.close()
+        if failed:
+            self._beside.unlink()
+        else:
+            os.replace(self._beside, self.path)
+
+
+class Tracer:
+    """Turns what happens into changes of signals, in order of time."""
+
+    def __init__(self, bench: Bench, sink: Sink) -> None:
+        self.bench, self.sink = bench, sink
+        self._axes = [
+            _AxisTrace(f"{controller.name}.{name}", axis.train)
+            for controller in bench.controllers.values()
+            for name, axis in controller.axes.items()
+        ]
+        self._upto_ns = bench.now
+        self._message: dict[Signal, bytes] = {}
+
+    def __enter__(self) -> Self:
+        """Say how everything is, and watch."""
+        self.sink.begin(self.bench.now, dict(self._initial()))
+        self._stack = ExitStack()
+        self._stack.enter_context(observing(self.bench, self._take))
+        for controller in self.bench.controllers.values():
+            for axis in controller.axes.values():
+                axis.on_motion.append(self._catch_up)
+                self._stack.callback(axis.on_motion.remove, self._catch_up)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def finish(self) -> None:
+        """Write what has happened up to now, inclusive."""
+        self._write_pulses(self.bench.now + 1)
+        self.sink.end(self.bench.now)
+
+    def _initial(self) -> Iterator[tuple[Signal, int | bytes]]:
+        for controller in self.bench.controllers.values():
+            for name, pin in terminals(controller).items():
+                yield Signal(controller.name, name.replace(".", "_"), LEVEL), int(pin.level)
+            for name in ("host_says", "controller_says"):
+                yield Signal(controller.name, name, TEXT), b""
+        for axis in self._axes:
+            yield from axis.initial(self.bench.now)
+
+    def _take(self, event: Event) -> None:
+        self._catch_up()
+        if isinstance(event, Changed):
+            signal = Signal(event.controller, event.pin.replace(".", "_"), LEVEL)
+            self.sink.change(event.time_ns, signal, int(event.level))
+            return
+        names = ("host_says", "controller_says") if isinstance(event, Said) else ("controller_says", "host_says")
+        speaker, other = (Signal(event.controller, name, TEXT) for name in names)
+        self._tell(event.time_ns, speaker, self._continued(speaker, event.data))
+        self._tell(event.time_ns, other, b"")
+
+    def _continued(self, speaker: Signal, data: bytes) -> bytes:
+        """The message so far."""
+        before = self._message.get(speaker, b"")
+        return data if before.endswith((b"\r", b"\n")) and data != b"\n" else before + data
+
+    def _tell(self, time_ns: int, signal: Signal, text: bytes) -> None:
+        if self._message.get(signal, b"") != text:
+            self._message[signal] = text
+            self.sink.change(time_ns, signal, text)
+
+    def _catch_up(self) -> None:
+        self._write_pulses(self.bench.now)
+
+    def _write_pulses(self, before_ns: int) -> None:
+        """All changes that pulses have made since the last time, in pieces."""
+        since_ns = self._upto_ns
+        pieces = sum(axis.count(since_ns, before_ns) for axis in self._axes) // CHUNK + 1
+        for piece in range(1, pieces + 1):
+            until_ns = since_ns + (before_ns - since_ns) * piece // pieces
+            changes = chain.from_iterable(axis.changes(self._upto_ns, until_ns) for axis in self._axes)
+            for change in sorted(changes, key=itemgetter(0)):
+                self.sink.change(*change)
+            self._upto_ns = until_ns
+
+
+class _AxisTrace:
+    """The signals of an axis."""
+
+    def __init__(self, scope: str, train: Train) -> None:
+        self.train = train
+        self.direction = Signal(scope, "direction", LEVEL)
+        self.step, self.pulses = Signal(scope, "step", STEP), Signal(scope, "pulses", COUNT)
+        self._direction = train.stroke.direction
+        self._falls_ns: list[int] = []
+
+    def initial(self, now_ns: int) -> Iterator[tuple[Signal, int]]:
+        yield self.direction, int(self._direction > 0)
+        yield self.step, 0
+        yield self.pulses, self.train.stroke.position_at(now_ns)
+
+    def count(self, since_ns: int, before_ns: int) -> int:
+        """How many pulses there are from `since_ns` to before `before_ns`."""
+        return sum(last - first + 1 for _, first, last in self._stretches(since_ns, before_ns))
+
+    def changes(self, since_ns: int, before_ns: int) -> list[Change]:
+        """What changes in that time, not in order."""
+        found: list[Change] = []
+        for stroke, first, last in self._stretches(since_ns, before_ns):
+            if stroke.start_ns >= since_ns and stroke.direction != self._direction:
+                self._direction = stroke.direction
+                found.append((stroke.start_ns, self.direction, int(stroke.direction > 0)))
+            if last >= first:
+                found += self._pulses(stroke, first, last)
+        due = bisect_left(self._falls_ns, before_ns)
+        found += [(fall_ns, self.step, 0) for fall_ns in self._falls_ns[:due]]
+        del self._falls_ns[:due]
+        return found
+
+    def _pulses(self, stroke: Stroke, first: int, last: int) -> Iterator[Change]:
+        import numpy as np
+
+        times = np.empty(last - first + 1, np.int64)
+        stroke.profile.fill_pulse_times(first, stroke.start_ns, times)
+        self._falls_ns += (times + STEP_NS).tolist()
+        for n, time_ns in enumerate(times.tolist(), start=first):
+            yield time_ns, self.step, 1
+            yield time_ns, self.pulses, stroke.origin + stroke.direction * n
+
+    def _stretches(self, since_ns: int, before_ns: int) -> Iterator[tuple[Stroke, int, int]]:
+        """The strokes in that time, each with the first and the last of its pulses that fall in it."""
+        strokes: list[Stroke] = []
+        for stroke in reversed(self.train.strokes):
+            if stroke.start_ns < before_ns:
+                strokes.append(stroke)
+            if stroke.start_ns <= since_ns:
+                break
+        for stroke in reversed(strokes):
+            before = stroke.profile.pulses_by(since_ns - 1 - stroke.start_ns)
+            yield stroke, before + 1, stroke.profile.pulses_by(before_ns - 1 - stroke.start_ns)
