@@ -209,7 +209,7 @@ class _Reader:
         """Characters that are no command, with the number behind them; or a number that no command wants."""
         if self.text[begin] in NUMBER:
             self._skip_number(end)
-            self._wrong(f"{self.text[begin : self.at]} belongs to no command", begin)
+            self._wrong(self._lost_number(begin), begin)
             return
         while self.at < end and self.text[self.at] not in NUMBER and self.commands.get(self.text[self.at]) is None:
             self.at += 1
@@ -217,6 +217,14 @@ class _Reader:
         hint = ": commands are upper case" if any(map(self.commands.get, unknown.upper())) else ""
         self._wrong(f"unknown character{'s'[: len(unknown) - 1]} {unknown!r}{hint}", begin)
         self._skip_number(end)
+
+    def _lost_number(self, begin: int) -> str:
+        message = f"{self.text[begin : self.at]} belongs to no command"
+        before = self.commands.get(self.text[begin - 1]) if begin > self.begins[-1] else None
+        if before is None:
+            return message
+        takes = " ".join(map(str, before.parameters)) or "no number"
+        return f"{message}: {before.code} ({before.name}) takes {takes}"
 
     def _skip_number(self, end: int) -> None:
         """So that what belongs to something wrong is not wrong once more."""
@@ -258,6 +266,7 @@ class _Reader:
         if match is None:
             wanted = " ".join(str(part) for part in command.parameters)
             self._wrong(f"{command.code} ({command.name}) needs {wanted}", self.at, chapter=command.chapter)
+            self._skip_number(end)
             return
         values = []
         for group, part in enumerate(command.parameters, 1):
