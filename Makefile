@@ -22,4 +22,4 @@ test: $(BIN)/lint-imports
 	PYTHONPATH=src $(BIN)/pytest
 
 bench: $(BIN)/lint-imports      ## ratios measured in one run
-	@for file in benchmarks/bench_*.py; do PYTHONPATH=src $(BIN)/python $$file || exit 1; done
+	@for file in benchmarks/*.py; do PYTHONPATH=src $(BIN)/python $$file || exit 1; done
