@@ -17,7 +17,7 @@ from axistwin.bench import Controller
 from axistwin.motion.train import HISTORY
 
 HOUR = 3600
-STEPS = "XS1 X-S2 YS3 Y-S4 ZS5 Z-R5 XYZR4 X-YZR3 X-Y-Z-R2 X-Y-Z-R1".split()
+STEPS = ["XS1", "X-S2", "YS3", "Y-S4", "ZS5", "Z-R5", "XYZR4", "X-YZR3", "X-Y-Z-R2", "X-Y-Z-R1"]
 """What the sample does: a move on one to three axes, then an output."""
 
 
