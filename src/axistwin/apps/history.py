@@ -5,12 +5,13 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 from axistwin.apps.events import Changed, Event, Heard, Said, observing, terminals
 from axistwin.bench import Bench
 from axistwin.motion.train import Stroke
 from axistwin.sim.serial import LineError
-from axistwin.units import MS
+from axistwin.units import MS, S
 
 LENGTH = 100_000
 """Utterances and changes of level that are kept; earlier ones are forgotten, and that is told."""
@@ -73,19 +74,18 @@ class Move:
         return self.stroke.position_at(self.now_ns)
 
     @property
-    def top_rate(self) -> float:
+    def top_rate(self) -> Fraction:
         """Its highest rate in pulses/s, so far."""
+        return max(rate for _, rate in self.segments())
+
+    def segments(self) -> Iterator[tuple[int, Fraction]]:
+        """When each stretch of constant rate began, and its rate in pulses/s."""
         profile = self.stroke.profile
-        elapsed_ns = self.now_ns - self.start_ns
-        rates = (rate for start_ns, rate in segments(self.stroke) if start_ns - self.start_ns <= elapsed_ns)
-        return max(rates, default=0.0) if profile.segments else 0.0
-
-
-def segments(stroke: Stroke) -> Iterator[tuple[int, float]]:
-    """When each stretch of constant rate begins, and its rate in pulses/s."""
-    profile = stroke.profile
-    for start, segment in zip(profile.starts, profile.segments, strict=False):
-        yield stroke.start_ns + start * 1_000_000_000 // profile.ticks, float(segment.rate)
+        for start, segment in zip(profile.starts, profile.segments, strict=False):
+            start_ns = self.start_ns + start * S // profile.ticks
+            if start_ns > self.now_ns:
+                break
+            yield start_ns, segment.rate
 
 
 @dataclass

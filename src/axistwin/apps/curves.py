@@ -1,0 +1,66 @@
+"""Curves of what has moved, exactly as the profiles have it: rates are steps, positions straight between them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from axistwin.apps.history import Move
+from axistwin.units import S
+
+MOST = 20_000
+"""Points that a curve may have; with more, neighbours are drawn as the span between their extremes."""
+
+
+@dataclass
+class Curve:
+    """Values from their times on, in seconds."""
+
+    times: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+
+    def add(self, time_ns: int, value: float) -> None:
+        """The next point."""
+        self.times.append(time_ns / S)
+        self.values.append(value)
+
+    def thinned(self, most: int = MOST) -> "Curve":
+        """The same to the eye, with no more points than that."""
+        if len(self.times) <= most:
+            return self
+        thin = Curve([self.times[0]], [self.values[0]])
+        group = 2 * len(self.times) // most + 1
+        for first in range(1, len(self.times), group):
+            values = self.values[first : first + group]
+            thin.times += [self.times[first], self.times[min(first + group, len(self.times)) - 1]]
+            thin.values += [min(values), max(values)]
+        thin.times.append(self.times[-1])
+        thin.values.append(self.values[-1])
+        return thin
+
+
+def velocity(moves: Iterable[Move], from_ns: int, to_ns: int) -> Curve:
+    """Pulses per second, negative in the negative direction: each value holds until the next."""
+    curve = Curve()
+    curve.add(from_ns, 0)
+    for move in moves:
+        for start_ns, rate in move.segments():
+            curve.add(start_ns, move.stroke.direction * float(rate))
+        curve.add(_end(move, to_ns), 0)
+    curve.add(to_ns, 0)
+    return curve
+
+
+def position(moves: Sequence[Move], from_ns: int, to_ns: int) -> Curve:
+    """Net pulses, with fractions between one pulse and the next: straight between the points."""
+    curve = Curve()
+    curve.add(from_ns, moves[0].origin)
+    for move in moves:
+        profile, origin, direction = move.stroke.profile, move.origin, move.stroke.direction
+        for (start_ns, _), phase in zip(move.segments(), profile.phases, strict=False):
+            curve.add(start_ns, origin + direction * phase / profile.parts)
+        curve.add(_end(move, to_ns), move.target)
+    curve.add(to_ns, moves[-1].target)
+    return curve
+
+
+def _end(move: Move, to_ns: int) -> int:
+    return to_ns if move.end_ns is None else move.end_ns
