@@ -17,7 +17,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from axistwin.apps.visible import CHARACTERS, Codec
-from axistwin.errors import ProgramError
+from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S
 
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
@@ -101,11 +101,11 @@ def load(path: Path, codec: Codec = CHARACTERS) -> Conversation:
 
 
 def load_text(path: Path) -> str:
-    """A text file that the user has named.  Raises ProgramError if it cannot be read."""
+    """A text file that the user has named.  Raises UsageError if it is not there, ProgramError if it is no text."""
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        raise ProgramError(f"cannot be read: {error.strerror}", file=str(path)) from None
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ProgramError("is not a text file in UTF-8", file=str(path)) from None
 

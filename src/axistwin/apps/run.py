@@ -1,0 +1,103 @@
+"""`axistwin run`: a program or a conversation at full speed; what was said and what moved."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from axistwin.apps import programs, transcript
+from axistwin.apps.history import History, watching
+from axistwin.apps.programs import Outcome
+from axistwin.apps.target import bench_for
+from axistwin.units import to_ns
+
+FILE = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command(short_help="Run a program or a conversation at full speed.")
+@click.argument("target", metavar="MODEL|SCENE.toml")
+@click.argument("program", type=FILE)
+@click.option("--for", "seconds", type=click.FloatRange(min=0), help="Virtual time in all, from switching on.")
+@click.option("--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, or FILE.vcd for GTKWave.")
+@click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
+@click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
+@click.option("--state", type=click.Path(file_okay=False, path_type=Path), help="Keeps what is kept without power.")
+def run(
+    target: str,
+    program: Path,
+    seconds: float | None,
+    traces: tuple[Path, ...],
+    plot: Path | None,
+    as_json: bool,
+    options: tuple[str, ...],
+    state: Path | None,
+) -> int:
+    """Run PROGRAM on a MODEL, or on the controllers of a scene, in virtual time at full speed.
+
+    PROGRAM is a conversation (.talk), or IF1/IF2 command lines as typed at a terminal (.if1): the initialisation is
+    done first, a line is typed when the one before is done, `;` starts a comment, `+2.5` waits, `! input1 high` drives
+    a pin.  Exit code 1: the controller did not say or do what the conversation has.
+
+    \b
+    Examples:
+      axistwin run if1 moves.if1
+      axistwin run if1 moves.if1 --plot moves.png --trace moves.vcd
+      axistwin run if1 forever.if1 --for 3600 --json
+      axistwin run if2 locked.talk --state ./battery --option wiring=3-wire
+      axistwin run if1 limits.if1 --option X.limits=[-100,2000]
+    """
+    performed = programs.load(program)
+    if plot is not None:
+        from axistwin.apps.plot import check_suffix
+
+        check_suffix(plot)
+    bench = bench_for(target, options, state)
+    with ExitStack() as stack:
+        history = stack.enter_context(watching(bench))
+        for path in traces:
+            from axistwin.apps.trace import tracing
+
+            stack.enter_context(tracing(bench, path))
+        with _progress(f"running {program.name}"):
+            outcome = performed(bench, None if seconds is None else to_ns(seconds))
+    if plot is not None:
+        from axistwin.apps.plot import draw
+
+        draw(history, plot, f"{target}  {program.name}")
+    _report(history, outcome, as_json)
+    return 1 if outcome.difference else 0
+
+
+def _report(history: History, outcome: Outcome, as_json: bool) -> None:
+    if as_json:
+        difference = asdict(outcome.difference) if outcome.difference else None
+        click.echo(json.dumps({**transcript.as_dict(history), "difference": difference, "note": outcome.note}))
+        return
+    for line in transcript.text(history):
+        click.echo(line)
+    click.echo()
+    for line in transcript.summary(history):
+        click.echo(line)
+    if not history.complete:
+        click.echo("axistwin: too much happened to keep it all: this is the latest of it", err=True)
+    if outcome.note:
+        click.echo(f"axistwin: {outcome.note}", err=True)
+    if outcome.difference:
+        click.echo(f"axistwin: {outcome.difference}", err=True)
+
+
+@contextmanager
+def _progress(words: str) -> Iterator[None]:
+    """Something that turns, if somebody is looking."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(words):
+        yield
