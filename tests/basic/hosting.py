@@ -1,0 +1,102 @@
+"""A sample program on PC-BASIC, and a controller served to it on a loopback port, in one event loop."""
+
+import asyncio
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.links.pacing import Pacer
+from axistwin.links.server import Server
+from axistwin.links.urls import parse
+from axistwin.units import to_ns
+
+from .interpreter import run_basic
+from .listings import runnable, source
+
+POWER_UP_S = 1.5
+"""Until a controller that has just been switched on listens."""
+READING_S = 1.2
+"""What a person takes to read a prompt, in virtual time; the initial ramp calculation is over by then."""
+COM1 = {"tcp": "SOCKET", "rfc2217": "RFC2217"}
+KEYS = {"SPACE": " ", "PRESS CR": "\r"}
+
+
+@dataclass
+class Session:
+    """A controller that a sample program has talked to."""
+
+    bench: Bench
+    controller: Controller
+    form: str
+    """The data format that the program has set, such as `U62`."""
+    screen: str = ""
+    """What the program has printed."""
+    heard: bytearray = field(default_factory=bytearray)
+    """What the controller has sent to it."""
+    heard_ns: list[int] = field(default_factory=list)
+    """When each of these characters had come."""
+
+    def listen(self) -> None:
+        """From now on, keep what the controller sends."""
+
+        def hear(byte: int, _: object) -> None:
+            self.heard.append(byte)
+            self.heard_ns.append(self.bench.now)
+
+        self.controller.serial.hear(hear)
+
+    def ask(self, text: str) -> str:
+        """What the controller answers to a message now, without echo and terminator."""
+        message = text.encode() + (b"\n" if self.form.startswith("V") else b"\r")
+        self.controller.serial.read()
+        self.controller.serial.write(message)
+        self.bench.run(0.3)
+        reply = self.controller.serial.read()
+        return (reply.removeprefix(message) if self.form.endswith("2") else reply).decode().strip()
+
+    def moves(self) -> list[dict[str, int]]:
+        """Every move since power-up: the axes that began together, and by how many pulses each."""
+        by_start: dict[int, dict[str, int]] = {}
+        for name, axis in self.controller.axes.items():
+            for stroke in axis.train.strokes:
+                if stroke.profile.pulses:
+                    by_start.setdefault(stroke.start_ns, {})[name] = stroke.direction * stroke.profile.pulses
+        return [by_start[start_ns] for start_ns in sorted(by_start)]
+
+
+def perform(program: int, form: str, directory: Path, *, link: str = "tcp", speed: float = 40, **added: Any) -> Session:
+    """Run a sample program to its end, against a controller that has been switched on before.
+
+    `added`: how the controller is put on the bench.  What the program has sent last has been transmitted in the end.
+    """
+    bench = Bench()
+    session = Session(bench, bench.add(**{"model": "if1", **added}), form)
+    bench.run(POWER_UP_S)
+    session.listen()
+    session.screen = asyncio.run(_serve(bench, session.controller.name, link, speed, program, directory))
+    assert bench.run_until(lambda: session.controller.serial.pending == 0, timeout=10)
+    return session
+
+
+async def _serve(bench: Bench, name: str, link: str, speed: float, program: int, directory: Path) -> str:
+    server = Server(bench, speed=speed)
+    try:
+        port = await server.open(name, parse(f"{link}://127.0.0.1:0"))
+        server.start()
+        com1 = f"{COM1[link]}:{port.address}"
+        # When the interpreter has ended, the loop has long had all it sent: it lingers after hanging up.
+        return await run_basic(source(runnable(program)), com1, KEYS, lambda: _read(bench, server.pacer), directory)
+    finally:
+        server.close()
+        await asyncio.sleep(0)  # connections are closed in the loop's next turn
+
+
+async def _read(bench: Bench, pacer: Pacer) -> None:
+    """Let the time pass that a person takes to read a prompt."""
+    read, seen = bench.clock.timeout(to_ns(READING_S)), asyncio.Event()
+    unwatch = pacer.watch(lambda: seen.set() if read.processed else None)
+    pacer.work()
+    await seen.wait()
+    unwatch()

@@ -1,0 +1,196 @@
+"""Appendix 3: the manual's own host programs, on a real BASIC interpreter, do with an IF1 what their listings ask."""
+
+import itertools
+
+import pytest
+
+from axistwin.sim.serial import UartFormat
+from axistwin.units import S
+
+from .hosting import Session, perform
+from .listings import ADAPTATIONS, MANUAL, REPAIRS, printed, runnable
+
+pytestmark = pytest.mark.skipif(not MANUAL.exists(), reason="the manual is not here")
+
+FORTH, BACK = {"X": 1000}, {"X": -1000}
+FORTH_AND_TEN_TIMES_BACK_AND_FORTH = [FORTH, *[BACK, FORTH] * 10]
+
+
+def assert_no_complaint(session: Session) -> None:
+    """Neither the program nor the controller has found anything wrong."""
+    assert not [word for word in ("ERROR", "FAULT", "NO U", "rror", "imeout") if word in session.screen], session.screen
+    assert (session.ask("K"), session.ask("F")) == ("0", "0")
+
+
+def together(*signs: str) -> dict[str, int]:
+    """A move of X, Y and Z at once, 1000 pulses each, in these directions; a blank: that axis is not named."""
+    return {axis: int(f"{sign}1000") for axis, sign in zip("XYZ", signs, strict=True) if sign != " "}
+
+
+# The listings
+
+
+@pytest.mark.parametrize("program", range(1, 12))
+def test_each_listing_is_found_whole(program):
+    lines = list(printed(program))
+
+    assert len(lines) > 40
+    assert lines == sorted(lines)
+
+
+@pytest.mark.parametrize("change", [*REPAIRS, *ADAPTATIONS], ids=lambda change: f"{change.program}-{change.line}")
+def test_what_is_changed_in_a_listing_is_there(change):
+    assert change.line in printed(change.program)
+    assert change.found not in runnable(change.program)[change.line] or change.found in change.wanted
+
+
+def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
+    """Not even their OPEN statements are touched, but for one illegible character and one waiting loop."""
+    changed = [
+        (program, line)
+        for program in (7, 8, 9)
+        for line, text in printed(program).items()
+        if text != runnable(program)[line]
+    ]
+
+    assert changed == [(7, 270), (9, 90)]
+
+
+# Programs that make moves
+
+
+@pytest.mark.parametrize(
+    ("program", "form", "line"),
+    [(2, "V61", "2400 8N2"), (4, "U61", "2400 8N2"), (5, "U62", "4800 8N2")],
+    ids=["2-nec-2400", "4-epson-2400", "5-epson-4800-echo"],
+)
+def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form, line, tmp_path):
+    session = perform(program, form, tmp_path, line=line)
+    session.bench.run(2.0)  # the program ends as soon as it has ordered the last move
+
+    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH
+    assert session.controller.axes["X"].position == 1000
+    assert_no_complaint(session)
+
+
+def test_sample_1_finds_every_character_echoed_and_each_takes_its_time_on_the_line(tmp_path):
+    """9600 baud, 11 bits to a character.  The program compares every character with its echo."""
+    session = perform(1, "U62", tmp_path, line="9600 8N2")
+    session.bench.run(2.0)
+
+    gaps_ns = [after - before for before, after in itertools.pairwise(session.heard_ns)]
+    assert min(gaps_ns) >= 11 * S // 9600
+    assert session.heard.startswith(b"U\rX1000@1000$\rE\r")
+    assert set(session.heard.decode().split("\r")) == {"U", "X1000@1000$", "X-$", "X$", "E", "C", ""}
+    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH
+    assert_no_complaint(session)
+
+
+def test_sample_8_sets_its_own_baud_rate_and_checks_the_echo_of_every_character(tmp_path):
+    """Over RFC2217 the OPEN statement of the listing sets the line: 9600 baud, 8 data bits, 2 stop bits."""
+    session = perform(8, "U62", tmp_path, link="rfc2217", line="300 7E1")
+    session.bench.run(2.0)
+
+    assert session.controller.serial.host.format == UartFormat(9600, 8, "N", 2)
+    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH
+    assert session.screen.count("C\n") == 20
+    assert_no_complaint(session)
+
+
+def test_sample_7_moves_x_and_y_forth_and_back(tmp_path):
+    session = perform(7, "U61", tmp_path, link="rfc2217", line="2400 8N2")
+
+    assert session.moves() == [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
+    assert session.heard.count(b"C\r") == 4
+    assert_no_complaint(session)
+
+
+def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
+    """ "X5000/Y500@6500$": Y makes a tenth of the pulses at a tenth of the speed, while X makes its own."""
+    session = perform(10, "V62", tmp_path, line="9600 8N2")
+
+    assert session.moves() == [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
+    assert [max(session.controller.axes[axis].train.stroke.profile.rates) for axis in "XY"] == [6500, 650]
+    assert_no_complaint(session)
+
+
+def test_sample_11_ends_with_both_axes_at_the_same_speed(tmp_path):
+    session = perform(11, "V61", tmp_path, line="2400 8N2")
+
+    assert session.moves() == [
+        *({"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}),
+        *({"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}),
+    ]
+    assert_no_complaint(session)
+
+
+# Programs that install a sequence and go away
+
+SINGLY = [{"X": 1000}, {"X": -1000}, {"Y": 1000}, {"Y": -1000}, {"Z": 1000}, {"Z": -1000}]
+PASSES = {
+    3: [*SINGLY, *(together(*signs) for signs in ("+++", "-++", "---", "---"))],
+    6: [*SINGLY, *(together(*signs) for signs in ("+++", "-+ ", "--+", "--+", "---"))],
+    9: [*SINGLY, *(together(*signs) for signs in ("+++", "-++", "--+", "---"))],
+}
+"""The moves of one pass through the sequence that each program sends, with the signs that are printed."""
+ON_AND_OFF = [*((output, True) for output in (1, 2, 3, 4, 5)), *((output, False) for output in (5, 4, 3, 2, 1))]
+"""What one pass does to the outputs: each on after a move, and off again after a later one."""
+
+
+def one_pass(session: Session) -> list[tuple[int, bool]]:
+    """Input 1 goes high, and low again while the first pass is on its way; returns the changes of the outputs."""
+    changes: list[tuple[int, bool]] = []
+    pins = session.controller.pins
+    unwatch = [pins[f"output{n}"].watch(lambda pin, n=n: changes.append((n, pin.level))) for n in range(1, 6)]
+    pins["input1"].drive(True)
+    session.bench.run(1.0)
+    pins["input1"].drive(False)
+    session.bench.run(60.0)
+    for end in unwatch:
+        end()
+    return changes
+
+
+def assert_repeats_for_ever(program: int, session: Session) -> None:
+    """With input 1 high it makes pass after pass, all the same."""
+    session.controller.pins["input1"].drive(True)
+    session.bench.run(600.0)
+
+    moves = session.moves()
+    assert len(moves) > 10 * len(PASSES[program])
+    assert moves == [move for move, _ in zip(itertools.cycle(PASSES[program]), moves, strict=False)]
+
+
+@pytest.mark.parametrize(("program", "form", "line"), [(3, "V61", "1200 8N2"), (9, "U61", "2400 8N2")])
+def test_the_sequence_waits_for_input_1_and_repeats_for_ever(program, form, line, tmp_path):
+    session = perform(program, form, tmp_path, line=line)
+    session.bench.run(10.0)
+
+    assert session.ask("E") == "E"  # busy waiting
+    assert session.moves() == []
+    assert one_pass(session) == ON_AND_OFF
+    assert session.moves() == PASSES[program]
+    assert_no_complaint(session)
+    assert_repeats_for_ever(program, session)
+
+
+def test_sample_6_leaves_an_if2_with_a_locked_sequence_that_power_up_starts(tmp_path):
+    """5-wire: the lines are the host's.  With DSR low a locked IF2 runs its sequence when it is switched on."""
+    session = perform(6, "V61", tmp_path, model="if2", line="2400 8N2")
+    session.bench.run(10.0)
+    assert (session.ask("E"), session.ask("F")) == ("[", "32")
+    assert one_pass(session) == ON_AND_OFF
+
+    session.controller.serial.host.dtr = False
+    session.controller.power_cycle()
+    session.bench.run(5.0)
+    assert session.moves() == PASSES[6]
+    assert_repeats_for_ever(6, session)
+
+    session.controller.serial.host.dtr = True
+    assert session.ask("X9$") == ""
+    assert session.ask("E") == "["
+    session.ask("]")
+    session.ask("#")
+    session.bench.run(2.0)
+    assert session.ask("E") == "C"
