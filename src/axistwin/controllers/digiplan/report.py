@@ -27,7 +27,7 @@ def _status(interface: "Interface") -> int:
 
 
 def _number(interface: "Interface", value: int) -> bytes:
-    return b"%d" % value + interface.frame.end
+    return interface.frame.answer(b"%d" % value)
 
 
 def motion_status(interface: "Interface") -> bytes:
@@ -79,7 +79,7 @@ def busy_status(interface: "Interface") -> bytes:
         letter = b"F"
     else:
         letter = b"E" if interface.busy else b"C"
-    return letter + interface.frame.end
+    return interface.frame.answer(letter)
 
 
 def position(interface: "Interface") -> bytes:

@@ -100,6 +100,6 @@ def _move(interface: "Interface", step: Step) -> Procedure:
 
 def _intervention(interface: "Interface") -> Procedure:
     """Tell the host that it has control, and carry out what it sends until it gives control back."""
-    yield from interface.transmit(b"%" + interface.frame.end)
+    yield from interface.transmit(interface.frame.answer(b"%"))
     while (step := (yield interface.give_control())) is not None:
         yield from perform(interface, step)

@@ -49,10 +49,10 @@ class Frame:
         """Whether the filling of the buffer is told by X-off and X-on."""
         return self.x2 >= 7
 
-    @property
-    def end(self) -> bytes:
-        """What ends an answer."""
-        return b"\r" if self.terminator == "U" else b"\r\n"
+    def answer(self, text: bytes) -> bytes:
+        """A text as it is sent to the host, with what ends it."""
+        end = b"\r" if self.terminator == "U" else b"\r\n"
+        return bytes(self.text(byte) for byte in text + end)
 
     @property
     def ends_message(self) -> int:
