@@ -28,18 +28,30 @@ class Outcome:
     note: str = ""
 
 
-Program = Callable[[Bench, int | None], Outcome]
-"""Performs itself on a bench until a time in nanoseconds, or, if that is None, until it is over."""
+@dataclass(frozen=True)
+class Program:
+    """`perform(bench, until_ns)` it, until it is over if that is None; `options` of the model that it asks for."""
+
+    perform: Callable[[Bench, int | None], Outcome]
+    options: tuple[str, ...] = ()
 
 
 def load(path: Path) -> Program:
     """The program in a file.  Raises ProgramError if it cannot be read or is of no known kind."""
     match path.suffix:
         case ".talk":
-            return partial(_converse, parse(load_text(path), str(path)))
+            conversation = parse(load_text(path), str(path))
+            return Program(partial(_converse, conversation), options(conversation))
         case ".if1":
-            return partial(_type, tuple(command_lines(load_text(path), str(path))), str(path))
+            return Program(partial(_type, tuple(command_lines(load_text(path), str(path))), str(path)))
     raise ProgramError("no kind of program: name a conversation .talk, command lines .if1", file=str(path))
+
+
+def options(conversation: Conversation) -> tuple[str, ...]:
+    """The `NAME=VALUE` words in its `; options:` and `; line:` headers."""
+    headers = conversation.headers
+    line = (f"line={headers['line']}",) if "line" in headers else ()
+    return (*headers.get("options", "").split(), *line)
 
 
 def _converse(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:

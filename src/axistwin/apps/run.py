@@ -51,12 +51,12 @@ def run(
       axistwin run if2 locked.talk --state ./battery --option wiring=3-wire
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
     """
-    performed = programs.load(program)
+    loaded = programs.load(program)
     if plot is not None:
         from axistwin.apps.plot import check_suffix
 
         check_suffix(plot)
-    bench = bench_for(target, options, state)
+    bench = bench_for(target, (*loaded.options, *options), state)
     with ExitStack() as stack:
         history = stack.enter_context(watching(bench))
         for path in traces:
@@ -64,7 +64,7 @@ def run(
 
             stack.enter_context(tracing(bench, path))
         with _progress(f"running {program.name}"):
-            outcome = performed(bench, None if seconds is None else to_ns(seconds))
+            outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
     if plot is not None:
         from axistwin.apps.plot import draw
 

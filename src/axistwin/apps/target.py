@@ -1,6 +1,5 @@
 """The bench that a command line asks for: a MODEL with options, or a SCENE.toml."""
 
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -41,6 +40,8 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 def _value(text: str) -> Any:
     """A TOML value if it is one, otherwise the text as it stands."""
+    import tomllib  # late: few need it
+
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

@@ -21,8 +21,8 @@ from axistwin.units import to_seconds
 SELF_TEST_S = 1.5
 """The interface listens after "approximately 1 second"."""
 PATIENCE_S, ATTEMPTS = 0.5, 20
-READY_S = 0.02
-"""From the format message on; the interface needs 5 ms, and its last character some time to get there."""
+READY_S = 1.2
+"""From the format message on; the first ramp calculation takes "up to 1 second"."""
 
 _FRAMES = {(7, 1): 1, (7, 2): 2, (8, 1): 5, (8, 2): 6}
 _PARITIES = {"N": 1, "O": 3, "E": 4}
