@@ -220,7 +220,7 @@ def test_a_wrong_scene_names_place_and_remedy(scene, tmp_path, text, message):
 
 
 def test_a_scene_that_is_not_there(tmp_path):
-    with pytest.raises(SceneError, match="nowhere.toml: cannot be read: No such file"):
+    with pytest.raises(SceneError, match=r"nowhere\.toml: cannot be read: No such file"):
         Scene.load(tmp_path / "nowhere.toml")
 
 

@@ -1,0 +1,133 @@
+"""What is wrong with a scene, where in the file, and what to do about it, in one line."""
+
+import json
+import re
+import tomllib
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from axistwin.apps import toml_places
+from axistwin.apps.scene_tables import SceneFile
+from axistwin.errors import SceneError, UsageError
+
+_WORDS = {
+    "missing": "two numbers are wanted",  # for a pair; a missing key is told in other words
+    "too_long": "two numbers are wanted",
+    "string_pattern_mismatch": "only letters, digits, _ and - are wanted",
+}
+"""What pydantic says in terms of its own."""
+
+
+class Source:
+    """The text of a scene, for telling where in it something is wrong."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.text = _read(file)
+        try:
+            self.data = tomllib.loads(self.text)
+        except tomllib.TOMLDecodeError as error:
+            raise self._not_toml(str(error)) from None
+        self.places = toml_places.places(self.text)
+
+    def contents(self) -> SceneFile:
+        """What it says.  Raises SceneError if there is a key or a value that may not be."""
+        try:
+            # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
+            return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
+        except ValidationError as error:
+            raise self._first_of(error.errors()) from None
+
+    def error(self, path: toml_places.Path, message: str) -> SceneError:
+        """An error at the place of `path`, or near it."""
+        line, column = toml_places.place_of(path, self.places)
+        return SceneError(message, file=str(self.file), line=line, column=column)
+
+    def _not_toml(self, message: str) -> SceneError:
+        """`tomllib` tells the place in words, or that it is the end."""
+        what, _, _ = message.partition(" (at ")
+        found = re.search(r"line (\d+), column (\d+)", message)
+        end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
+        line, column = (int(found[1]), int(found[2])) if found else end
+        return SceneError(f"not TOML: {what[:1].lower()}{what[1:]}", file=str(self.file), line=line, column=column)
+
+    @contextmanager
+    def blaming(self, *path: str | int) -> Iterator[None]:
+        """A UsageError from here on is the fault of what stands at `path`."""
+        try:
+            yield
+        except UsageError as error:
+            raise self.error(path, str(error)) from None
+
+    @contextmanager
+    def blaming_one_of(self, path: toml_places.Path, keys: Mapping[str, str]) -> Iterator[None]:
+        """A UsageError is the fault of the key it names; `keys`: each key and the table below `path` it stands in."""
+        try:
+            yield
+        except UsageError as error:
+            named = (key for key in keys if re.search(rf"\b{re.escape(key)}\b", str(error)))
+            culprit = next(named, None)
+            raise self.error(path if culprit is None else (*path, keys[culprit], culprit), str(error)) from None
+
+    def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
+        """What pydantic has found, as one error: the first in the file."""
+        found = sorted((*self._place(error), error["type"] == "missing", _complaint(error)) for error in errors)
+        line, column, _, message = found[0]
+        more = f" (and {len(found) - 1} more)" if found[1:] else ""
+        return SceneError(message + more, file=str(self.file), line=line, column=column)
+
+    def _place(self, error: ErrorDetails) -> toml_places.Place:
+        return toml_places.place_of(error["loc"], self.places)
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"cannot be read: {error.strerror}", file=str(file)) from None
+    except UnicodeDecodeError:
+        raise SceneError("is not a text file in UTF-8", file=str(file)) from None
+
+
+def _complaint(error: ErrorDetails) -> str:
+    """What is wrong, in the words of the file."""
+    path = error["loc"]
+    key = str(path[-1])
+    if error["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        return f"unknown key {key!r}: {instead(key, _keys_at(path[:-1]))}"
+    if error["type"] == "missing" and isinstance(path[-1], str):
+        return f"{key!r} is missing: add {'[[controller]]' if key == 'controller' else f'{key} = …'}"
+    name = ".".join(str(part) for part in path if isinstance(part, str))
+    what = _WORDS.get(error["type"]) or error["msg"].removeprefix("Value error, ")
+    return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
+
+
+def instead(word: str, known: Collection[str]) -> str:
+    """What somebody may have meant, or else all there is."""
+    close = get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
+
+
+def _keys_at(path: toml_places.Path) -> list[str]:
+    """The keys that may stand in the table at this path."""
+    schema = SceneFile.model_json_schema()
+    node = schema
+    for part in path:
+        node = _definition(schema, node)
+        if isinstance(part, int):
+            node = node["items"]
+        else:
+            node = node["properties"][part] if "properties" in node else node["additionalProperties"]
+    return list(_definition(schema, node)["properties"])
+
+
+def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    """What stands behind a reference, and before "or nothing"."""
+    node = node["anyOf"][0] if "anyOf" in node else node
+    return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

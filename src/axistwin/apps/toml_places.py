@@ -1,0 +1,123 @@
+"""Where things stand in a TOML file: `tomllib` tells what a file says, this tells on which line and column it says it.
+
+    [[controller]]                  ("controller", 0)
+    axes.X.limits = [-100, 8000]    ("controller", 0, "axes", "X", "limits")
+
+A small scanner for texts that `tomllib` has already read; it looks at headers and keys, and steps over values.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+
+Path = tuple[str | int, ...]
+"""Keys and list indexes from the top of the file."""
+Place = tuple[int, int]
+"""Line and column, from 1."""
+
+_KEY = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_KEYS = rf"{_KEY}(?:[ \t]*\.[ \t]*{_KEY})*"
+_TOKENS = re.compile(
+    rf"""(?P<blank>[\s,]+|\#[^\n]*)
+    |(?P<tables>\[\[[ \t]*(?P<listed>{_KEYS})[ \t]*\]\])
+    |(?P<table>\[[ \t]*(?P<named>{_KEYS})[ \t]*\])
+    |(?P<pair>(?P<keys>{_KEYS})[ \t]*=[ \t]*)""",
+    re.VERBOSE,
+)
+_VALUE = re.compile(
+    r'''"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[^\s,\[\]{}#]+''',
+    re.DOTALL,
+)
+
+
+def places(text: str) -> dict[Path, Place]:
+    """The place of each table's header, each key and each element of a list; the first one, if there are more."""
+    return dict(reversed([*_Scanner(text).scan()]))
+
+
+def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
+    """The place of this path, or of the nearest thing around it."""
+    while path and path not in known:
+        path = path[:-1]
+    return known.get(path, (1, 1))
+
+
+class _Scanner:
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+        self.tables: dict[Path, int] = {}  # how many of each [[table]] have been seen
+
+    def scan(self) -> Iterator[tuple[Path, Place]]:
+        """Headers, and the pairs that follow them."""
+        table: Path = ()
+        while found := _TOKENS.match(self.text, self.at):
+            begin, self.at = self.at, found.end()
+            if found["tables"]:
+                table = self._next_of(self._absolute(_split(found["listed"])))
+                yield table, self._place(begin)
+            elif found["table"]:
+                table = self._absolute(_split(found["named"]))
+                yield table, self._place(begin)
+            elif found["pair"]:
+                yield from self._pair(table, found["keys"], begin)
+
+    def _pair(self, table: Path, keys: str, begin: int) -> Iterator[tuple[Path, Place]]:
+        path = (*table, *_split(keys))
+        for length in range(len(table) + 1, len(path) + 1):
+            yield path[:length], self._place(begin)
+        yield from self._value(path)
+
+    def _value(self, path: Path) -> Iterator[tuple[Path, Place]]:
+        match self.text[self.at : self.at + 1]:
+            case "{":
+                yield from self._inline_table(path)
+            case "[":
+                yield from self._array(path)
+            case _:
+                found = _VALUE.match(self.text, self.at)
+                self.at = found.end() if found else len(self.text)
+
+    def _inline_table(self, path: Path) -> Iterator[tuple[Path, Place]]:
+        self.at += 1
+        while not self._closes("}"):
+            begin, found = self.at, _TOKENS.match(self.text, self.at)
+            if not found or not found["pair"]:
+                return
+            self.at = found.end()
+            yield from self._pair(path, found["keys"], begin)
+
+    def _array(self, path: Path) -> Iterator[tuple[Path, Place]]:
+        self.at += 1
+        number = 0
+        while not self._closes("]"):
+            yield (*path, number), self._place(self.at)
+            yield from self._value((*path, number))
+            number += 1
+
+    def _closes(self, bracket: str) -> bool:
+        """Step over blanks, commas and comments; whether the bracket, or the end, is next."""
+        while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
+            self.at = found.end()
+        closed = self.text.startswith(bracket, self.at)
+        self.at += closed
+        return closed or self.at >= len(self.text)
+
+    def _next_of(self, path: Path) -> Path:
+        number = self.tables.get(path, 0)
+        self.tables[path] = number + 1
+        return (*path, number)
+
+    def _absolute(self, keys: Path) -> Path:
+        """`controller.axes` below the second [[controller]] is ("controller", 1, "axes")."""
+        path: Path = ()
+        for key in keys[:-1]:
+            path = (*path, key)
+            if path in self.tables:
+                path = (*path, self.tables[path] - 1)
+        return (*path, keys[-1])
+
+    def _place(self, at: int) -> Place:
+        return self.text.count("\n", 0, at) + 1, at - (self.text.rfind("\n", 0, at) + 1) + 1
+
+
+def _split(keys: str) -> Path:
+    return tuple(key.strip("\"'") for key in re.findall(_KEY, keys))
