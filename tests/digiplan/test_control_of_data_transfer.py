@@ -1,0 +1,470 @@
+"""Serial communication: the RS232C control lines, control of data transfer, alternative connection methods."""
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.units import MS, S
+
+from .talking import ask, faults, heard, ready, tell
+
+XOFF, XON = 0x13, 0x11
+
+
+def calculating(bench: Bench, message: str = "U61", **options: object) -> Controller:
+    """An IF1 that has just begun to calculate a ramp: for a second, what it receives stays in its buffer."""
+    if1 = ready(bench, message, **options)
+    tell(if1, "^10")
+    bench.run(0.03)
+    return if1
+
+
+def fill(bench: Bench, if1: Controller, text: str) -> None:
+    """Send this and wait until the last character is in the buffer."""
+    tell(if1, text, "")
+    bench.run_until(lambda: not if1.serial.pending, 100)
+    bench.run(if1.serial.host.format.frame_ns / S + 0.001)
+
+
+# The control lines
+
+
+def test_dtr_is_set_and_rts_is_not_while_nothing_is_sent(bench):
+    """Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit."""
+    if1 = bench.add("if1")
+    bench.run(0.001)
+    assert if1.serial.dtr and not if1.serial.rts
+    bench.run(2)
+    assert if1.serial.dtr and not if1.serial.rts
+
+
+def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, if1):
+    """Control lines: "RTS and DTR are both outputs ... set prior to the start of transmission"."""
+    bench.run(0.1)
+    lines: list[tuple[int, bool]] = []
+    if1.serial.rts_line.watch(lambda pin: lines.append((bench.now, pin.level)))
+    received = heard(bench, if1)
+    tell(if1, "I")
+    bench.run(0.1)
+    assert [level for _, level in lines] == [True, False]
+    assert lines[0][0] <= received[0][0] - 10 * S // 9600  # not after its start bit
+    assert lines[1][0] >= received[-1][0]
+
+
+@pytest.mark.parametrize("line", ["dtr", "rts"])
+def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
+    """Control lines: "The interface will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
+    setattr(if1.serial.host, line, False)
+    assert ask(bench, if1, "E", 5) == b""
+    assert ask(bench, if1, "K", 5) == b""
+    setattr(if1.serial.host, line, True)
+    bench.run(0.1)
+    assert if1.serial.read() == b"C\r0\r"
+
+
+def test_both_lines_are_needed(bench, if1):
+    """Control lines: "DSR and CTS are both set"."""
+    if1.serial.host.dtr = if1.serial.host.rts = False
+    tell(if1, "E")
+    bench.run(1)
+    if1.serial.host.dtr = True
+    bench.run(1)
+    if1.serial.host.dtr, if1.serial.host.rts = False, True
+    bench.run(1)
+    assert if1.serial.read() == b""
+    if1.serial.host.dtr = True
+    bench.run(0.1)
+    assert if1.serial.read() == b"C\r"
+
+
+def test_rts_asks_while_the_reply_waits(bench, if1):
+    """Control lines: RTS is set prior to the start of transmission, so that CTS can answer it."""
+    if1.serial.host.rts = False
+    tell(if1, "E")
+    bench.run(1)
+    assert if1.serial.rts
+    if1.serial.host.rts = True
+    bench.run(0.1)
+    assert not if1.serial.rts
+
+
+def test_commands_are_obeyed_while_nothing_may_be_sent(bench, if1):
+    """Control lines: they hold back what the interface transmits, not what it receives."""
+    if1.serial.host.rts = False
+    tell(if1, "X9$")
+    bench.run(0.5)
+    assert if1.axes["X"].position == 9
+
+
+def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
+    """Connection methods: "The interface will not transmit any data under these conditions"."""
+    if1 = bench.add("if1")
+    if1.serial.host.dtr = if1.serial.host.rts = False
+    bench.run(1.5)
+    assert ask(bench, if1, "(", 3, end="") == b""
+    if1.serial.host.dtr = if1.serial.host.rts = True
+    bench.run(0.1)
+    assert if1.serial.read() == b"U\r"
+
+
+@pytest.mark.parametrize("line", ["dtr", "rts"])
+def test_a_line_that_goes_away_holds_the_rest_of_the_reply(bench, line):
+    """Control lines: all must be set before the interface can transmit; what its UART already has still leaves."""
+    if1 = ready(bench, line="110 8N2")
+    tell(if1, "I")
+    bench.run_until(lambda: if1.serial.rts, 2)
+    bench.run(0.05)  # half of the first character
+    setattr(if1.serial.host, line, False)
+    bench.run(5)
+    begun = if1.serial.read()
+    assert begun in (b"2", b"20")
+    setattr(if1.serial.host, line, True)
+    bench.run(1)
+    assert begun + if1.serial.read() == b"200\r"
+
+
+@pytest.mark.parametrize("wiring", ["3-wire", "3-wire DSR-DTR"])
+def test_with_three_wires_the_hosts_lines_do_not_matter(bench, wiring):
+    """Connection methods: "Where the controller cannot support the additional control lines, the 3-wire system"."""
+    if1 = bench.add("if1", wiring=wiring)
+    if1.serial.host.dtr = if1.serial.host.rts = False
+    bench.run(1.5)
+    assert ask(bench, if1, "(", end="") == b"U\r"
+    tell(if1, "U61")
+    bench.run(1.2)
+    assert ask(bench, if1, "I") == b"200\r"
+    if1.serial.host.rts = True
+    assert ask(bench, if1, "I") == b"200\r"
+
+
+# The 64-character input buffer: 80 %, 20 %, 95 %
+
+
+def test_dtr_is_reset_when_the_buffer_is_80_percent_full(bench):
+    """Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)."""
+    if1 = calculating(bench)
+    fill(bench, if1, " " * 51)
+    assert if1.serial.dtr
+    fill(bench, if1, " ")
+    assert not if1.serial.dtr
+
+
+@pytest.mark.parametrize(("left", "dtr"), [(14, False), (13, False), (12, True), (11, True)])
+def test_dtr_is_set_again_below_20_percent(bench, left, dtr):
+    """Control of data transfer: "DTR is set again when the buffer has become less than 20% full": 12 of 64 (12.8).
+
+    A second ramp calculation stops the emptying when `left` characters are left.
+    """
+    if1 = calculating(bench)
+    fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
+    assert not if1.serial.dtr
+    bench.run(1.2)
+    assert if1.serial.dtr is dtr
+    bench.run(1.2)
+    assert if1.serial.dtr
+    assert ask(bench, if1, "F") == b"0\r"
+
+
+def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
+    """Control of data transfer: only 80 % resets it."""
+    if1 = calculating(bench)
+    changes: list[bool] = []
+    if1.serial.dtr_line.watch(lambda pin: changes.append(pin.level))
+    fill(bench, if1, " " * 51)
+    bench.run(1.5)
+    assert changes == []
+
+
+def test_60_characters_are_not_lost(bench):
+    """Data fault: "95% full" is 61 of 64 (60.8)."""
+    if1 = calculating(bench)
+    fill(bench, if1, "X7$\r" + " " * 56)
+    bench.run(1.5)
+    assert if1.axes["X"].position == 7
+    assert ask(bench, if1, "F") == b"0\r"
+
+
+def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
+    """Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"."""
+    if1 = calculating(bench)
+    fill(bench, if1, "X7$\r" + " " * 57)
+    assert if1.serial.dtr  # it is empty
+    bench.run(1.5)
+    assert if1.axes["X"].position == 0
+    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert faults(bench, if1) == (b"0\r", b"0\r")
+
+
+def test_what_comes_after_the_loss_is_kept(bench):
+    """Data fault: the characters in the buffer are lost, not those after them."""
+    if1 = calculating(bench)
+    fill(bench, if1, "X7$\r" + " " * 57)
+    fill(bench, if1, "Y5$\r")
+    bench.run(1.5)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (0, 5)
+
+
+def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
+    """Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"."""
+    tell(if1, "H1X5$")
+    tell(if1, "S1$")
+    bench.run(0.1)
+    assert if1.serial.dtr
+    fill(bench, if1, " " * 52)
+    assert not if1.serial.dtr
+    if1.pins["input1"].drive(True)
+    bench.run(0.5)
+    assert if1.serial.dtr and if1.pins["output1"].level
+    assert ask(bench, if1, "F") == b"0\r"
+
+
+# X-on, X-off
+
+
+@pytest.mark.parametrize("parity", [7, 8, 9])
+def test_x_off_is_sent_at_80_percent_and_x_on_at_20(bench, parity):
+    """Control of data transfer: "an X-off character (13 Hex) is transmitted ... When ... 20% full, X-on (11 Hex)"."""
+    if1 = calculating(bench, f"U6{parity}")
+    fill(bench, if1, " " * 51)
+    bench.run(0.01)
+    assert if1.serial.read() == b""
+    fill(bench, if1, " ")
+    bench.run(0.01)
+    assert if1.serial.read() == bytes([XOFF])  # while the ramp is still being calculated
+    fill(bench, if1, " " * 3)
+    bench.run(0.01)
+    assert if1.serial.read() == b""  # once is enough
+    bench.run(1.2)
+    assert if1.serial.read() == bytes([XON])
+
+
+@pytest.mark.parametrize(("left", "sent"), [(13, b"\x13"), (12, b"\x13\x11")])
+def test_x_on_is_sent_below_20_percent_and_not_before(bench, left, sent):
+    """Control of data transfer: 12 of 64 characters."""
+    if1 = calculating(bench, "U67")
+    fill(bench, if1, " " * (52 - 4 - left) + "^20\r" + " " * left)
+    bench.run(1.2)
+    assert if1.serial.read() == sent
+    bench.run(1.2)
+    assert if1.serial.read() == b"\x13\x11"[len(sent) :]
+
+
+def test_x_on_follows_the_loss_of_the_buffer(bench):
+    """Control of data transfer: an empty buffer is less than 20 % full, and the host waits for X-on."""
+    if1 = calculating(bench, "U67")
+    fill(bench, if1, " " * 61)
+    bench.run(0.05)
+    assert if1.serial.read() == bytes([XOFF, XON])
+
+
+@pytest.mark.parametrize("parity", [1, 2, 3, 4, 5, 6])
+def test_the_other_formats_send_no_x_off(bench, parity):
+    """Initialisation, table: X-on with X2 = 7, 8 and 9 only."""
+    if1 = calculating(bench, f"U6{parity}")
+    if1.serial.read()
+    fill(bench, if1, " " * 55)
+    bench.run(1.5)
+    assert not {XOFF, XON} & set(if1.serial.read())
+
+
+def test_x_off_waits_for_the_control_lines_like_everything_it_sends(bench):
+    """Control lines: nothing is transmitted until DSR and CTS are both set."""
+    if1 = calculating(bench, "U67")
+    if1.serial.host.rts = False
+    fill(bench, if1, " " * 53)
+    bench.run(0.1)
+    assert if1.serial.read() == b""
+    if1.serial.host.rts = True
+    bench.run(0.01)
+    assert if1.serial.read() == bytes([XOFF])
+
+
+# Overrun
+
+
+def distinct_slots(characters: int, bits: int, strobe: int) -> int:
+    """How many strobes find a character, if they come every `strobe` and the characters every `bits` bit times."""
+    return len({n * bits // strobe for n in range(characters)})
+
+
+def test_safe_up_to_2400_baud(bench):
+    """Control of data transfer: "characters can be transmitted safely at speeds up to 2400 baud"."""
+    if1 = ready(bench, "U11", line="2400 8N2")  # 9 bits, the shortest character: 3.75 ms
+    for _ in range(20):
+        if1.serial.write(b" " * 50)
+        bench.run_until(lambda: not if1.serial.pending, 10)
+    bench.run(0.1)
+    assert ask(bench, if1, "F") == b"0\r"
+
+
+def test_above_2400_baud_a_character_can_be_overwritten(bench):
+    """Overrun error: "set when the first character has not been read before the next one becomes available".
+
+    9-bit characters at 9600 baud come every 0.9375 ms: 33 of them in 30 ms are found by 31 strobes.
+    """
+    if1 = ready(bench, "U12", line="9600 8N2")
+    sent = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ2345678"
+    assert distinct_slots(33, 9375, 10000) == 31
+    if1.serial.write(sent)
+    bench.run(0.2)
+    echo = if1.serial.read()
+    assert len(echo) == 31
+    rest = iter(sent)
+    assert all(byte in rest for byte in echo)  # in order, two left out
+    for character in "#\rF":
+        tell(if1, character, "")
+        bench.run(0.01)
+    if1.serial.read()
+    assert ask(bench, if1, "") == b"\r2\r"
+
+
+def test_the_overwritten_character_is_the_earlier_one(bench):
+    """Control of data transfer: characters lost "by being overwritten before they get transferred to the buffer"."""
+    if1 = ready(bench, "U62", line="9600 8N2", strobe_ms=5)
+    bench.run_until(lambda: bench.now % (5 * MS) == 0, 0.1)
+    if1.serial.write(b"1234")
+    bench.run(0.1)
+    assert if1.serial.read()[-1:] == b"4"
+
+
+def test_a_slower_strobe_loses_11_bit_characters_too(bench):
+    """Control of data transfer: "approximately 1mS": with 1.25 ms = 12 bits, 25 characters of 11 bits meet 23 strobes."""
+    if1 = ready(bench, "U62", line="9600 8N2", strobe_ms=1.25)
+    assert distinct_slots(25, 11, 12) == 23
+    if1.serial.write(b"ABCDEFGHIJKLMNOPQRSTUVWXY")
+    bench.run(0.2)
+    assert len(if1.serial.read()) == 23
+    assert ask(bench, if1, "#") == b"#\r"
+    assert ask(bench, if1, "F") == b"F\r2\r"
+
+
+def test_echo_back_makes_9600_baud_safe(bench):
+    """Connection methods: "Echo-back must be implemented if higher baud rates are to be used"."""
+    if1 = ready(bench, "U12", line="9600 8N2")
+    obedient_echo_host(bench, if1, "X123$\r" * 20)
+    bench.run(2)
+    assert if1.axes["X"].position == 2460
+    obedient_echo_host(bench, if1, "F\r")
+    bench.run(0.1)
+    assert if1.serial.read() == b"0\r"
+
+
+def obedient_echo_host(bench: Bench, if1: Controller, text: str) -> None:
+    """Send each character when the one before has come back."""
+    for character in text:
+        tell(if1, character, "")
+        received: list[bytes] = []
+        assert bench.run_until(lambda: received.append(if1.serial.read()) or received[-1], 5)
+        assert received[-1][:1] == character.encode()
+
+
+# Which connection for what: the two charts
+
+
+def obedient_dtr_host(if1: Controller) -> Callable[[], None]:
+    """A host that "should therefore interrupt data transmission if this signal becomes reset"."""
+
+    def obey(_: object) -> None:
+        if1.serial.held = not if1.serial.dtr
+
+    return if1.serial.dtr_line.watch(obey)
+
+
+def obedient_xon_host(if1: Controller) -> Callable[[], None]:
+    """A host that stops at X-off and goes on at X-on."""
+
+    def obey(byte: int, _: object) -> None:
+        if byte in (XOFF, XON):
+            if1.serial.held = byte == XOFF
+
+    return if1.serial.hear(obey)
+
+
+LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, the first four start a calculation
+
+
+@pytest.mark.parametrize("wiring", ["3-wire", "5-wire"])
+@pytest.mark.parametrize("baud", [110, 300, 600])
+def test_up_to_600_baud_any_string_may_be_sent_without_looking(bench, baud, wiring):
+    """Charts: up to 600 baud, "any" string, no echo-back, no need to check DTR."""
+    if1 = ready(bench, line=f"{baud} 8N2", wiring=wiring)
+    tell(if1, LONG, "")
+    bench.run(40)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
+    assert ask(bench, if1, "F", 1) == b"0\r"
+
+
+@pytest.mark.parametrize("baud", [1200, 2400])
+def test_at_1200_and_2400_baud_up_to_63_characters_may_be_sent_without_looking(bench, baud):
+    """Charts: 1200 or 2400 baud, strings of less than 64 characters, no echo-back."""
+    if1 = ready(bench, line=f"{baud} 8N2")
+    tell(if1, LONG[: 4 + 8 * 7] + "X$\r", "")  # 63
+    bench.run(5)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (8, 7)
+    assert ask(bench, if1, "F") == b"0\r"
+
+
+@pytest.mark.parametrize("baud", [1200, 2400])
+def test_at_1200_and_2400_baud_a_longer_string_overflows_a_host_that_does_not_look(bench, baud):
+    """Connection methods: "If strings of more than 64 characters are to be transmitted, the DTR output must be monitored"."""
+    if1 = ready(bench, line=f"{baud} 8N2")
+    tell(if1, LONG, "")
+    bench.run(5)
+    assert if1.axes["X"].position < 25
+    assert int(ask(bench, if1, "F")) & 8
+
+
+@pytest.mark.parametrize("baud", [1200, 2400, 9600])
+def test_a_host_that_obeys_dtr_loses_nothing(bench, baud):
+    """Charts, 5-wire: no echo-back, "need to check DTR? yes"."""
+    if1 = ready(bench, line=f"{baud} 8N2")
+    obedient_dtr_host(if1)
+    tell(if1, LONG, "")
+    bench.run(10)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
+    assert ask(bench, if1, "F") == b"0\r"
+
+
+@pytest.mark.parametrize("baud", [1200, 2400])
+def test_a_host_that_obeys_x_off_loses_nothing(bench, baud):
+    """Control of data transfer: X-on, X-off: "very useful ... since only a simple 3-wire connection is required"."""
+    if1 = ready(bench, "U67", line=f"{baud} 8N2", wiring="3-wire")
+    obedient_xon_host(if1)
+    tell(if1, LONG, "")
+    bench.run(10)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
+    assert ask(bench, if1, "F")[-2:] == b"0\r"
+
+
+@pytest.mark.parametrize("baud", [1200, 4800, 9600])
+def test_a_host_that_waits_for_the_echo_loses_nothing(bench, baud):
+    """Connection methods: "if echo-back is used it is unnecessary to monitor the DTR line"."""
+    if1 = ready(bench, "U62", line=f"{baud} 8N2", wiring="3-wire", strobe_ms=1.7)
+    changes: list[bool] = []
+    if1.serial.dtr_line.watch(lambda pin: changes.append(pin.level))
+    obedient_echo_host(bench, if1, LONG)
+    bench.run(1)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
+    assert ask(bench, if1, "F") == b"F\r0\r"
+    assert changes == []
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.lists(st.sampled_from(["X1$", "^10", "Y2$", "   ", "@300", "S1$", "R1$", "<4", ""]), max_size=40), st.booleans()
+)
+def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, echo):
+    """Control of data transfer: that is what the lines are for."""
+    bench = Bench()
+    if1 = ready(bench, "U67" if echo else "U61", line="2400 8N2")
+    (obedient_xon_host if echo else obedient_dtr_host)(if1)
+    for message in messages:
+        tell(if1, message)
+    bench.run(60)
+    assert if1.axes["X"].position == messages.count("X1$")
+    assert if1.axes["Y"].position == 2 * messages.count("Y2$")
+    assert ask(bench, if1, "F")[-2:] == b"0\r"
