@@ -2,18 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.serial import LineError
+from axistwin.sim.serial import LineError, Parity
 from axistwin.units import S
 
 Segment = tuple[int | Fraction, Fraction]
 """A pulse rate, and for how many seconds."""
 
 BITS_7_OR_8 = {1: 7, 2: 7, 3: 8, 4: 8, 5: 8, 6: 8, 7: 8, 8: 8}
-PARITY = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
+PARITY: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
 
 
 def tell(controller: Controller, text: str, end: str = "\r") -> None:
@@ -60,7 +61,7 @@ def initialise(bench: Bench, controller: Controller, message: str = "U61") -> Co
     return controller
 
 
-def ready(bench: Bench, message: str = "U61", model: str = "if1", **options: object) -> Controller:
+def ready(bench: Bench, message: str = "U61", model: str = "if1", **options: Any) -> Controller:
     """A controller of its own, initialised."""
     return initialise(bench, bench.add(model, **options), message)
 
@@ -87,8 +88,7 @@ def pulse_times_of(segments: Sequence[Segment]) -> list[int]:
     begin, phase = Fraction(0), Fraction(0)
     for rate, seconds in segments:
         last = phase + rate * seconds
-        for n in range(int(phase) + 1, int(last) + 1):
-            times.append(int((begin + (n - phase) / rate) * S))
+        times += [int((begin + (n - phase) / rate) * S) for n in range(int(phase) + 1, int(last) + 1)]
         begin, phase = begin + seconds, last
     return times
 

@@ -1,6 +1,7 @@
 """Serial communication: the RS232C control lines, control of data transfer, alternative connection methods."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -15,7 +16,7 @@ from .talking import ask, faults, heard, ready, tell
 XOFF, XON = 0x13, 0x11
 
 
-def calculating(bench: Bench, message: str = "U61", **options: object) -> Controller:
+def calculating(bench: Bench, message: str = "U61", **options: Any) -> Controller:
     """An IF1 that has just begun to calculate a ramp: for a second, what it receives stays in its buffer."""
     if1 = ready(bench, message, **options)
     tell(if1, "^10")
@@ -57,7 +58,7 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
 def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
-    """Control lines: "The interface will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
+    """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
     setattr(if1.serial.host, line, False)
     assert ask(bench, if1, "E", 5) == b""
     assert ask(bench, if1, "K", 5) == b""
@@ -332,7 +333,7 @@ def test_the_overwritten_character_is_the_earlier_one(bench):
 
 
 def test_a_slower_strobe_loses_11_bit_characters_too(bench):
-    """Control of data transfer: "approximately 1mS": with 1.25 ms = 12 bits, 25 characters of 11 bits meet 23 strobes."""
+    """Control of data transfer: "approximately 1mS"; in 1.25 ms = 12 bits, 25 characters of 11 bits meet 23 strobes."""
     if1 = ready(bench, "U62", line="9600 8N2", strobe_ms=1.25)
     assert distinct_slots(25, 11, 12) == 23
     if1.serial.write(b"ABCDEFGHIJKLMNOPQRSTUVWXY")
@@ -355,11 +356,12 @@ def test_echo_back_makes_9600_baud_safe(bench):
 
 def obedient_echo_host(bench: Bench, if1: Controller, text: str) -> None:
     """Send each character when the one before has come back."""
-    for character in text:
+    received = heard(bench, if1)
+    for n, character in enumerate(text, start=1):
         tell(if1, character, "")
-        received: list[bytes] = []
-        assert bench.run_until(lambda: received.append(if1.serial.read()) or received[-1], 5)
-        assert received[-1][:1] == character.encode()
+        assert bench.run_until(lambda n=n: len(received) == n, 5)
+        assert received[-1][1] == ord(character)
+    if1.serial.read()
 
 
 # Which connection for what: the two charts
@@ -410,7 +412,7 @@ def test_at_1200_and_2400_baud_up_to_63_characters_may_be_sent_without_looking(b
 
 @pytest.mark.parametrize("baud", [1200, 2400])
 def test_at_1200_and_2400_baud_a_longer_string_overflows_a_host_that_does_not_look(bench, baud):
-    """Connection methods: "If strings of more than 64 characters are to be transmitted, the DTR output must be monitored"."""
+    """Connection methods: "strings of more than 64 characters ... the DTR output must be monitored"."""
     if1 = ready(bench, line=f"{baud} 8N2")
     tell(if1, LONG, "")
     bench.run(5)

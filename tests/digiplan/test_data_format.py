@@ -1,5 +1,6 @@
 """Serial communication: the serial data format, stop bits, data bits, parity, echo-back, baud rate."""
 
+import itertools
 from fractions import Fraction
 
 import pytest
@@ -28,13 +29,13 @@ def test_a_character_takes_all_its_bits(bench, frame, parity):
     assert bytes(byte & 0x7F for _, byte, _ in answer) == b"200\r"
     times = [time for time, _, _ in answer]
     expected = round(Fraction(bits_of(frame, parity) * S, 2400))
-    gaps = [after - before for before, after in zip(times, times[1:], strict=False)]
+    gaps = [after - before for before, after in itertools.pairwise(times)]
     assert all(abs(gap - expected) <= 1 for gap in gaps), (gaps, expected)
 
 
 @pytest.mark.parametrize(("frame", "parity"), FORMATS)
 def test_a_host_in_the_same_format_finds_no_error(bench, frame, parity):
-    """Parity: "the total number of bits at logic 1 (ignoring start and stop bits) should be odd", or even; bit 8 counts."""
+    """Parity: "the total number of bits at logic 1 (ignoring start and stop bits) should be odd"; bit 8 counts."""
     if1 = ready(bench, f"U{frame}{parity}", line="2400 8N2")
     received = heard(bench, if1)
     for message in "KFINE":
@@ -111,7 +112,7 @@ def test_12_bits_at_1200_baud_are_100_characters_per_second(bench):
     assert bench.now - begin == 990 * MS  # the hundredth has just begun
     bench.run(3)
     answers = received[-4:]
-    assert [after[0] - before[0] for before, after in zip(answers, answers[1:], strict=False)] == [10 * MS] * 3
+    assert [after[0] - before[0] for before, after in itertools.pairwise(answers)] == [10 * MS] * 3
 
 
 @pytest.mark.parametrize("baud", [110, 300, 600, 1200, 2400, 4800, 9600])
@@ -123,7 +124,7 @@ def test_11_bit_characters_at_every_baud_rate(bench, baud):
     bench.run(1)
     times = [time for time, _, _ in received]
     assert [byte for _, byte, _ in received] == list(b"200\r")
-    assert all(abs(Fraction(11 * S, baud) - (b - a)) <= 1 for a, b in zip(times, times[1:], strict=False))
+    assert all(abs(Fraction(11 * S, baud) - (b - a)) <= 1 for a, b in itertools.pairwise(times))
 
 
 # Parity

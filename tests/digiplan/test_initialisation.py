@@ -1,5 +1,7 @@
 """Configuring the interface: Initialisation."""
 
+import itertools
+
 import pytest
 
 from axistwin import Bench
@@ -55,7 +57,7 @@ def test_the_self_test_may_take_another_time(bench):
 
 @pytest.mark.parametrize("baud", BAUD_RATES)
 def test_the_bracket_tells_the_baud_rate_and_u_comes_back_at_it(bench, baud):
-    """Initialisation: "The interface then transmits a "U" character at the new baud rate", "followed by a carriage return"."""
+    """Initialisation: "then transmits a "U" character at the new baud rate", "followed by a carriage return"."""
     if1 = bench.add("if1", line=f"{baud} 8N2")
     bench.run(1.5)
     received = heard(bench, if1)
@@ -141,7 +143,7 @@ def test_the_led_flashes_twice_per_second_from_the_bracket_on(bench):
     if1.serial.write(b"(")
     bench.run(3.0)
     assert [level for _, level in led] == [n % 2 == 0 for n in range(len(led))]
-    assert {after - before for (before, _), (after, _) in zip(led, led[1:], strict=False)} == {250 * MS}
+    assert {after - before for (before, _), (after, _) in itertools.pairwise(led)} == {250 * MS}
     assert len(led) in (11, 12)
 
 
@@ -163,7 +165,7 @@ def test_u_format_messages_end_with_carriage_return_both_ways(bench):
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_v_format_messages_end_with_line_feed_and_replies_with_both(bench, end):
-    """Initialisation: "the interface will terminate all returned data with <CR><LF>"; "<CR> before <LF> is optional"."""
+    """Initialisation: "will terminate all returned data with <CR><LF>"; "<CR> before <LF> is optional"."""
     if1 = bench.add("if1")
     find(bench, if1)
     tell(if1, "V61", end)

@@ -1,5 +1,7 @@
 """Configuring the interface: Inter-character delay."""
 
+import itertools
+
 import pytest
 
 from axistwin.units import MS, S
@@ -11,7 +13,7 @@ CHARACTER = 11 * S / 9600
 
 def gaps(times: list[int]) -> list[float]:
     """From the end of one character to the beginning of the next."""
-    return [after - before - CHARACTER for before, after in zip(times, times[1:], strict=False)]
+    return [after - before - CHARACTER for before, after in itertools.pairwise(times)]
 
 
 @pytest.mark.parametrize("n", [1, 5, 25])
