@@ -14,6 +14,7 @@ from axistwin.controllers.digiplan import initialise
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import DRIVES, LIMITS, Faults, LineFault, MotionFault
 from axistwin.controllers.digiplan.initialise import State
+from axistwin.controllers.digiplan.interpolation import out_of_range
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.lockout import Retained
 from axistwin.controllers.digiplan.motion import RampGenerator
@@ -268,8 +269,10 @@ class Interface:
         return None
 
     def _in_range(self, step: Step, moving: bool = False) -> bool:
-        """Whether the speed fits the speed range; otherwise that is an out-of-range fault."""
-        if ("speed" in step.settings or moving) and too_fast(self.parameters.after(step)):
+        """Whether what is set, or the move to be begun, is possible; otherwise that is an out-of-range fault."""
+        parameters = self.parameters.after(step)
+        speed_is_wrong = "speed" in step.settings and too_fast(parameters)
+        if speed_is_wrong or (moving and out_of_range(parameters, step)):
             self.faults.raise_line(LineFault.RANGE)
             return False
         return True

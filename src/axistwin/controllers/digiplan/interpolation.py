@@ -3,7 +3,7 @@
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from axistwin.controllers.digiplan.speed import ramp
+from axistwin.controllers.digiplan.speed import ramp, too_fast
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
 
@@ -47,6 +47,11 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
     }
     found = [f"in linear interpolation, {text}" for text, holds in broken.items() if holds]
     return Problem(Fault.RANGE, 0, found[0], CHAPTER) if found else None
+
+
+def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
+    """Why a move with these parameters is out of range: its speed, or a constraint of linear interpolation."""
+    return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 
 def interpolate(interface: "Interface", step: Step) -> Procedure:

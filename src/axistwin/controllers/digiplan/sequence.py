@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.digiplan import interpolation, outputs, run
 from axistwin.controllers.digiplan.faults import LineFault
 from axistwin.controllers.digiplan.index import index
-from axistwin.controllers.digiplan.speed import too_fast
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
@@ -82,10 +81,7 @@ def perform(interface: "Interface", step: Step) -> Procedure:
 def _move(interface: "Interface", step: Step) -> Procedure:
     while interface.motion.running:  # there is one ramp generator: a run must be stopped first
         yield interface.motion.ended
-    problem = too_fast(interface.parameters)
-    if problem is None and step.interpolated:
-        problem = interpolation.constraint(interface.parameters, step.run)
-    if problem is not None:
+    if interpolation.out_of_range(interface.parameters, step):
         interface.faults.raise_line(LineFault.RANGE)
         raise EndOfWork
     if interface.faults.blocked({**step.major, **step.minor}):

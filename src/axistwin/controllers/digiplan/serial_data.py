@@ -136,8 +136,8 @@ class InputBuffer:
         if self._register is None:
             since_ns = self.clock.now - self._began_ns
             self.clock.call_later(self.strobe_ns - since_ns % self.strobe_ns, self._strobe)
-        elif self.checking:
-            self.on_fault(LineFault.OVERRUN)
+        else:
+            self._complain(LineFault.OVERRUN)
         self._register = byte, errors
 
     def _strobe(self) -> None:
@@ -146,17 +146,14 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors and self.checking:
-            self.on_fault(
-                (LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
-                | (LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
-            )
+        if errors:  # such a character is dropped; while locked without a trace
+            self._complain(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
+            self._complain(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return
         self.characters.append(byte)
         if len(self.characters) >= OVERFLOW:
             self.characters.clear()
-            if self.checking:
-                self.on_fault(LineFault.DATA)
+            self._complain(LineFault.DATA)
             self._set_full(False)
             return
         if not self.full and len(self.characters) >= NEARLY_FULL:
@@ -166,6 +163,10 @@ class InputBuffer:
         if self._arrived is not None:
             event, self._arrived = self._arrived, None
             event.succeed()
+
+    def _complain(self, fault: LineFault) -> None:
+        if self.checking:
+            self.on_fault(fault)
 
     def _set_full(self, full: bool) -> None:
         if full is self.full:
