@@ -164,7 +164,7 @@ def test_what_is_no_interpolation_moves_nothing(bench, if1, text):
 
 
 def test_the_example_in_sequence_mode(bench, if1):
-    """Interpolation in sequence mode: "H1 X1000:L1X / Y200 % 6000 P1,20 : Y1000:=3,1: $"; R23: `@`, R24: `:` in front."""
+    """In sequence mode: "H1 X1000:L1X / Y200 % 6000 P1,20 : Y1000:=3,1: $"; R23: `@`, R24: `:` in front."""
     out = edges(if1.pins["output1"])
     if1.pins["input1"].drive(False)
     tell(if1, ":H1 X1000:L1X / Y200 @ 6000 P1,20 : Y1000:=3,1: $")

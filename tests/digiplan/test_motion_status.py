@@ -1,0 +1,344 @@
+"""Report-back functions: motion status K, quick status Q, busy status E, input status I, communication status F."""
+
+import pytest
+
+from axistwin import Bench
+
+from .helpers import number, positions, settle, status, times
+from .talking import ask, ready, tell
+
+# A slow ramp, to have time to look at it: 1000 steps/s2 from 400 to 5000 in steps of 100 are 46 levels of 100 ms,
+# 4.6 s and 46 x (400 + 4900) / 2 x 0.1 = 12190 steps each way.
+SLOW = "^1 @5000"
+RAMP_S = 4.6
+
+
+@pytest.fixture
+def slow(bench, if1):
+    """An IF1 that takes 4.6 s to its programmed speed."""
+    tell(if1, SLOW)
+    bench.run(1.2)
+    return if1
+
+
+def test_the_motion_status_of_an_index_from_the_start_to_the_end(bench, slow):
+    """Motion status: 1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating."""
+    assert number(bench, slow, "K") == 0
+    tell(slow, "X40000$")
+    bench.run(0.1)
+    for _ in range(8):
+        assert number(bench, slow, "K") == 5
+        bench.run(0.45)
+    # 4.1 s gone; up until 4.6 s, then 40000 - 24380 = 15620 steps at 5000/s: 3.124 s; down from 7.724 s to 12.324 s
+    bench.run(0.8)
+    for _ in range(4):
+        assert number(bench, slow, "K") == 3
+        bench.run(0.5)
+    bench.run(1.0)
+    for _ in range(8):
+        assert number(bench, slow, "K") == 9
+        bench.run(0.4)
+    bench.run(1.5)
+    assert number(bench, slow, "K") == 0
+    assert positions(slow) == (40000, 0, 0)
+
+
+def test_a_move_without_a_ramp_is_at_programmed_speed_from_beginning_to_end(bench, if1):
+    """Start/stop speed: below it "no acceleration is applied and the clock will run at a fixed frequency"."""
+    tell(if1, "X400@400$")
+    for _ in range(9):
+        assert number(bench, if1, "K") == 3
+        bench.run(0.05)
+    bench.run(0.2)
+    assert number(bench, if1, "K") == 0
+
+
+def test_a_cancelled_index_is_decelerating(bench, slow):
+    """Index mode: "cancel"; motion status 9 until it stands."""
+    tell(slow, "X90000$")
+    bench.run(6.0)
+    tell(slow, "#")
+    bench.run(0.1)
+    assert number(bench, slow, "K") == 9
+    bench.run(RAMP_S)
+    assert number(bench, slow, "K") == 0
+
+
+def test_an_emergency_stop_while_decelerating_is_41(bench, slow):
+    """Motion status: "41 would indicate the interface has had an emergency stop and is decelerating"."""
+    tell(slow, "X90000$")
+    bench.run(6.0)
+    slow.pins["estop"].drive(False)
+    bench.run(0.5)
+    assert ask(bench, slow, "K", 0.05) == b"41\r"
+    bench.run(RAMP_S)
+    assert ask(bench, slow, "K", 0.05) == b"32\r"
+
+
+def test_a_limit_while_decelerating_is_73(bench, slow):
+    """Quick status: "73 decimal or 49 hex", "a limit input has appeared whilst an axis is ... decelerating"."""
+    tell(slow, "X90000$")
+    bench.run(6.0)
+    slow.pins["limit_plus"].drive(False)
+    bench.run(0.5)
+    assert ask(bench, slow, "Q", 0.05) == b"\x49"
+
+
+def test_k_reports_the_same_limit_as_73(bench, slow):
+    """Motion status: 1 + 8 + 64."""
+    tell(slow, "X90000$")
+    bench.run(6.0)
+    slow.pins["limit_plus"].drive(False)
+    bench.run(0.5)
+    assert ask(bench, slow, "K", 0.05) == b"73\r"
+
+
+@pytest.mark.parametrize("form", ["U31", "U41", "U71", "U81"])
+def test_quick_status_is_one_raw_byte_without_an_end(bench, form):
+    """Quick status: "a single 8 bit byte", "only applies in 8-bit mode with bit 8 = 1 or data"."""
+    if1 = ready(bench, form)
+    assert ask(bench, if1, "Q") == b"\0"
+    tell(if1, "X9000@400$")
+    bench.run(0.1)
+    assert ask(bench, if1, "Q") == b"\x03"
+    tell(if1, "!")
+    bench.run(0.1)
+    assert ask(bench, if1, "Q") == b"\x83"
+
+
+@pytest.mark.parametrize("form", ["U11", "U21", "U51", "U61"])
+def test_quick_status_without_a_free_eighth_bit_comes_with_bit_7_cleared(bench, form):
+    """R18: with 7 bits, or bit 8 = 0, "a reply is better than a hang"."""
+    if1 = ready(bench, form)
+    tell(if1, "!")
+    bench.run(0.1)
+    tell(if1, "X9000@400$")
+    bench.run(0.1)
+    assert ask(bench, if1, "K") == b"131\r"
+    assert ask(bench, if1, "Q") == b"\x03"
+
+
+def test_quick_status_has_no_end_in_the_v_format_either(bench):
+    """Quick status: one byte."""
+    if1 = ready(bench, "V31")
+    assert ask(bench, if1, "Q", end="\n") == b"\0"
+    assert ask(bench, if1, "K", end="\n") == b"0\r\n"
+
+
+def test_figures_come_without_padding(bench, if1):
+    """R17: the blank in the manual's " 527 <CR>" is its way of quoting."""
+    tell(if1, "X527$")
+    settle(bench, if1)
+    assert ask(bench, if1, "N") == b"527\r"
+    assert [ask(bench, if1, letter) for letter in "KFIO"] == [b"0\r", b"0\r", b"200\r", b"0\r"]
+
+
+def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
+    """Report-back: "The interface can be interrogated to establish its status at any time"."""
+
+    def pulses(asked: str) -> list[int]:
+        bench = Bench()
+        if1 = ready(bench)
+        tell(if1, "X3000@2000$")
+        for letter in asked:
+            bench.run(0.05)
+            tell(if1, letter)
+        bench.run(10.0)
+        assert len(if1.serial.read()) > len(asked) // 2
+        return times(if1.axes["X"])
+
+    assert pulses("KFIOQEN" * 4) == pulses("K")
+
+
+@pytest.mark.parametrize("text", ["KF", "K$", "X10K", "K10", "Q1", "E$", "N0", "k", "K,"])
+def test_a_status_request_stands_alone(bench, if1, text):
+    """Report-back: one command, one message; anything else is no instruction (R7)."""
+    tell(if1, text)
+    bench.run(0.3)
+    if1.serial.read()
+    assert number(bench, if1, "F") == 8
+    assert positions(if1) == (0, 0, 0)
+
+
+def test_spaces_in_a_status_request_are_ignored(bench, if1):
+    """Spaces "will simply be ignored"."""
+    assert ask(bench, if1, "  K ") == b"0\r"
+
+
+# Busy status
+
+
+def test_busy_status_tells_busy_from_clear(bench, if1):
+    """Busy status: "E <CR>" if it is busy and "C <CR>" if it is clear for new data or commands" (R20)."""
+    assert ask(bench, if1, "E") == b"C\r"
+    tell(if1, "X400@400$")
+    assert ask(bench, if1, "E") == b"E\r"
+    bench.run(2.0)
+    assert ask(bench, if1, "E") == b"C\r"
+
+
+def test_busy_includes_waiting_and_pulsing_but_in_motion_does_not(bench, if1):
+    """Busy status: ""motionless" activities such as waiting for inputs and pulsing outputs"."""
+    if1.pins["input1"].drive(False)
+    tell(if1, "H1X10@400$")
+    bench.run(0.1)
+    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("E", 0)
+    if1.pins["input1"].drive(True)
+    bench.run(0.2)
+    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("C", 0)
+    tell(if1, "P3,40$")
+    bench.run(0.1)
+    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("E", 0)
+    bench.run(0.3)
+    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("C", 0)
+
+
+def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
+    """Busy status: ""F <CR>" if there is a fault condition": R20: any of K 16, 32, 64, 128."""
+    for name, bit in (("x_fault", 16), ("y_fault", 16), ("estop", 32), ("limit_plus", 64), ("limit_minus", 64)):
+        pin = if1.pins[name]
+        pin.drive(not pin.level)
+        bench.run(0.1)
+        pin.release()
+        bench.run(0.1)
+        assert (name, status(bench, if1, "E")) == (name, "F")
+        assert (name, number(bench, if1, "K")) == (name, bit)
+        assert (name, status(bench, if1, "E")) == (name, "C")
+    tell(if1, "?")
+    bench.run(0.1)
+    assert status(bench, if1, "E") == "F"
+    assert number(bench, if1, "F") == 8
+    assert status(bench, if1, "E") == "C"
+
+
+def test_locked_comes_before_fault_and_fault_before_busy(bench, if1):
+    """R20: E answers `[`, then F, then E, then C."""
+    tell(if1, "?")
+    tell(if1, "X4000@400$")
+    assert status(bench, if1, "E") == "F"
+    tell(if1, "[")
+    assert status(bench, if1, "E") == "["
+    tell(if1, "]")
+    number(bench, if1, "F")
+    assert status(bench, if1, "E") == "E"
+    tell(if1, "#")
+    bench.run(0.1)
+    assert status(bench, if1, "E") == "C"
+
+
+def test_nothing_is_answered_during_a_ramp_calculation_but_everything_afterwards(bench, if1):
+    """Report-back: "except for a period of about 1 second following receipt of new acceleration ... data"; sample 7."""
+    tell(if1, "X400@400^20$")
+    tell(if1, "E")
+    bench.run(0.95)
+    assert if1.serial.read() == b"" and positions(if1) == (0, 0, 0)
+    bench.run(0.15)
+    assert if1.serial.read() == b"E\r" and positions(if1)[0] > 0
+
+
+# Input status
+
+
+def test_every_input_normal_and_the_three_inputs_open_is_200(bench, if1):
+    """Input status: 8 + 64 + 128 for inputs 1 to 3 without current."""
+    assert ask(bench, if1, "I") == b"200\r"
+
+
+@pytest.mark.parametrize(
+    ("pin", "value"),
+    [("estop", 1), ("x_fault", 2), ("y_fault", 4), ("input1", 8), ("limit_plus", 16), ("limit_minus", 32),
+     ("input2", 64), ("input3", 128)],
+)  # fmt: skip
+def test_an_input_returns_its_value_when_there_is_no_current(bench, if1, pin, value):
+    """Input status: "all inputs return their corresponding value when there is NO current in the diode"."""
+    fault = pin.endswith("fault")  # high at the terminal then, see the manual's table; the others are low
+    normal = if1.pins[pin].level
+    for name in ("input1", "input2", "input3"):
+        if1.pins[name].drive(True)
+    bench.run(0.01)
+    assert number(bench, if1, "I") == 0
+    if1.pins[pin].drive(not normal if fault else False)
+    bench.run(0.01)
+    assert number(bench, if1, "I") == value
+    if1.pins[pin].drive(normal if fault else True)
+    bench.run(0.01)
+    assert number(bench, if1, "I") == 0
+
+
+def test_input_status_is_that_of_now_and_clears_nothing(bench, if1):
+    """Input status: "will read all inputs"; resetting needs a motion status request."""
+    if1.pins["estop"].drive(False)
+    bench.run(0.1)
+    assert number(bench, if1, "I") == 201
+    if1.pins["estop"].release()
+    bench.run(0.1)
+    assert number(bench, if1, "I") == 200
+    assert number(bench, if1, "K") == 32
+
+
+# Communication status
+
+
+def test_each_communication_fault_has_its_bit(bench):
+    """Motion status, table of data faults: 1 parity, 2 overrun, 4 framing, 8 data fault, 16 out-of-range."""
+    if1 = ready(bench, "U44")  # even parity, 2 stop bits
+    if1.serial.to_device.flip(1)
+    if1.serial.write(b"A")
+    bench.run(0.1)
+    assert ask(bench, if1, "F") == b"1\r"
+    if1.serial.host.stopbits = 1
+    if1.serial.host.parity = "N"
+    if1.serial.host.baudrate = 4800
+    if1.serial.write(b"\0\0")
+    bench.run(0.1)
+    if1.serial.host.stopbits, if1.serial.host.parity, if1.serial.host.baudrate = 2, "E", 9600
+    tell(if1, "#")
+    bench.run(0.1)
+    assert number(bench, if1, "F") & 4
+    tell(if1, "@30000")
+    bench.run(0.1)
+    assert number(bench, if1, "F") == 16
+    tell(if1, "%%%")
+    bench.run(0.1)
+    assert number(bench, if1, "F") == 8
+
+
+def test_faults_add_up_until_f_clears_them_all(bench, if1):
+    """Clearing: "Failure to do this may result in incorrect fault data being received at a later time"."""
+    for text in ("@30000", "!", "#"):
+        tell(if1, text)
+    bench.run(0.1)
+    assert number(bench, if1, "K") == 128
+    assert number(bench, if1, "K") == 128  # K does not clear it
+    assert ask(bench, if1, "Q") == b"\0"  # bit 8 is 0 in this format
+    assert number(bench, if1, "K") == 128
+    assert number(bench, if1, "F") == 24
+    assert number(bench, if1, "F") == 0
+    assert number(bench, if1, "K") == 0
+
+
+def test_a_communication_fault_does_not_inhibit_movement(bench, if1):
+    """Clearing: "If the "F" command is not sent, movement will not be inhibited"."""
+    tell(if1, "!")
+    tell(if1, "X100@400$")
+    bench.run(0.5)
+    assert positions(if1) == (100, 0, 0)
+    assert number(bench, if1, "K") == 128
+
+
+def test_a_communication_fault_does_not_light_the_led(bench, if1):
+    """R27: the chapter lists fault, limit and emergency stop."""
+    tell(if1, "!")
+    bench.run(0.1)
+    assert number(bench, if1, "K") == 128
+    assert not if1.pins["led"].level
+
+
+def test_battery_backup_mode_is_a_bit_of_f_but_no_fault(bench, if1):
+    """IN BATTERY-BACKUP MODE: "not in fact a fault condition but simply indicates that ... data has been locked"."""
+    tell(if1, "[")
+    bench.run(0.1)
+    assert (number(bench, if1, "K"), number(bench, if1, "F"), number(bench, if1, "F")) == (0, 32, 32)
+    tell(if1, "]")
+    bench.run(0.1)
+    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (0, 0)
