@@ -401,8 +401,8 @@ def test_the_long_sequence_of_samples_3_6_and_9(bench, form):
     if1.pins["input1"].drive(True)
     first = edges(if1.pins["output1"])
     # Up from 400 to 10000 in steps of 100 every 10 ms is longer than half of 1000 steps, so the index is short:
-    # levels of 4, 5, 6 ... pulses.  n levels take (n(n+7))/2 pulses: 28 levels 490, 29 levels 522.  Left over 1000 - 980 = 20, at
-    # level 28, 3200/s: 6.25 ms.  One index: 56 x 10 ms + 6.25 ms = 566.25 ms.  Ten of them: 5.6625 s.
+    # levels of 4, 5, 6 ... pulses.  28 levels take 490 pulses, 29 would take 522.  The 1000 - 980 = 20 left over run
+    # at the next level, 3200/s: 6.25 ms.  One index: 56 x 10 ms + 6.25 ms = 566.25 ms.  Ten of them: 5.6625 s.
     assert sum(range(4, 32)) == 490
     bench.run(20.0)
     ons = [at_ns for at_ns, level in first if level]
