@@ -232,7 +232,7 @@ class Interface:
     # Messages
 
     def _obey(self, text: str) -> Procedure | None:
-        if not text or text.isspace():
+        if not text.strip(" "):
             return None
         message = read(text)
         if self.locked:
