@@ -23,6 +23,11 @@ class Field:
         """Whether a value lies within the range."""
         return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
 
+    @property
+    def form(self) -> str:
+        """How it stands in a syntax line."""
+        return f"[{self.name}]" if self.optional else self.name
+
     def __str__(self) -> str:
         span = "" if self.low is None and self.high is None else f" {_or_blank(self.low)}…{_or_blank(self.high)}"
         text = f"{self.name}{span}{' ' + self.unit if self.unit else ''}"
@@ -55,7 +60,7 @@ class Command:
     @property
     def syntax(self) -> str:
         """How it is written, for people."""
-        return " ".join((str(self.code), *(f"[{f.name}]" if f.optional else f.name for f in self.parameters)))
+        return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
         """The entry for `--json`."""

@@ -39,6 +39,7 @@ PAUSE = Written("delay", "x 10 ms", 0, 25)
 SIGN = Direction("direction", optional=True)
 DISTANCE = Written("distance", "steps", 0, 999_999_999, optional=True, pattern=r"(\d*)")
 PLAY = Written("signed distance", "steps", -255, 255, optional=True, pattern=r"([+-]\d+)?")
+FORMAT = Written("frame", "", 1, 8, pattern=r"(\d)"), Written("parity", "", 1, 9, pattern=r"(\d)")
 INPUTS = Lines("inputs", "", 1, 3)
 OUTPUTS = Lines("outputs", "", 1, 5)
 OUTPUT = Written("output", "", 0, 5, pattern=r"(\d)")
@@ -54,25 +55,25 @@ COMMANDS = CommandSet(
     I("\r", "initialise direct command",      INITIALISATION, (),               PART,   written),
     I(" ",  "space character",                BASIC,          (),               PART,   written),
     I("#",  "cancel",                         INDEX,          (),               ALONE,  index.cancel),
-    I("$",  "index, run and sequence start",  INDEX,          (),               PART,   written),
+    I("$",  "index, run and sequence start",  INDEX,          (),               PART,   written, form="…$"),
     I("%",  "wait for control",               INTERVENTION,   (),               MOVE,   sequence.hand_over),
     I("(",  "baud rate detect",               INITIALISATION, (),               SETUP,  only_at_initialisation),
     I("*",  "erase RAM (battery backup)",     BREAKING_IN,    (),               SETUP,  only_at_initialisation),
-    I("+",  "direction high",                 INDEX,          (),               PART,   written),
-    I(",",  "delimiter",                      SWITCHING,      (),               PART,   written),
-    I("-",  "direction low",                  INDEX,          (),               PART,   written),
-    I("/",  "linear interpolation",           INTERPOLATION,  (),               MOVE,   interpolation.minor_axis,            Order.MOVE),
-    I(":",  "sequence divider",               SEQUENCE,       (),               PART,   written),
+    I("+",  "direction high",                 INDEX,          (),               PART,   written, form="X+ Y+ Z+"),
+    I(",",  "delimiter",                      SWITCHING,      (),               PART,   written, form="P output,length"),
+    I("-",  "direction low",                  INDEX,          (),               PART,   written, form="X- Y- Z-"),
+    I("/",  "linear interpolation",           INTERPOLATION,  (),               MOVE,   interpolation.minor_axis,            Order.MOVE, form="major axis/minor axis"),
+    I(":",  "sequence divider",               SEQUENCE,       (),               PART,   written, form=":step:step:…:$"),
     I("<",  "start/stop speed",               START_STOP,     (START,),         DIRECT, partial(setting, "start_stop"),      Order.MOVE),
     I("=",  "repeat",                         REPEATS,        (TIMES, FIRST),   STEP,   sequence.repeat,                     Order.REPEAT),
     I(">",  "select speed range",             SPEED,          (RANGE,),         DIRECT, partial(setting, "speed_range"),     Order.MOVE),
     I("@",  "speed data",                     SPEED,          (RATE,),          MOVE,   partial(setting, "speed"),           Order.MOVE),
     I("A",  "abort in sequence mode",         ABORT,          (),               STEP,   run.abort,                           Order.ABORT),
-    I("B",  "backlash",                       BACKLASH,       (PLAY,),          MOVE,   index.backlash,                      Order.MOVE),
+    I("B",  "backlash",                       BACKLASH,       (PLAY,),          MOVE,   index.backlash,                      Order.MOVE, form="B[+distance|-distance]"),
     I("D",  "inter-character delay",          DELAY,          (PAUSE,),         DIRECT, partial(setting, "character_delay"), Order.MOVE),
     I("E",  "busy",                           BUSY,           (),               ASK,    report.busy_status),
     I("F",  "communication status",           STATUS,         (),               ASK,    report.communication_status),
-    I("G",  "run mode",                       RUN,            (),               MOVE,   run.go,                              Order.MOVE),
+    I("G",  "run mode",                       RUN,            (),               MOVE,   run.go,                              Order.MOVE, form="axis G"),
     I("H",  "input high",                     COMBINING,      (INPUTS,),        MOVE,   outputs.wait_high,                   Order.HIGH),
     I("I",  "input status",                   INPUT_STATUS,   (),               ASK,    report.input_status),
     I("K",  "motion status",                  STATUS,         (),               ASK,    report.motion_status),
@@ -83,8 +84,8 @@ COMMANDS = CommandSet(
     I("Q",  "quick status byte",              QUICK_STATUS,   (),               ASK,    report.quick_status),
     I("R",  "reset output low",               SWITCHING,      (OUTPUTS,),       MOVE,   outputs.reset_outputs,               Order.RESET),
     I("S",  "set output high",                SWITCHING,      (OUTPUTS,),       MOVE,   outputs.set_outputs,                 Order.SET),
-    I("U",  "RS232 format, ended by <CR>",    INITIALISATION, (),               SETUP,  only_at_initialisation),
-    I("V",  "RS232 format, ended by <LF>",    INITIALISATION, (),               SETUP,  only_at_initialisation),
+    I("U",  "RS232 format, ended by <CR>",    INITIALISATION, FORMAT,           SETUP,  only_at_initialisation, form="U frame parity"),
+    I("V",  "RS232 format, ended by <LF>",    INITIALISATION, FORMAT,           SETUP,  only_at_initialisation, form="V frame parity"),
     I("X",  "X clock",                        INDEX,          (SIGN, DISTANCE), MOVE,   partial(index.axis, "X"),            Order.MOVE),
     I("Y",  "Y clock",                        INDEX,          (SIGN, DISTANCE), MOVE,   partial(index.axis, "Y"),            Order.MOVE),
     I("Z",  "Z clock",                        INDEX,          (SIGN, DISTANCE), MOVE,   partial(index.axis, "Z"),            Order.MOVE),

@@ -48,6 +48,14 @@ class Instruction(Command):
     """A command character with its place in the format."""
 
     order: Order = Order.ANY
+    form: str = ""
+    """How it is written, where its parameters do not tell."""
+
+    @property
+    def syntax(self) -> str:
+        """How it is written: what stands in brackets may be left out."""
+        parts = "".join(part.form for part in self.parameters)
+        return self.form or f"{self.code}{' ' if parts[:1].isalpha() else ''}{parts}"
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
@@ -61,6 +69,12 @@ class Written(Field):
 
     pattern: str = r"(\d+)"
 
+    @property
+    def form(self) -> str:
+        """How it stands in a syntax line, behind its comma if it has one."""
+        text = f"{',' if ',' in self.pattern else ''}{self.name}"
+        return f"[{text}]" if self.optional else text
+
     def read(self, text: str | None) -> tuple[Any, bool]:
         """The value, and whether it is within the range."""
         if not text:
@@ -73,6 +87,11 @@ class Direction(Written):
     """`+` or `-`; nothing is `+`."""
 
     pattern: str = r"([+-]?)"
+
+    @property
+    def form(self) -> str:
+        """A sign or none."""
+        return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
         """+1 or -1."""

@@ -1,0 +1,11 @@
+"""Rows of text in columns."""
+
+from collections.abc import Iterable, Iterator
+
+
+def columns(rows: Iterable[Iterable[str]]) -> Iterator[str]:
+    """One line per row, each column as wide as its widest cell."""
+    cells = [tuple(row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for row in cells:
+        yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
