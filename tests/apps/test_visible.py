@@ -37,7 +37,7 @@ def test_whatever_is_shown_reads_back(data):
     ("text", "column", "words"), [(r"ab\q", 3, r"\q"), ("a\\", 2, "means nothing"), (r"\x4", 1, "hex"), ("aé", 2, "é")]
 )
 def test_what_means_nothing_is_told_with_its_column(text, column, words):
-    with pytest.raises(ProgramError, match=".") as caught:
+    with pytest.raises(ProgramError) as caught:
         CHARACTERS.read(text)
     assert caught.value.column == column
     assert words in str(caught.value)

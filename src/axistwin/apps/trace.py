@@ -188,7 +188,7 @@ class _AxisTrace:
         for stroke in reversed(self.train.strokes):
             if stroke.start_ns < before_ns:
                 strokes.append(stroke)
-            if stroke.start_ns <= since_ns:
+            if stroke.start_ns < since_ns:  # one that begins here may follow on the last pulse of another
                 break
         for stroke in reversed(strokes):
             before = stroke.profile.pulses_by(since_ns - 1 - stroke.start_ns)

@@ -8,6 +8,7 @@ going on.  The interface's DTR line is honoured.
 
 import re
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from axistwin.apps import conversation
@@ -98,8 +99,10 @@ class _Typist:
             raise ProgramError(error.message, file=self.file, line=act.line) from None
 
     def initialise(self) -> None:
-        """Open bracket until it is answered, then the data format that the host has."""
-        message = _format_message(self.port.host.format)
+        """Open bracket until it is answered, then the data format that the host is to have."""
+        wanted = self.port.host.format
+        message = _format_message(wanted)
+        self.port.host.format = replace(wanted, bytesize=8, parity="N", stopbits=2)
         self.bench.run(SELF_TEST_S)
         heard = bytearray()
         deafen = self.port.hear(lambda byte, _: heard.append(byte))
@@ -108,11 +111,12 @@ class _Typist:
             if self.bench.run_until(lambda: heard.endswith(b"U\r"), PATIENCE_S):
                 break
         else:
-            raise ProgramError(f"{self.controller.name} does not answer ( at {self.port.host.format}", file=self.file)
+            raise ProgramError(f"{self.controller.name} does not answer ( at {wanted.baudrate} baud", file=self.file)
         deafen()
         self.port.write(message)
         self.bench.run_until(lambda: not self.port.pending, PATIENCE_S)
         self.bench.run(READY_S)
+        self.port.host.format = wanted
 
     def _wait(self, ns: int) -> bool:
         until_ns = min(self.bench.now + ns, self.deadline_ns)

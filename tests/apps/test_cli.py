@@ -1,0 +1,108 @@
+"""The program `axistwin`: what it prints where, and how it exits."""
+
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+
+import click
+import pytest
+
+from axistwin import __version__
+from axistwin.apps import cli
+from axistwin.errors import LinkError, ProgramError, UsageError
+
+
+@pytest.fixture
+def ending(monkeypatch):
+    """Let the command `run` end in some way, and return what `main` does with it."""
+
+    def end(how) -> int:
+        def callback():
+            if isinstance(how, BaseException):
+                raise how
+            return how
+
+        monkeypatch.setattr(cli.LazyGroup, "get_command", lambda *_: click.Command("run", callback=callback))
+        return main("run")
+
+    return end
+
+
+def main(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as caught:
+        cli.main(list(arguments))
+    assert isinstance(caught.value.code, int)
+    return caught.value.code
+
+
+def test_version(capsys):
+    assert main("--version") == 0
+    assert capsys.readouterr().out == f"axistwin, version {__version__}\n"
+
+
+@pytest.mark.parametrize("flag", ["-h", "--help"])
+def test_help_names_all_commands(capsys, flag):
+    assert main(flag) == 0
+    out = capsys.readouterr().out
+    assert re.findall(r"^  (\w+)  ", out, re.MULTILINE)[-6:] == ["demo", "serve", "run", "check", "commands", "term"]
+
+
+def test_no_command_shows_the_help_and_is_wrong_usage(capsys):
+    assert main() == 2
+    assert "Commands:" in capsys.readouterr().err
+
+
+def test_a_command_that_does_not_exist(capsys):
+    assert main("fly") == 2
+    assert "No such command 'fly'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", list(cli.COMMANDS))
+def test_every_command_has_a_module(command):
+    assert find_spec(f"axistwin.apps.{command}")
+
+
+@pytest.mark.parametrize(
+    ("how", "code"),
+    [
+        (None, 0),
+        (1, 1),
+        (UsageError("no such thing: choose another"), 2),
+        (LinkError("port 5001 is taken"), 2),
+        (ProgramError("no such step", file="a.if1", line=3, column=7), 1),
+        (KeyboardInterrupt(), 130),
+    ],
+)
+def test_exit_codes(ending, capsys, how, code):
+    assert ending(how) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.strip() == (f"axistwin: {how}" if isinstance(how, UsageError | LinkError | ProgramError) else "")
+
+
+def test_a_bug_surfaces(ending):
+    with pytest.raises(ZeroDivisionError):
+        ending(ZeroDivisionError())
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    code = "from axistwin.apps.cli import main; main(['--help'])"
+    program = subprocess.Popen(
+        [sys.executable, "-c", "import sys; sys.stdin.read(); " + code],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    assert program.stdout is not None
+    program.stdout.close()
+    _, complaints = program.communicate(timeout=30)
+    assert complaints == b""
+
+
+def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
+    code = (
+        "import sys, axistwin.apps.cli, axistwin.apps.run; "
+        "bench = axistwin.Bench(); bench.add('if1'); bench.run(2); "
+        "print([name for name in ('numpy', 'matplotlib', 'pydantic', 'rich', 'serial', 'vcd') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
+    assert done.stdout == "[]\n"
