@@ -1,8 +1,9 @@
 """The serial connector of one controller.  It takes one plug: one client at a time, whatever the transport.
 
-The first client to come is connected; a later one is refused, unless the one before has hung up.  A client finds empty
-buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still transmitted, until
-the next one comes.
+The first client to come is connected; a later one is refused, unless the one before has hung up.  A client that has
+sent so much that it is not read from at the moment cannot be told from one that has gone, and gives way too.  A client
+finds empty buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still
+transmitted, until the next one comes.
 """
 
 from collections.abc import Callable
@@ -81,7 +82,7 @@ class Plug:
     def connect(self, client: Client) -> bool:
         """Plug this client in, if there is no other."""
         if self.client is not None and self.client is not client:
-            if not self.client.hung_up():
+            if not (self.full or self.client.hung_up()):
                 log.warning("%s: refused %s, as %s is connected", self.name, client.name, self.client.name)
                 return False
             self.client.drop()

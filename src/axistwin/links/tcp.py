@@ -39,6 +39,7 @@ class TcpClient(asyncio.BufferedProtocol):
     """A client on a TCP connection; the connection and its limits are the same for raw TCP and RFC 2217."""
 
     flow: Flow | None = None
+    last_words_s = LAST_WORDS_S
 
     def __init__(self, plug: Plug) -> None:
         self.plug, self.name = plug, ""
@@ -72,8 +73,9 @@ class TcpClient(asyncio.BufferedProtocol):
     def eof_received(self) -> bool:
         """The client has nothing more to say."""
         self._leaving = True
-        asyncio.get_running_loop().call_later(LAST_WORDS_S, self._transport.close)
-        return True
+        if self.last_words_s:
+            asyncio.get_running_loop().call_later(self.last_words_s, self._transport.close)
+        return bool(self.last_words_s)  # False: asyncio closes the connection
 
     def pause_writing(self) -> None:
         """The client does not read what it is sent."""
