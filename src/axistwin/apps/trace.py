@@ -51,6 +51,10 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack.enter_context(self._tracer)
         return self
 
+    def catch_up(self) -> None:
+        """Write what has happened by now; who waits for long motions in real time calls it now and then."""
+        self._tracer.catch_up()
+
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         failed = kind is not None and issubclass(kind, Exception)  # a Ctrl-C is no failure
         if not failed:
@@ -89,8 +93,8 @@ class Tracer:
         self._stack.enter_context(observing(self.bench, self._take))
         for controller in self.bench.controllers.values():
             for axis in controller.axes.values():
-                axis.on_motion.append(self._catch_up)
-                self._stack.callback(axis.on_motion.remove, self._catch_up)
+                axis.on_motion.append(self.catch_up)
+                self._stack.callback(axis.on_motion.remove, self.catch_up)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -102,7 +106,7 @@ class Tracer:
         self.sink.end(self.bench.now)
 
     def _take(self, event: Event) -> None:
-        self._catch_up()
+        self.catch_up()
         if isinstance(event, Changed):
             self._levels[event.controller, event.pin](event.time_ns, int(event.level))
             return
@@ -111,7 +115,8 @@ class Tracer:
         speaker.say(event.time_ns, event.data)
         self._speakers[event.controller, not by_host].listen(event.time_ns, speaker.over)
 
-    def _catch_up(self) -> None:
+    def catch_up(self) -> None:
+        """Write what has happened before now."""
         self._write_pulses(self.bench.now)
 
     def _write_pulses(self, before_ns: int) -> None:
