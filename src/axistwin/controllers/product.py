@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.diagnostics import Checker
 from axistwin.motion.profile import Profile
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
@@ -59,6 +60,8 @@ class Product:
     options: type[Any]
     """A dataclass: the keywords that `Bench.add` takes for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, PulseAxis], Any, Store], Device]
+    check: Checker
+    """Finds what is wrong with a program for it."""
     line: UartFormat
     """The host's usual format, where nothing else is said."""
     limit_pins: tuple[str, str] | None = None

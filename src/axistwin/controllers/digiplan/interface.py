@@ -11,12 +11,12 @@ from simpy import Interrupt
 
 from axistwin.controllers.commandset import Command
 from axistwin.controllers.digiplan import initialise
+from axistwin.controllers.digiplan.battery_backup import Retained
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import DRIVES, LIMITS, Faults, LineFault, MotionFault
 from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.digiplan.interpolation import out_of_range
 from axistwin.controllers.digiplan.language import Accept, Message, parse
-from axistwin.controllers.digiplan.lockout import Retained
 from axistwin.controllers.digiplan.motion import RampGenerator
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.sequence import EndOfWork, perform, sequence
@@ -68,6 +68,7 @@ class Interface:
             options,
             store,
         )
+        self._kept = Retained.recall(store)
         self.state = State.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.parameters = Parameters()
@@ -147,7 +148,7 @@ class Interface:
     # Battery backup
 
     def _recall(self) -> None:
-        kept = Retained.recall(self.store)
+        kept = self._kept
         if kept.locked:
             self.locked, self.baudrate, self.frame = True, kept.baudrate, kept.frame
             self.parameters, self.sequence = kept.parameters, kept.sequence

@@ -295,9 +295,13 @@ class _Reader:
             if not in_range:
                 self._wrong(f"{match[group]} is out of range: {part}", match.start(group), Fault.RANGE, command.chapter)
         self.at = match.end()
+        if self.at < end and self.text[self.at] in NUMBER:
+            return  # it wants another number than this one, and that is said next
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(complaint, begin, chapter=command.chapter)
+        for name in step.settings.keys() - step.places.keys():
+            step.places[name] = self.places[begin]
 
     def _check_step(self, step: Step) -> None:
         begin = self.begins[-1]
