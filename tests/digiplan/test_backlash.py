@@ -251,3 +251,11 @@ def test_the_net_distance_is_always_the_one_asked_for(distance, direction, corre
         assert strokes(if1.axes["Z"]) == [sign * (distance + correction), -sign * correction]
         assert since_start(if1.axes["Z"])[-1] == int(Fraction(correction * S, 400))
         assert pause_ns(if1.axes["Z"]) >= 3 * MS
+
+
+@pytest.mark.parametrize("message", ["X100/Y50B$", "XBG$", "XGB$"])
+def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
+    """Backlash correction speaks of "any index"; neither an interpolated move nor a run can come back by it."""
+    tell(if1, message)
+    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert if1.axes["X"].position == 0
