@@ -320,6 +320,13 @@ def test_a_correction_below_the_start_stop_speed_runs_at_start_stop_speed(bench,
     assert set(gaps(x[120:])) == {2_500_000}
 
 
+def test_an_index_of_no_length_has_no_backlash_to_correct(bench, if1):
+    """Digest 9: "Distance 0: no pulse, done at once"; so does a `B` index after a run, whose length is lost."""
+    tell(if1, ":B-20:X0B:B+20:Y-B:$")
+    bench.run(1.0)
+    assert times(if1.axes["X"]) == times(if1.axes["Y"]) == []
+
+
 @pytest.mark.parametrize("text", [":B20:X100B:$", ":B:X100B:$"])
 def test_the_backlash_direction_must_always_be_specified(bench, if1, text):
     """Backlash correction in sequence mode: "the backlash direction must always be specified"."""
