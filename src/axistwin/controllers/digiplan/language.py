@@ -15,7 +15,7 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 
 MOST_STEPS = 63
 CANCEL = "#"
-NUMBER = frozenset("0123456789,")
+NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
@@ -247,7 +247,7 @@ class _Reader:
 
     def _skip_number(self, end: int) -> None:
         """So that what belongs to something wrong is not wrong once more."""
-        while self.at < end and self.text[self.at] in NUMBER:
+        while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
     def _may_stand_here(self, command: Command, at: int) -> bool:
