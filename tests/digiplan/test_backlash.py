@@ -259,3 +259,39 @@ def test_no_correction_of_an_interpolated_move_or_a_run(bench, if1, message):
     tell(if1, message)
     assert faults(bench, if1) == (b"128\r", b"8\r")
     assert if1.axes["X"].position == 0
+
+
+def test_cancel_in_the_pause_leaves_the_correction_out(bench, if1):
+    """Index mode: the cancel code ends what is going on, and a pause is a part of it."""
+    tell(if1, "B-20")
+    tell(if1, "X100B$")
+    bench.run_until(lambda: moving(if1), 1)
+    begin = bench.now
+    tell(if1, "#", "")
+    bench.run((300 * MS + begin - bench.now) / S - 10 / 9600)  # CR arrives with the last pulse, before the reversal
+    tell(if1, "")
+    bench.run(1)
+    assert strokes(if1.axes["X"]) in ([120], [119])
+
+
+@pytest.mark.parametrize("pin", ["estop", "limit_plus", "x_fault"])
+def test_a_fault_during_the_index_leaves_the_correction_out(bench, if1, pin):
+    """Clearing faults: "any axis in motion will stop", "further movement is inhibited"."""
+    tell(if1, "B-20")
+    tell(if1, "X400B$")
+    bench.run(0.5)
+    if1.pins[pin].drive(False)
+    bench.run(2)
+    assert len(strokes(if1.axes["X"])) == 1
+    assert if1.axes["X"].position < 420
+
+
+def test_backlash_in_a_run_does_nothing_worse_than_nothing(bench, if1):
+    """Backlash: it finishes "any index"; a run has no end to correct."""
+    tell(if1, "B-20")
+    tell(if1, "XGB$")
+    bench.run(1)
+    tell(if1, "#")
+    bench.run(1)
+    assert not moving(if1) and len(strokes(if1.axes["X"])) <= 1
+    assert ask(bench, if1, "E") in (b"C\r", b"F\r")

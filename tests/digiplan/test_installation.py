@@ -414,3 +414,16 @@ def test_the_run_time_of_a_stop_is_one_scan(bench, if1):
     if1.pins["estop"].drive(False)
     assert bench.run_until(lambda: not moving(if1), 0.01)
     assert bench.now - begin <= 2 * MS
+
+
+def test_the_limit_switches_of_all_axes_are_in_series(bench):
+    """Limits: "Where more than one axis is used, connect the limit switches in series": Y's switch stops X as well."""
+    if1 = ready(bench, X={"limits": (-1000, 1000)}, Y={"limits": (-1000, 30)})
+    tell(if1, "XY+500$")
+    bench.run(3)
+    x, y = if1.axes["X"].position, if1.axes["Y"].position
+    assert x == y and 30 < y <= 35
+    assert motion_status(bench, if1) == 64
+    tell(if1, "X+10$")  # X itself is nowhere near its end
+    bench.run(0.5)
+    assert if1.axes["X"].position == x

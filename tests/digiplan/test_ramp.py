@@ -120,7 +120,7 @@ def test_just_above_the_start_stop_speed_the_clock_is_accelerated(bench, if1):
 
 
 def test_the_ramp_of_the_defaults_to_1000(bench, if1):
-    """Speed: "accelerates in increments": 100 steps/sec each 100/10,000 s; 400 ... 900 are six levels, 39 pulses, 60 ms."""
+    """Speed: "accelerates in increments", 100 each 100/10,000 s: 400 ... 900 are six levels, 39 pulses, 60 ms."""
     tell(if1, "X1000@1000$")
     bench.run(2)
     times = since_start(if1.axes["X"])
@@ -263,6 +263,18 @@ def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(benc
     tell(if1, "X200@1000$")
     bench.run(2)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(200, 400, 1000, 100, 20_000))
+
+
+def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
+    """R8 and R9: first the move in hand, then the calculation, then the move that was held."""
+    tell(if1, "X400$")
+    tell(if1, "^20")
+    tell(if1, "Y200@1000$")
+    bench.run(4)
+    x, y = if1.axes["X"], if1.axes["Y"]
+    x_ends = start_ns(x) + 1 * S
+    assert x_ends + 1 * S <= start_ns(y) <= x_ends + 1 * S + 10 * MS
+    assert since_start(y) == pulse_times_of(ramped(200, 400, 1000, 100, 20_000))
 
 
 def test_ramp_data_do_not_change_the_run_they_come_into(bench, if1):

@@ -55,6 +55,18 @@ def test_the_cancel_code_stops_it(bench, if1):
     assert ask(bench, if1, "N") == b"%d\r" % axis.position
 
 
+def test_the_cancel_code_stops_it_while_a_reply_is_held(bench, if1):
+    """Run mode: "To stop the motor, send the cancel code"; R9: it acts at once, though CTS holds back a reply (R4)."""
+    if1.serial.host.rts = False
+    tell(if1, "XG$")
+    tell(if1, "E")
+    bench.run(1)
+    assert moving(if1)
+    tell(if1, "#")
+    bench.run(1)
+    assert not moving(if1)
+
+
 def test_several_axes_run_together(bench, if1):
     """Index mode: "More than one axis may be selected"."""
     tell(if1, "X+Y-ZG$")

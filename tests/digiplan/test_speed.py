@@ -183,7 +183,7 @@ def test_a_speed_kept_from_a_faster_range_is_out_of_range_when_the_move_is_asked
 
 
 def test_spaces_are_ignored_anywhere(bench, if1):
-    """Move instructions: "space characters ... may be transmitted ... they will simply be ignored": even in a number."""
+    """Move instructions: spaces "may be transmitted ... they will simply be ignored": even in a number."""
     tell(if1, " X 1 0  0 @ 2 5 0 $ ")
     bench.run(1)
     assert since_start(if1.axes["X"]) == constant(250, 100)
