@@ -10,7 +10,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.sim.serial import LineError
 
-from .helpers import strokes
+from .helpers import edges, strokes
 from .talking import ask, each_character, heard, initialise, moving, ready, tell
 
 LANGUAGE = "XYZ+-0123456789$@<>^BGHLSRP,/:=A%#DKIOQEFN[]()*UV \r\n"
@@ -184,6 +184,26 @@ def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
     each_character(bit_by_bit, second, text, lambda n: bit_by_bit.run(pause))
     bit_by_bit.run(60)
     assert outcome(whole, first) == outcome(bit_by_bit, second)
+
+
+@pytest.mark.parametrize("step", [0.0001, 0.0137, 2.0])
+def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
+    """Everything happens at its own nanosecond, however the bench is run."""
+
+    def session(step: float) -> tuple[object, ...]:
+        bench = Bench()
+        it = ready(bench, "U62", recalculation_s=0.05)
+        received, output = heard(bench, it), edges(it.pins["output1"])
+        tell(it, "B-20^30")
+        tell(it, "X100@900BS1$")
+        tell(it, "P1,3$")
+        tell(it, "K")
+        for _ in range(round(2 / step)):
+            bench.run(step)
+        bench.run_until(lambda: False, 2.5 - round(2 / step) * step)
+        return received, output, it.axes["X"].pulse_times().tolist(), bench.now
+
+    assert session(step) == session(0.5)
 
 
 @settings(max_examples=60, deadline=None)
