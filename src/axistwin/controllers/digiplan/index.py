@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.speed import actual_start_stop, ramp
-from axistwin.controllers.digiplan.step import Step
+from axistwin.controllers.digiplan.step import Parameters, Step
 from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
@@ -50,9 +50,7 @@ def index(interface: "Interface", step: Step) -> Procedure:
     """
     parameters, generator = interface.parameters, interface.motion
     table = ramp(parameters)
-    back = 0
-    if step.corrected and next(iter(step.major.values())) * parameters.backlash < 0:
-        back = abs(parameters.backlash)
+    back = abs(parameters.backlash) if _overshoots(parameters, step) else 0
     generator.begin(table.index(parameters.distance + back), table, step.major)
     yield generator.ended
     if back:
@@ -61,6 +59,12 @@ def index(interface: "Interface", step: Step) -> Procedure:
         reverse = dict.fromkeys(step.major, 1 if parameters.backlash > 0 else -1)
         generator.begin(Profile([Segment(rate, back / rate)]), table, reverse, further=True)
         yield generator.ended
+
+
+def _overshoots(parameters: Parameters, step: Step) -> bool:
+    """Whether the index goes against the backlash direction and is to be corrected; one of no length goes nowhere."""
+    against = next(iter(step.major.values())) * parameters.backlash < 0
+    return step.corrected and against and parameters.distance > 0
 
 
 def cancel(interface: "Interface") -> None:

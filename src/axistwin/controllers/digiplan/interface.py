@@ -300,6 +300,7 @@ class Interface:
             return
         if message.sequence:
             self._start_sequence(message)
+            yield self._begun()
             return
         step = message.steps[0]
         if not self._in_range(step, moving=step.moves):
@@ -311,6 +312,7 @@ class Interface:
             control.succeed(step)
         else:
             self._begin(perform(self, step))
+        yield self._begun()
 
     def _until_free(self) -> Procedure:
         """Hold a message while something is going on; returns False if a `#` threw it away."""
@@ -365,6 +367,10 @@ class Interface:
             self._calculate_ramp()
         self._release(cancelled=False)
 
+    def _begun(self) -> Event:
+        """The work gets its turn before the next character, so that a status request finds it begun."""
+        return self.clock.timeout(0)
+
     def give_control(self) -> Event:
         """The host has control: the event brings a step to carry out, or None when control is given back."""
         self._control = self.clock.event()
@@ -380,6 +386,7 @@ class Interface:
             return
         control, self._control = self._control, None
         control.succeed(None)
+        yield self._begun()
 
     def _release(self, cancelled: bool) -> None:
         if self._held is not None:

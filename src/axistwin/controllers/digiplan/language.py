@@ -307,8 +307,6 @@ class _Reader:
         begin = self.begins[-1]
         if step.interpolated and not step.minor:
             self._wrong("the minor axis is missing after /", begin, chapter="Linear interpolation")
-        if (step.run or step.corrected) and not step.moves:
-            self._wrong(f"{'G' if step.run else 'B'} needs an axis", begin, chapter="Run mode instructions")
         if step.corrected and (step.interpolated or step.run):
             self._wrong("B corrects an index on its own axis only", begin, chapter="Backlash correction")
         if step.hand_over and step != Step(hand_over=True):
