@@ -81,7 +81,7 @@ class Interface:
         self.transmitter = Transmitter(clock, uart, lines)
         self.buffer.on_fault = self.faults.raise_line
         self.buffer.on_full = self._tell_full
-        self.buffer.on_cancel = self._cancel_held
+        self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
         self._swallow_line_feed = False
         self._work: Process | None = None
@@ -393,11 +393,13 @@ class Interface:
             held, self._held = self._held, None
             held.succeed(cancelled)
 
-    def _cancel_held(self) -> None:
-        """A `#` has come in behind a message that is being held."""
+    def _cancel_at_once(self) -> None:
+        """`# <CR>` has come in, perhaps behind a message that is being held or an answer that may not be sent."""
         if self._held is not None:
             self.buffer.drop_before_cancel()
             self._release(cancelled=True)
+        elif self.transmitter.waiting and not self.locked:
+            self._stop()
 
     def cancel(self) -> None:
         """Command #."""
