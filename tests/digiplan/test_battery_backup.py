@@ -527,3 +527,39 @@ def test_a_sequence_with_a_hand_over_at_power_up(bench):
     tell(if2, "%")
     bench.run(0.5)
     assert positions(if2)[1] == 10
+
+
+@pytest.mark.parametrize("name", ["estop", "x_fault", "y_fault"])
+def test_a_fault_there_at_power_up_keeps_the_stored_sequence_from_moving(bench, name):
+    """Running: "power must be temporarily removed in order to reset the system": with the fault gone it starts."""
+    if2 = stored(bench, ":X100@400:Y50:$")
+    bench.run(2.0)
+    before = positions(if2)
+    if2.pins[name].drive(not if2.pins[name].level)
+    power_up(bench, if2, dsr=False)
+    bench.run(3.0)
+    assert positions(if2) == before and if2.pins["led"].level
+    assert number(bench, if2, "K") == (32 if name == "estop" else 16)
+    if2.pins[name].release()
+    bench.run(3.0)
+    assert positions(if2) == before
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    bench.run(3.0)
+    assert tuple(b - a for a, b in zip(before, positions(if2), strict=True)) == (100, 50, 0)
+
+
+def test_an_emergency_stop_can_be_read_away_once_it_is_unlocked(bench):
+    """Running: the power must go "when the interface is operating in the battery-backup mode", not otherwise."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.pins["estop"].drive(False)
+    bench.run(0.1)
+    if2.pins["estop"].release()
+    assert [number(bench, if2, "K") for _ in range(2)] == [32, 32]
+    tell(if2, "]")
+    bench.run(0.1)
+    assert [number(bench, if2, "K") for _ in range(2)] == [32, 0]
+    tell(if2, "X30@400$")
+    settle(bench, if2)
+    assert positions(if2) == (30, 0, 0)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
@@ -246,3 +246,39 @@ def test_any_bytes_and_levels_at_any_time_neither_raise_nor_hang_and_twice_is_th
     tell(controller, "X7$", end)
     bench.run(1.0)
     assert positions(controller) == (before[0] + 7, *before[1:])
+
+
+@given(
+    line=st.builds(
+        "{} {}{}{}".format,
+        st.sampled_from((300, 1200, 2400, 4800, 9600)),
+        st.sampled_from((7, 8)),
+        st.sampled_from("NEO"),
+        st.sampled_from((1, 2)),
+    ),
+    data=st.lists(st.sampled_from((b"(", b"U", b"61", b"\r", b"+", b"G", b"\0", b"\xff", b"((")), max_size=6).map(
+        b"".join
+    ),
+)
+@example(line="9600 7N1", data=b"(+")
+@example(line="9600 7O1", data=b"G\r%\r")
+@settings(max_examples=60, deadline=None)
+def test_characters_of_any_frame_before_initialisation(line, data):
+    data = (
+        st.lists(st.sampled_from((b"(", b"U", b"61", b"\r", b"+", b"G", b"\0", b"\xff", b"((")), max_size=6).map(
+            b"".join
+        ),
+    )
+    bench = Bench()
+    if1 = bench.add("if1", line=line)
+    bench.run(1.5)
+    if1.serial.write(data)
+    bench.run(1.0)
+    if1.power_cycle()
+    host = if1.serial.host
+    host.bytesize, host.parity, host.stopbits = 8, "N", 2
+    bench.run(1.5)
+    if1.serial.read()
+    if1.serial.write(b"(")
+    bench.run(0.2)
+    assert if1.serial.read() == b"U\r"
