@@ -242,15 +242,27 @@ def test_a_move_asked_for_while_a_sequence_runs_is_held_until_it_is_over(bench, 
 
 
 def test_cancel_acts_at_once_though_a_message_is_held(bench, if1):
-    """R9: "`#` acts at once"; the sequence ends and the held move is gone with it or done, but nothing hangs."""
+    """R9: "`#` acts at once", and throws away what was sent before it and has not been executed."""
     tell(if1, ":X1000@200:Y:=0,1:$")
     bench.run(1.0)
     tell(if1, "Z60$")
+    tell(if1, "E")
     bench.run(0.1)
     tell(if1, "#")
     bench.run(5.0)
-    assert positions(if1)[0] < 250 and positions(if1)[1] == 0
+    assert positions(if1)[0] < 250 and positions(if1)[1:] == (0, 0)
+    assert if1.serial.read() == b""
     assert status(bench, if1, "E") == "C"
+
+
+def test_what_is_sent_behind_a_cancel_is_done_when_the_axis_stands(bench, if1):
+    """R9: the new move waits for the deceleration."""
+    tell(if1, "X-9000@5000$")
+    bench.run(1.0)
+    tell(if1, "#")
+    tell(if1, ":X20@200:Y30:$")
+    settle(bench, if1)
+    assert strokes(if1.axes["X"])[1] == 20 and positions(if1)[1] == 30
 
 
 def test_with_the_option_a_move_asked_for_while_a_sequence_runs_is_ignored(bench):
