@@ -261,7 +261,7 @@ def test_what_is_sent_behind_a_cancel_is_done_when_the_axis_stands(bench, if1):
     bench.run(1.0)
     tell(if1, "#")
     tell(if1, ":X20@200:Y30:$")
-    settle(bench, if1)
+    bench.run(3.0)
     assert strokes(if1.axes["X"])[1] == 20 and positions(if1)[1] == 30
 
 
