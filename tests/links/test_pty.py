@@ -10,6 +10,7 @@ import pytest
 import serial
 
 from axistwin.errors import LinkError
+from axistwin.links.plug import CHUNK, FULL
 from axistwin.sim.serial import UartFormat
 
 from .serving import PATIENCE_S, dial, receive
@@ -148,7 +149,7 @@ def test_a_client_that_floods_waits_until_there_is_room(served, if1, path):
     with suppress(BlockingIOError):
         for _ in range(1000):
             os.write(device, b"E\r" * 1000)
-    assert served.do(lambda: if1.serial.pending) < 1024 + 2 * 4096
+    assert served.do(lambda: if1.serial.pending) < FULL + CHUNK + 1
     os.close(device)
     with opened(path) as host:  # the flood that nobody stands behind any more makes room
         served.act(if1.serial.dtr_line.release)

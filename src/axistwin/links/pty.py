@@ -20,12 +20,11 @@ import tty
 from pathlib import Path
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
 from axistwin.sim.serial import LineError, UartFormat
 
-CHUNK = 4096
 EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE

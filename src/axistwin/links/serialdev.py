@@ -18,7 +18,7 @@ from logging import getLogger
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
 from axistwin.sim.serial import HostEnd, LineError, UartFormat
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 log = getLogger("axistwin.links")
 
-CHUNK = 4096
 LOOK_S = 0.02
 """So often the input lines are looked at; nothing tells when they change."""
 

@@ -16,14 +16,12 @@ from logging import getLogger
 from typing import cast
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial import LineError
 
 log = getLogger("axistwin.links")
 
-CHUNK = 4096
-"""Characters taken from a socket at once."""
 RECEIVE_BUFFER = 16 * 1024
 """What the system keeps for a client that is not read from; a flooding client soon has to wait, as on a real line."""
 STALLED = 64 * 1024
