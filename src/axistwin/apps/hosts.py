@@ -29,7 +29,7 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
 
 def _tcp(name: str, url: PortUrl) -> Iterator[str]:
     yield f'pyserial  serial.serial_for_url("socket://{url.address}", timeout=2)'
-    yield f'PyVISA    open_resource("TCPIP0::{url.host}::{url.port}::SOCKET", {_ENDS})'
+    yield f'PyVISA    pyvisa.ResourceManager().open_resource("TCPIP0::{url.host}::{url.port}::SOCKET", {_ENDS})'
     yield f'asyn      drvAsynIPPortConfigure("{name}", "{url.address}", 0, 0, 0)'
     yield from _asyn_ends(name)
 
@@ -46,7 +46,7 @@ def _pty(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
     yield f'pyserial  serial.Serial("{url.path}", {_pyserial(line)}, timeout=2)'
     stop_bits = {1: "one", 1.5: "one_and_a_half", 2: "two"}[line.stopbits]
     yield (
-        f'PyVISA    open_resource("ASRL{url.path}::INSTR", baud_rate={line.baudrate}, '
+        f'PyVISA    pyvisa.ResourceManager().open_resource("ASRL{url.path}::INSTR", baud_rate={line.baudrate}, '
         f"stop_bits=pyvisa.constants.StopBits.{stop_bits}, {_ENDS})"
     )
     yield f'asyn      drvAsynSerialPortConfigure("{name}", "{url.path}", 0, 0, 0)'
