@@ -95,7 +95,6 @@ class Expansion:
     def move(self, step: Move) -> None:
         if step.distance is not None:
             self.distance = step.distance
-        assume(self.distance or not step.backlash)  # has a test of its own
         for axis, sign in step.directions.items():
             forth = sign * self.distance
             if step.backlash and self.distance and self.backlash * sign < 0:
