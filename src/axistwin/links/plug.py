@@ -45,7 +45,7 @@ class Client(Protocol):
         """Characters from the controller; `errors`: what was found wrong with some of them."""
 
     def hung_up(self) -> bool:
-        """Whether it has gone, or is about to."""
+        """Whether it has gone, or cannot be told from one that has; another client may then take its place."""
 
     def drop(self) -> None:
         """Disconnect it."""
@@ -85,7 +85,7 @@ class Plug:
     def connect(self, client: Client) -> bool:
         """Plug this client in, if there is no other."""
         if self.client is not None and self.client is not client:
-            if not (self.full or self.client.hung_up()):
+            if not self.client.hung_up():
                 self._tell_refused(client, self.client)
                 return False
             self.client.drop()

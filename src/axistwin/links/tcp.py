@@ -97,8 +97,8 @@ class TcpClient(asyncio.BufferedProtocol):
         self.write(data)
 
     def hung_up(self) -> bool:
-        """Whether it has gone; seen also while it is not read from."""
-        if self._leaving or self._transport.is_closing():
+        """Whether it has gone, or floods the line so that nobody could tell."""
+        if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         poll = select.poll()
         poll.register(self._transport.get_extra_info("socket"), HUNG_UP)
