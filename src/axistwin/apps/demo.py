@@ -1,0 +1,210 @@
+"""`axistwin demo`: a short session with an IF1 and an IF2: what was said, what moved, and a picture of it.
+
+The sessions are an example, too: to the controllers they do what `from axistwin import Bench` offers, and no more.
+"""
+
+from pathlib import Path
+
+import click
+
+from axistwin import Bench, __version__
+from axistwin.apps import transcript
+from axistwin.apps.columns import columns
+from axistwin.apps.history import watching
+from axistwin.apps.words import word
+from axistwin.bench import Controller
+
+COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
+"""The host says, the controller says, somebody does, it has become so."""
+WIDTH = 22
+"""Of what is said; where that is longer, its note stands in the next line."""
+
+NEXT = (
+    ("axistwin term if1", "talk to one yourself"),
+    ("axistwin serve if1 --tcp :5001 --show-hosts", "let your host program talk to one"),
+    ("axistwin run if1 moves.if1 --plot moves.png", "run your own command lines"),
+    ("axistwin check if1 moves.if1", "what would it refuse?"),
+    ("axistwin commands if1", "all there is to say"),
+)
+
+
+@click.command(short_help="A short session that needs nothing but the package.")
+@click.option(
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=Path("axistwin-demo.png"),
+    show_default=True,
+    help="Where to draw it: FILE.png or FILE.svg.",
+)
+def demo(plot: Path) -> None:
+    """See it work: an IF1 moves three motors, an IF2 survives a power cut.
+
+    All of it is computed in virtual time, as fast as it goes.  A picture of what the IF1 moved is written to the
+    current directory, or where --plot says.
+
+    \b
+    Examples:
+      axistwin demo
+      axistwin demo --plot /tmp/demo.svg
+    """
+    from axistwin.apps.plot import check_suffix, draw
+
+    check_suffix(plot)
+    click.secho(f"axistwin {__version__}: legacy motion controllers without the hardware", bold=True)
+    bench = Bench()
+    if1 = bench.add("if1", X={"limits": (-500, 6500)})
+    with watching(bench) as history:
+        three_motors(_Session(bench, if1))
+    power_cut()
+    _chapter("What the IF1 has moved")
+    for line in transcript.summary(history):
+        click.echo(f"    {line}")
+    draw(history, plot, "axistwin demo: an IF1 moves three motors")
+    _chapter(f"Drawn in {plot}.  And now:")
+    for line in columns(NEXT):
+        click.echo(f"    {line}")
+
+
+def three_motors(if1: "_Session") -> None:
+    """Initialise an IF1, and use most of what it can do."""
+    _chapter("An IF1 is switched on, and finds out how fast its host talks")
+    if1.wait(1.5)
+    if1.say("(", "its first bits tell the baud rate", end="")
+    if1.hear("it was 9600")
+    if1.say("U61", "8 data bits, 2 stop bits, no parity")
+    if1.wait(1.2)
+
+    _chapter("It runs motors")
+    if1.say("^20", "from now on ramps of 20,000 steps/s²")
+    if1.wait(1.1)
+    if1.explain("its new ramp takes it a second")
+    if1.say("X4000@4000$", "X by 4000 steps, at 4000 steps/s")
+    if1.wait(0.3)
+    if1.ask("E", "it is busy")
+    if1.ask("N", "at speed it counts by 256 steps")
+    if1.come_to_rest()
+    if1.look("X", "Y")
+    if1.say("X-2000/Y1000@3000$", "a straight line: Y at half the speed")
+    if1.come_to_rest()
+    if1.look("X", "Y")
+
+    _chapter("It waits for a button, and drills two holes")
+    if1.say(":H1Z400@2000S1:P0,20:Z-R1:=1,1:$", "input 1: down, drill, 200 ms, up; once more")
+    if1.wait(0.3)
+    if1.press("input1", True)
+    if1.ask("O", "it is carrying out step 1")
+    if1.wait(1.6)
+    if1.press("input1", False)
+    if1.look("Z")
+
+    _chapter("It runs X into a limit switch, and away from it")
+    if1.say("X@4000G$", "no distance: on and on")
+    if1.come_to_rest()
+    if1.ask("K", "limit; asking has cleared it")
+    steps = if1.ask("N", "steps since the run began")
+    if1.say(f"X-{steps}$", "as many the other way")
+    if1.come_to_rest()
+    if1.look("X")
+
+
+def power_cut() -> None:
+    """Store a sequence in an IF2, lock it, and take its power and its host away."""
+    bench = Bench()
+    if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
+    _chapter("An IF2 keeps its sequence through a power cut, and needs no host any more")
+    if2.wait(1.5)
+    if2.say("(", "", end="")
+    if2.hear("")
+    if2.say("U61")
+    if2.wait(1.2)
+    if2.say("@2000", "2000 steps/s")
+    if2.say(":H1X800:L1X-:=0,1:$", "input 1 high: out, low: back; for ever")
+    if2.say("[", "locked: that is kept without power")
+    if2.power(False)
+    if2.wait(0.5)
+    if2.power(True)
+    if2.wait(1.5)
+    if2.explain("its battery has kept the sequence")
+    if2.press("input1", True)
+    if2.come_to_rest()
+    if2.look("X")
+    if2.press("input1", False)
+    if2.come_to_rest()
+    if2.look("X")
+    if2.ask("E", "locked: it answers questions only")
+
+
+class _Session:
+    """Does things with a controller, and tells what is done and what comes of it."""
+
+    def __init__(self, bench: Bench, controller: Controller) -> None:
+        self.bench, self.controller = bench, controller
+        self.heard = b""
+
+    def say(self, text: str, note: str = "", end: str = "\r") -> None:
+        """The host transmits."""
+        data = (text + end).encode()
+        self._tell(">", "".join(map(word, data)), note)
+        self.controller.serial.write(data)
+        self.bench.run(0.002 + 0.00115 * len(data))  # so long it takes at 9600 baud
+
+    def hear(self, note: str) -> None:
+        """The host waits for an answer."""
+        self.heard = b""
+        self.bench.run_until(self._answered, 2.0)
+        self._tell("<", "".join(map(word, self.heard)), note)
+
+    def _answered(self) -> bool:
+        self.heard += self.controller.serial.read()
+        return self.heard.endswith(b"\r")
+
+    def ask(self, question: str, note: str) -> str:
+        """Question and answer in one; returns the answer."""
+        self.say(question)
+        self.hear(note)
+        return self.heard.decode().strip()
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        self.bench.run(seconds)
+
+    def press(self, button: str, down: bool) -> None:
+        """Somebody at the machine."""
+        self.controller.pins[button].drive(down)
+        self._tell("!", f"{button} {'high' if down else 'low'}", "somebody presses it" if down else "somebody lets go")
+        self.bench.run(0.01)
+
+    def power(self, on: bool) -> None:
+        """Somebody at the switch."""
+        self.controller.power(on)
+        self._tell("!", f"power {'on' if on else 'off'}", "")
+
+    def come_to_rest(self) -> None:
+        """Wait until no axis moves any more."""
+        axes = self.controller.axes.values()
+        self.bench.run_until(lambda: not any(axis.velocity for axis in axes), 60.0)
+        self.bench.run(0.01)
+
+    def look(self, *names: str) -> None:
+        """Tell where axes stand."""
+        positions = (f"{name} {self.controller.axes[name].position}" for name in names)
+        self._tell("=", ", ".join(positions), "")
+
+    def _tell(self, mark: str, what: str, note: str) -> None:
+        time = click.style(f"{self.bench.seconds:9.3f} s", dim=True)
+        said = f"  {time}  {click.style(f'{mark} {what}', fg=COLOURS[mark])}"
+        if len(what) > WIDTH:
+            click.echo(said)
+            self.explain(note)
+        else:
+            gap = " " * (WIDTH - len(what) + 2)
+            click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
+
+    def explain(self, note: str) -> None:
+        """A word on what has just been said."""
+        click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
+
+
+def _chapter(title: str) -> None:
+    click.echo()
+    click.secho(title, bold=True)
