@@ -54,6 +54,14 @@ def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
     served.until(lambda: if1.serial.host.dtr)
 
 
+def test_a_host_that_waits_for_cts_gets_the_devices_dtr_if_asked_for(served, if1):
+    """Control of data transfer: "the DTR line may be connected to the CTS input at the controller"."""
+    url = served.open(if1, "rfc2217://127.0.0.1:0?cts=dtr")
+    with serial.serial_for_url(f"rfc2217://{url.address}", timeout=5, rtscts=True, **USUAL) as host:
+        initialise(host)
+        assert (host.dsr, host.cts) == (True, True)
+
+
 def test_serialx_negotiates_format_lines_and_break(served, if1, url):
     with serialx.serial_for_url(str(url), 9600, stopbits=2, read_timeout=5) as host:
         assert if1.serial.host.format == UartFormat(9600, 8, "N", 2)

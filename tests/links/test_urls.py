@@ -29,7 +29,14 @@ def test_a_url_names_a_port(text, url):
 
 @pytest.mark.parametrize(
     "text",
-    ["tcp://127.0.0.1:5001", "rfc2217://[::1]:2217", "pty:/tmp/if1", "pty:", "serial:///dev/ttyS0?baud=110"],
+    [
+        "tcp://127.0.0.1:5001",
+        "rfc2217://[::1]:2217",
+        "rfc2217://h:1?cts=dtr",
+        "pty:/tmp/if1",
+        "pty:",
+        "serial:///dev/ttyS0?baud=110",
+    ],
 )
 def test_a_url_is_written_as_it_is_read(text):
     assert str(parse(text)) == text
@@ -54,3 +61,9 @@ def test_a_bad_url_is_one_line_that_shows_a_good_one(text):
     with pytest.raises(UsageError, match=r"write it like \w+:") as caught:
         parse(text)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["tcp://h:1?cts=dtr", "rfc2217://h:1?cts=dsr", "rfc2217://h:1?baud=9600"])
+def test_an_option_that_a_port_does_not_take_is_told(text):
+    with pytest.raises(UsageError, match=r"rfc2217 takes \?cts=dtr, tcp none"):
+        parse(text)

@@ -1,7 +1,7 @@
 """RFC 2217: TCP with line format, control lines, break and flow control.
 
 The client's DTR is the device's DSR and its RTS the device's CTS; the device's DTR is the client's DSR and its RTS the
-client's CTS.  The client decides about flow control; with hardware flow control (RTS/CTS or DSR) characters for the
+client's CTS (or its DTR, with `?cts=dtr`).  The client decides about flow control; with hardware flow control (RTS/CTS or DSR) characters for the
 device wait while its DTR is off, as the manual's 5-wire cable joins that to whichever input the host looks at.
 """
 
@@ -37,8 +37,9 @@ class ComPortClient(TcpClient):
 
     last_words_s = 0  # it has gone, and its control lines with it
 
-    def __init__(self, plug: Plug) -> None:
+    def __init__(self, plug: Plug, cts: str = "rts") -> None:
         super().__init__(plug)
+        self._cts_line = plug.serial.dtr_line if cts == "dtr" else plug.serial.rts_line
         self.flow = Flow.NONE
         self._port = ComPort(plug.usual, f"axistwin {plug.controller.product.model}")
         self._moved = ModemState.NONE
@@ -49,10 +50,10 @@ class ComPortClient(TcpClient):
         """A client has come."""
         super().connection_made(transport)
         serial = self.plug.serial
-        self._port.set_modem_state(dsr=serial.dtr, cts=serial.rts)
+        self._port.set_modem_state(dsr=serial.dtr, cts=self._cts_line.level)
         self._unwatch = [
             serial.dtr_line.watch(lambda _: self._line_moved(ModemState.DSR_CHANGED)),
-            serial.rts_line.watch(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
+            self._cts_line.watch(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
         ]
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -147,4 +148,4 @@ class ComPortClient(TcpClient):
     def _tell_lines(self) -> None:
         if self._moved and not self.stalled:
             moved, self._moved = self._moved, ModemState.NONE
-            self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self.plug.serial.rts, moved=moved)
+            self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line.level, moved=moved)

@@ -71,7 +71,7 @@ async def _open(plug: Plug, url: PortUrl) -> OpenPort:
             from axistwin.links.rfc2217 import ComPortClient
             from axistwin.links.tcp import listen
 
-            return await listen(url, lambda: ComPortClient(plug))
+            return await listen(url, lambda: ComPortClient(plug, url.cts))
         case _:
             from axistwin.links.tcp import TcpClient, listen
 

@@ -1,7 +1,8 @@
 """Ports as URLs, in pyserial's manner.
 
 tcp://127.0.0.1:5001        raw TCP; port 0: any free one
-rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217)
+rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217); ?cts=dtr: the client's CTS shows
+                            the device's DTR, as the 5-wire cable for hosts that look at no DSR joins them
 pty:/tmp/if1                a pseudo terminal with a link to it at this path; `pty:` alone: without a link
 serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
 """
@@ -28,10 +29,12 @@ class PortUrl:
     port: int = 0
     path: str = ""
     baud: int | None = None
+    cts: str = "rts"
+    """The output of the device that a client of `rfc2217` sees as CTS: "rts" or "dtr"."""
 
     def __str__(self) -> str:
         if self.scheme in ("tcp", "rfc2217"):
-            return f"{self.scheme}://{self.address}"
+            return f"{self.scheme}://{self.address}" + ("?cts=dtr" if self.cts == "dtr" else "")
         if self.scheme == "pty":
             return f"pty:{self.path}"
         return f"serial://{self.path}" + ("" if self.baud is None else f"?baud={self.baud}")
@@ -62,11 +65,14 @@ def parse_as(scheme: str, text: str) -> PortUrl:
     return parse(f"{scheme}:{text}" if scheme == "pty" else f"{scheme}://{text}")
 
 
-def _network(scheme: str, address: str, text: str) -> PortUrl:
+def _network(scheme: str, rest: str, text: str) -> PortUrl:
+    address, _, query = rest.partition("?")
     host, _, number = address.rpartition(":")
     if not (_is_number(number) and int(number) <= 0xFFFF):
         raise UsageError(f"no address and port in {text!r}: write it like {EXAMPLES[scheme]}")
-    return PortUrl(scheme, host.strip("[]") or LOOPBACK, int(number))
+    if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
+        raise UsageError(f"no option {query!r} in {text!r}: rfc2217 takes ?cts=dtr, tcp none")
+    return PortUrl(scheme, host.strip("[]") or LOOPBACK, int(number), cts="dtr" if query == "cts=dtr" else "rts")
 
 
 def _serial(rest: str, text: str) -> PortUrl:

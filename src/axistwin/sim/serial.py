@@ -157,9 +157,9 @@ class Line:
         self._idle_from = edge_ns + (fmt.receive_ns - fmt.bit_ns / 2)
         if character is None:
             self._idle_from = edge_ns + fmt.bit_ns / 2
-        self._listen()
         if character is not None:
-            self.receiver.take(*character)
+            self.receiver.take(*character)  # it may choose the format for what follows
+        self._listen()
 
     def _level(self, time_ns: Fraction) -> bool:
         return all(frame.level(time_ns) for frame in self._frames)
