@@ -209,13 +209,18 @@ def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
 @settings(max_examples=60, deadline=None)
 @given(st.binary(max_size=60))
 def test_rubbish_before_initialisation_does_no_harm(rubbish):
-    """Initialisation: only `(` is understood; if the rubbish holds one, another is answered all the same."""
+    """Initialisation: only `(` is understood; if the rubbish holds one, another is answered all the same.
+
+    Rubbish can pass for a `(` at a lower baud rate (80h is low for 8 bits, 4 bits at half the rate): then the answer
+    comes at that rate, and only there.
+    """
     bench = Bench()
     if1 = bench.add("if1")
     bench.run(0.97)
     if1.serial.write(rubbish.replace(b"U", b"").replace(b"V", b"").replace(b"\xd5", b"").replace(b"\xd6", b""))
     bench.run(1)
-    if1.serial.read()
+    answers = if1.serial.read()
+    assume(answers.replace(b"U\r", b"") == b"")
     if1.serial.write(b"\r")
     bench.run(0.01)
     assert ask(bench, if1, "(", end="") == b"U\r"

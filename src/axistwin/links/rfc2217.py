@@ -1,8 +1,9 @@
 """RFC 2217: TCP with line format, control lines, break and flow control.
 
 The client's DTR is the device's DSR and its RTS the device's CTS; the device's DTR is the client's DSR and its RTS the
-client's CTS (or its DTR, with `?cts=dtr`).  The client decides about flow control; with hardware flow control (RTS/CTS or DSR) characters for the
-device wait while its DTR is off, as the manual's 5-wire cable joins that to whichever input the host looks at.
+client's CTS (or its DTR, with `?cts=dtr`).  The client decides about flow control; with hardware flow control (RTS/CTS
+or DSR) characters for the device wait while its DTR is off, as the manual's 5-wire cable joins that to whichever input
+the host looks at.
 """
 
 import asyncio
