@@ -66,7 +66,10 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "wiring": "7-wire"}, "choose one of '5-wire', '3-wire'"),
         ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: give a number from 0 to 60"),
         ({"model": "if1", "line": "9600 9N1"}, "no line format '9600 9N1': write it like '9600 8N2'"),
+        ({"model": "if1", "line": "96 8"}, "no line format '96 8': write it like '9600 8N2'"),
         ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "axis X: 'torque'"),
+        ({"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}}, "axis X: the torque curve needs points with"),
+        ({"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}}, "axis X: an encoder has counts and pulses per"),
     ],
 )
 def test_wrong_options_are_told_in_one_line(call, message):
@@ -90,6 +93,16 @@ def test_the_host_states_its_own_format_and_lines():
     assert (host.dtr, host.rts) == (True, True)
     host.baudrate, host.dtr = 2400, False
     assert (host.baudrate, host.bytesize, host.dtr) == (2400, 7, False)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown", "instant"),
+    [("9600 8N2", "9600 8N2", False), ("7e1", "9600 7E1", False), ("300", "300 8N2", False),
+     ("instant", "9600 8N2", True), ("1200,7O1.5,instant", "1200 7O1.5", True), ("", "9600 8N2", False)],
+)  # fmt: skip
+def test_a_line_format_is_written_in_a_few_words(text, shown, instant):
+    serial = Bench().add("if1", line=text).serial
+    assert (str(serial.host.format), serial.instant) == (shown, instant)
 
 
 def test_the_public_names_are_these():

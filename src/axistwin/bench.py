@@ -1,7 +1,8 @@
 """A bench: a world with its own clock, and the controllers and machines on it.  Seconds outside, nanoseconds inside."""
 
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from axistwin.sim.serial import SerialPort, UartFormat
 from axistwin.storage import FileStore, MemoryStore
 from axistwin.units import to_ns, to_seconds
 
+LINE = re.compile(r"(?P<baudrate>[1-9]\d*)? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
 FAMILIES = {"if1": "digiplan", "if2": "digiplan"}
 """Each model's package in `axistwin.controllers`, imported when the model is first asked for."""
 
@@ -161,17 +163,14 @@ def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartF
         return text or usual, False
     words = text.replace(",", " ").split()
     instant = "instant" in words
-    words = [word for word in words if word != "instant"]
-    baudrate, frame = usual.baudrate, f"{usual.bytesize}{usual.parity}{usual.stopbits:g}"
-    for word in words:
-        if word.isdecimal() and int(word) > 0:
-            baudrate = int(word)
-        elif word[:1] in "5678" and word[1:2].upper() in tuple("NEOMS") and word[2:] in ("1", "1.5", "2"):
-            frame = word
-        else:
-            raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
-    parity: Any = frame[1].upper()
-    return UartFormat(baudrate, int(frame[0]), parity, float(frame[2:])), instant
+    match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
+    if match is None:
+        raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+    baudrate = int(match["baudrate"] or usual.baudrate)
+    if match["frame"] is None:
+        return replace(usual, baudrate=baudrate), instant
+    parity: Any = match["parity"].upper()
+    return UartFormat(baudrate, int(match["bits"]), parity, float(match["stop"])), instant
 
 
 def _options(made: Product, given: dict[str, Any]) -> Any:
@@ -194,7 +193,7 @@ def _axis(clock: Clock, name: str, given: dict[str, Any], history: int) -> Stepp
             points = tuple((float(rate), float(torque)) for rate, torque in motor["torque"])
             motor = StepperMotor(**{**motor, "torque": points})
         load = Load(**given["load"]) if given.get("load") is not None else None
-    except (TypeError, KeyError) as error:
+    except (TypeError, KeyError, ValueError) as error:
         raise UsageError(f"axis {name}: {error}") from None
     return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, history=history)
 

@@ -11,6 +11,10 @@ class EncoderData:
     pulses_per_rev: int = 400
     backlash: int = 0
 
+    def __post_init__(self) -> None:
+        if self.counts_per_rev == 0 or self.pulses_per_rev <= 0 or self.backlash < 0:
+            raise ValueError("an encoder has counts and pulses per revolution, and no negative backlash")
+
 
 class Encoder:
     """Counts what the load does: the shaft's position in counts, less the play when the direction has changed."""

@@ -37,6 +37,13 @@ class StepperMotor:
     pulses_per_rev: int = 400
     rotor_teeth: int = 50
 
+    def __post_init__(self) -> None:
+        rates = [rate for rate, _ in self.torque]
+        if not rates or rates != sorted(set(rates)):
+            raise ValueError("the torque curve needs points with rising rates")
+        if self.pulses_per_rev <= 0 or self.rotor_teeth <= 0:
+            raise ValueError("a motor has pulses per revolution and rotor teeth")
+
     @property
     def pulses_per_tooth(self) -> int:
         """Pulses from one equilibrium to the next."""
