@@ -83,6 +83,26 @@ def test_what_is_locked_is_there_again_after_the_end(tmp_path):
             assert ended(program, signal.SIGTERM) == (0, "")
 
 
+def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
+    talk_file = tmp_path / "session.talk"
+    arguments = ("if1", *AT_ONCE, "--option", "recalculation_s=0.5", "--option", "X={limits=[-10,100]}")
+    with started(*arguments, "--record", talk_file) as (program, [(_, url)]):
+        # at 400 steps/s, no ramp: the switch opens on pulse 101 and stops the motor there
+        said = talk(url, b"(", b"U61\rE\r", b"X200$\rE\r", b"N\r")
+        assert said == [b"U\r", b"C\r", b"E\r", b"101\r"]
+        assert ended(program, signal.SIGTERM) == (0, "")
+    played = subprocess.run(
+        [*PROGRAM[:-1], "run", "if1", talk_file], capture_output=True, text=True, timeout=PATIENCE_S
+    )
+    assert (played.returncode, played.stderr) == (0, "")
+    assert "X        0  101     101 " in played.stdout
+
+
+def test_a_recording_ends_in_talk(tmp_path):
+    code, words = failed("if1", "--record", tmp_path / "session.txt")
+    assert (code, "end it in .talk" in words) == (2, True)
+
+
 def test_a_scene_names_its_ports(tmp_path):
     scene = tmp_path / "cell.toml"
     scene.write_text(

@@ -92,3 +92,20 @@ def test_a_wire_may_be_slow(clock):
     source.set(False)
     clock.run_to(20)
     assert seen == [(7, True), (10, False)]
+
+
+def test_a_watched_flashing_pin_alone_leaves_the_clock_quiet(clock):
+    """Else a bench that runs as fast as it can would do nothing but flash."""
+    pin = Pin(clock, "led")
+    assert clock.quiet
+    pin.watch(lambda pin: None)
+    pin.flash(50)
+    clock.step()  # the flashing begins
+    assert clock.quiet
+    clock.call_later(20, lambda: None)
+    assert not clock.quiet
+    clock.run_to(75)
+    assert clock.quiet
+    pin.set(False)
+    clock.run_to(200)
+    assert (clock.quiet, clock.next_event_ns()) == (True, None)

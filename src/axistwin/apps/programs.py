@@ -4,6 +4,7 @@
 initialisation is done first, and a conversation's `+seconds` and `! input1 high` lines may stand between them.
 """
 
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -51,7 +52,7 @@ def options(conversation: Conversation) -> tuple[str, ...]:
     """The `NAME=VALUE` words in its `; options:` and `; line:` headers."""
     headers = conversation.headers
     line = (f"line={headers['line']}",) if "line" in headers else ()
-    return (*headers.get("options", "").split(), *line)
+    return (*shlex.split(headers.get("options", "")), *line)
 
 
 def _converse(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:

@@ -6,11 +6,13 @@ Behind each thing the controller says stands the time at which its last characte
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
+from pathlib import Path
 
-from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
+from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
 from axistwin.apps.events import Changed, Event, Heard, Said, observing
 from axistwin.apps.machine import level_name
 from axistwin.bench import Bench, line_format
+from axistwin.errors import UsageError
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.serial import UartFormat
 from axistwin.units import S
@@ -30,14 +32,14 @@ class Recorder:
 
     def __init__(self, bench: Bench, headers: Mapping[str, str]) -> None:
         self.bench = bench
-        self.acts: list[Act] = [Comment(f"{key}: {value}") for key, value in headers.items()]
+        self.acts: list[Act] = [Comment(f"{key}: {value}") for key, value in headers.items() if value]
         self._told_ns = 0  # the acts so far have brought a player to here
         self._speaker = ""
         self._words = bytearray()
         self._last_ns = 0
         self._forced: set[tuple[str, str]] = set()
         self._formats: dict[str, UartFormat] = {
-            name: line_format(headers.get("line"), controller.product.line)[0]
+            name: line_format(headers.get("line") or None, controller.product.line)[0]
             for name, controller in bench.controllers.items()
         }
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
@@ -133,3 +135,18 @@ def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterato
     with observing(bench, recorder.take):
         yield recorder
     recorder.finish()
+
+
+@contextmanager
+def recording_to(bench: Bench, path: Path, headers: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Record into the file at `path`, which is written when this is over.  Raises UsageError if it cannot be."""
+    if path.suffix != ".talk":
+        raise UsageError(f"{path} is no name for a conversation: end it in .talk")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
+    with recording(bench, headers) as recorder:
+        yield
+    try:
+        path.write_text(write(recorder.conversation().acts), encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from None

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import shlex
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -47,6 +48,7 @@ Ports = list[tuple[str, PortUrl]]
               help="What holds back the host's characters where the port does not decide.")  # fmt: skip
 @click.option("--reset-on-connect", is_flag=True, help="A new client finds the controller just switched on.")
 @click.option("--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write what happens, as .csv or .vcd.")
+@click.option("--record", type=click.Path(dir_okay=False), metavar="FILE", help="Write what is said, as FILE.talk.")
 @click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
 @click.option(
     "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
@@ -59,6 +61,7 @@ def serve(
     flow: str,
     reset_on_connect: bool,
     trace: str | None,
+    record: str | None,
     show_hosts: bool,
     options: tuple[str, ...],
     **ports: tuple[str, ...],
@@ -78,6 +81,7 @@ def serve(
     axistwin serve if1 --rfc2217 127.0.0.1:2217     pyserial: serial_for_url("rfc2217://127.0.0.1:2217")
     axistwin serve if1 --serial /dev/ttyUSB0 --line 2400
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
+    axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial") for text in ports[scheme]]
@@ -87,12 +91,14 @@ def serve(
         if state or line or options:
             raise UsageError("--state, --line and --option belong to a MODEL: write them into the scene")
         bench, wanted = _scene(what, given)
+        headers = None
     else:
         bench = Bench()
         name = bench.add(what, state=state, line=line, **read_options(options)).name
         wanted = [(name, url) for url in given or [parse(ANY_PORT)]]
+        headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
-    with _tracing(bench, trace) as catch_up:
+    with _recording(bench, record, headers), _tracing(bench, trace) as catch_up:
         return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts, catch_up))
 
 
@@ -120,6 +126,18 @@ def _tracing(bench: Bench, path: str | None) -> Iterator[Callable[[], None] | No
 
     with tracing(bench, Path(path)) as traced:
         yield traced.catch_up
+
+
+@contextmanager
+def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[None]:
+    """Record meanwhile, so that it can be played again on the same controller."""
+    if path is None:
+        yield
+        return
+    from axistwin.apps.recorder import recording_to  # late: few need it
+
+    with recording_to(bench, Path(path), headers):
+        yield
 
 
 def _talk() -> None:

@@ -45,7 +45,7 @@ class VirtualEnd:
     async def settle(self) -> None:
         """Wait until nothing more happens by itself."""
         until_ns = self.bench.now + PATIENCE_NS
-        await self._advance(lambda: self.bench.clock.next_event_ns() is None or self.bench.now >= until_ns)
+        await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
     async def wait(self, seconds: float) -> None:
         """Let virtual time pass."""

@@ -44,8 +44,9 @@ def command_lines(text: str, file: str = "") -> Iterator[Act]:
 
 def settle(bench: Bench, deadline_ns: int) -> bool:
     """Let everything happen that happens by itself; returns whether that was over by `deadline_ns`."""
-    while (due_ns := bench.clock.next_event_ns()) is not None:
-        if due_ns > deadline_ns:
+    while not bench.clock.quiet:
+        due_ns = bench.clock.next_event_ns()
+        if due_ns is None or due_ns > deadline_ns:
             bench.clock.run_to(max(deadline_ns, bench.now))
             return False
         bench.clock.step()

@@ -24,6 +24,16 @@ class Clock(simpy.Environment):
 
     now: int  # SimPy also allows floats; here time is an integer
 
+    def __init__(self) -> None:
+        super().__init__()
+        self.background = 0
+        """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing more happens by itself but what goes on in the background for ever."""
+        return len(self._queue) <= self.background
+
     def run_to(self, end_ns: int) -> None:
         """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
         end = Event(self)

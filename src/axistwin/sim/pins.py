@@ -92,7 +92,9 @@ class Pin:
     def _flashing(self) -> Procedure:
         began, half_ns = self._flash_from, self._flash_ns
         while self._watchers and self._flash_ns and self._flash_from == began:
+            self.clock.background += 1
             yield self.clock.timeout(half_ns - (self.clock.now - began) % half_ns)
+            self.clock.background -= 1
             if self._flash_ns and self._flash_from == began and self._driven is None:
                 self._announce()
 
