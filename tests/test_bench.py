@@ -69,6 +69,12 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "line": "96 8"}, "no line format '96 8': write it like '9600 8N2'"),
         ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "axis X: 'torque'"),
         ({"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}}, "axis X: the torque curve needs points with"),
+        ({"model": "if1", "X": 5}, 'axis X=5: give its options, such as X={"limits": (-100, 5000)}'),
+        ({"model": "if1", "X": {"motor": 1}}, "axis X: "),
+        ({"model": "if1", "X": {"limits": "foo"}}, "axis X: limits='foo': give two positions, such as (-100, 5000)"),
+        ({"model": "if1", "X": {"limits": (5, -1)}}, "axis X: limits=(5, -1): give two positions"),
+        ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "axis X: limits=(0, 1, 2): give two positions"),
+        ({"model": "if1", "history": 0}, "history=0: give a number of strokes, 2 or more"),
         ({"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}}, "axis X: an encoder has counts and pulses per"),
     ],
 )

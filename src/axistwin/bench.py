@@ -133,8 +133,10 @@ class Bench:
         name = name or self._free_name(made.model)
         if name in self.controllers:
             raise UsageError(f"there is a controller {name!r} already: choose another name")
-        axis_options = {axis: dict(options.pop(axis, None) or {}) for axis in made.axes}
+        axis_options = {axis: _table(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = _options(made, options)
+        if type(history) is not int or history < 2:
+            raise UsageError(f"history={history!r}: give a number of strokes, 2 or more")
         fmt, instant = line_format(line, made.line)
         axes = {axis: _axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
         store: Store = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
@@ -186,6 +188,8 @@ def _axis(clock: Clock, name: str, given: dict[str, Any], history: int) -> Stepp
     for option in given:
         if option not in known:
             raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
+    for span in ("limits", "home"):
+        _check_span(name, span, given.get(span))
     try:
         encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
         motor = given.get("motor")
@@ -196,6 +200,25 @@ def _axis(clock: Clock, name: str, given: dict[str, Any], history: int) -> Stepp
     except (TypeError, KeyError, ValueError) as error:
         raise UsageError(f"axis {name}: {error}") from None
     return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, history=history)
+
+
+def _table(name: str, given: object) -> dict[str, Any]:
+    """An axis's options as they were given."""
+    if not isinstance(given, Mapping):
+        raise UsageError(f'axis {name}={given!r}: give its options, such as {name}={{"limits": (-100, 5000)}}')
+    return dict(given)
+
+
+def _check_span(name: str, option: str, given: Any) -> None:
+    """Two positions, the lower one first."""
+    if given is None:
+        return
+    try:
+        first, last = given
+    except (TypeError, ValueError):
+        first = last = None
+    if not (type(first) is int and type(last) is int and first <= last):
+        raise UsageError(f"axis {name}: {option}={given!r}: give two positions, such as (-100, 5000)")
 
 
 def _fit_switches(

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
+from axistwin.apps.check import diagnose
 from axistwin.apps.cli import axistwin
-from axistwin.errors import ProgramError, UsageError
+from axistwin.bench import product
+from axistwin.errors import AxistwinError, UsageError
 
 
 @pytest.fixture
@@ -101,11 +103,11 @@ def test_what_cannot_be_read_as_a_program_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
     assert result.return_value == 1
     assert result.stdout.startswith("a.talk:3:1: error: a line begins with")
-    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is on no keyboard of 1986\n"
+    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is no ASCII character\n"
 
 
 def test_programs_that_are_none(check, tmp_path):
-    with pytest.raises(ProgramError, match="no kind of program: name a conversation"):
+    with pytest.raises(UsageError, match=r"a\.txt is no kind of program: name a conversation"):
         check("a.txt", "")
     with pytest.raises(UsageError, match="no model 'if9'"):
         check("a.if1", "", model="if9")
@@ -117,3 +119,20 @@ def test_programs_that_are_none(check, tmp_path):
 def test_the_examples_are_right(example):
     result = CliRunner().invoke(axistwin, ["check", "if2", str(example)], standalone_mode=False)
     assert result.stderr.endswith("nothing wrong\n")
+
+
+def test_every_line_that_cannot_be_read_is_told_with_the_others(check):
+    result = check("a.if1", "Xé$\n+soon\nx1$\n! input9 high\nY100$\n")
+    assert [line.split(":")[1:3] for line in result.stdout.splitlines()] == [["1", "2"], ["2", "2"], ["3", "1"]]
+
+
+@pytest.mark.parametrize(("name", "contents"), [("long.if1", b"X" * (5 << 20)), ("odd.if1", b"\xff\xfe")])
+def test_what_is_no_text_of_a_sensible_size_is_refused(tmp_path, name, contents):
+    (tmp_path / name).write_bytes(contents)
+    with pytest.raises(AxistwinError, match=r"cannot be read|not a text file"):
+        diagnose(tmp_path / name, product("if1").check)
+
+
+def test_a_device_is_no_program():
+    with pytest.raises(UsageError, match="it is no file"):
+        diagnose(Path("/dev/null"), product("if1").check)

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import click
 import pytest
@@ -106,3 +107,31 @@ def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("arguments", [["commands", "if1"], ["--help"], ["commands", "if1", "--json"]])
+def test_an_output_that_cannot_be_written_is_one_line(arguments):
+    program = [sys.executable, "-c", "from axistwin.apps.cli import main; main()"]
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run([*program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=30)
+    assert (ended.returncode, ended.stderr) == (1, "axistwin: the output cannot be written: no space left on device\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "if1", "a.if1", "--for", "nan"], "is no time"),
+        (["run", "if1", "a.if1", "--option", "state=/x"], "there is --state for that"),
+        (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: give its options"),
+        (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"], "X has a value already"),
+        (["run", "if1", "-"], "- is no kind of program"),
+    ],
+)
+def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.if1").write_text("X1$\n")
+    with pytest.raises(SystemExit) as ended:
+        cli.main(arguments)
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err

@@ -144,5 +144,15 @@ def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path)
 
 
 def test_a_program_of_no_known_kind(tmp_path):
-    with pytest.raises(ProgramError, match=r"name a conversation \.talk, command lines \.if1"):
+    with pytest.raises(UsageError, match=r"name a conversation \.talk, command lines \.if1"):
         load(tmp_path / "a.txt")
+
+
+def test_a_run_that_goes_on_is_told(tmp_path):
+    _, outcome = run(tmp_path, "XYG$\n")
+    assert outcome.note == "X and Y still running: say --for SECONDS to see more of it"
+
+
+def test_a_time_before_the_interface_is_ready_is_told(tmp_path):
+    _, outcome = run(tmp_path, "X1$\n", until_s=1)
+    assert outcome.note == "nothing was typed: the interface is ready at 2.70667 s only"

@@ -6,7 +6,7 @@ The family's own checker finds it; here a program becomes characters with places
 import json
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -14,17 +14,17 @@ import click
 
 from axistwin.apps import conversation
 from axistwin.apps.conversation import Act, Do, Say
-from axistwin.apps.typist import command_lines
+from axistwin.apps.typist import command_line
 from axistwin.bench import product
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
-from axistwin.errors import ProgramError
+from axistwin.errors import ProgramError, UsageError
 
 _WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character as a conversation has it, once it has been read
 
 
 @click.command(short_help="Find what is wrong with a program.")
 @click.argument("model")
-@click.argument("program", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("program", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text.")
 def check(model: str, program: Path, as_json: bool) -> int:
     """Find what a MODEL would refuse in PROGRAM, and what can hardly be meant, without running it.
@@ -58,23 +58,28 @@ def check(model: str, program: Path, as_json: bool) -> int:
 def diagnose(program: Path, checker: Checker) -> list[Diagnostic]:
     """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
     text = conversation.load_text(program)
-    try:
-        hosts = list(_hosts(program, text))
-    except ProgramError as error:
-        if not error.line:
-            raise
-        return [Diagnostic(error.line, error.column or 1, Severity.ERROR, error.message)]
-    return sorted(diagnostic for sessions in hosts for diagnostic in checker(sessions))
+    lines, unread = text.splitlines(), []
+    acts: list[Act] = []
+    read = _reader(program)
+    for number, line in enumerate(lines, start=1):
+        try:
+            act = read(line, number, str(program))
+        except ProgramError as error:
+            unread.append(Diagnostic(number, error.column or 1, Severity.ERROR, error.message))
+        else:
+            acts += [act] if act is not None else []
+    hosts = _typed(acts) if program.suffix == ".if1" else _conversation(acts, lines)
+    return sorted([*unread, *(diagnostic for sessions in hosts for diagnostic in checker(sessions))])
 
 
-def _hosts(program: Path, text: str) -> Iterable[Sequence[Session]]:
-    """What is sent to each controller."""
+def _reader(program: Path) -> Callable[[str, int, str], Act | None]:
+    """What reads a line of such a program."""
     match program.suffix:
         case ".talk":
-            return _conversation(conversation.parse(text, str(program)).acts, text.splitlines())
+            return lambda line, number, file: conversation.parse_line(line, number, file) if line.strip() else None
         case ".if1":
-            return _typed(command_lines(text, str(program)))
-    raise ProgramError("no kind of program: name a conversation .talk, command lines .if1", file=str(program))
+            return command_line
+    raise UsageError(f"{program} is no kind of program: name a conversation .talk, command lines .if1")
 
 
 @dataclass

@@ -4,6 +4,7 @@ Results go to stdout, words for people to stderr.  Exit codes: 0 done, 1 the thi
 usage, 130 interrupted.
 """
 
+import errno
 import os
 import sys
 from importlib import import_module
@@ -23,6 +24,9 @@ COMMANDS = {
     "term": "An interactive terminal on a virtual or a real controller.",
 }
 """Each is the click command of that name in the module `axistwin.apps.<name>`."""
+
+UNWRITABLE = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
+"""What can be wrong with the place that the output goes to."""
 
 
 class LazyGroup(click.Group):
@@ -65,7 +69,8 @@ def main(arguments: list[str] | None = None) -> None:
 def _run(arguments: list[str] | None) -> int:
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click.exceptions.Abort:  # what click makes of Ctrl-C
         return 130
     except KeyboardInterrupt:
@@ -73,11 +78,21 @@ def _run(arguments: list[str] | None) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except BrokenPipeError:
-        # Whoever read the output has gone.  Python would complain when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read the output has gone
+        _give_up_output()
+        return 1
+    except OSError as error:
+        if error.errno not in UNWRITABLE or error.filename is not None:
+            raise
+        _give_up_output()
+        print(f"axistwin: the output cannot be written: {os.strerror(error.errno).lower()}", file=sys.stderr)
         return 1
     except AxistwinError as error:
         print(f"axistwin: {error}", file=sys.stderr)
         return 2 if isinstance(error, UsageError | LinkError) else 1
     return result if isinstance(result, int) else 0
+
+
+def _give_up_output() -> None:
+    """Python would complain when it flushes at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

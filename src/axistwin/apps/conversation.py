@@ -20,6 +20,7 @@ from axistwin.apps.visible import CHARACTERS, Codec
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S
 
+MOST_BYTES = 4 << 20
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
 _HEADER = re.compile(r"(?P<key>model|options|line|patience):\s*(?P<value>.*)")
 
@@ -103,6 +104,10 @@ def load(path: Path, codec: Codec = CHARACTERS) -> Conversation:
 def load_text(path: Path) -> str:
     """A text file that the user has named.  Raises UsageError if it is not there, ProgramError if it is no text."""
     try:
+        if path.exists() and not path.is_file():
+            raise UsageError(f"{path} cannot be read: it is no file")
+        if path.stat().st_size > MOST_BYTES:
+            raise UsageError(f"{path} cannot be read: no program is larger than {MOST_BYTES >> 20} MiB")
         return path.read_text(encoding="utf-8")
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None

@@ -14,7 +14,7 @@ from axistwin.apps.conversation import Act, Conversation, load_text, parse
 from axistwin.apps.player import Difference, play
 from axistwin.apps.typist import command_lines, settle, type_lines
 from axistwin.bench import Bench
-from axistwin.errors import ProgramError
+from axistwin.errors import UsageError
 from axistwin.units import S
 
 BOUND_NS = 3600 * S
@@ -45,7 +45,7 @@ def load(path: Path) -> Program:
             return Program(partial(_converse, conversation), options(conversation))
         case ".if1":
             return Program(partial(_type, tuple(command_lines(load_text(path), str(path))), str(path)))
-    raise ProgramError("no kind of program: name a conversation .talk, command lines .if1", file=str(path))
+    raise UsageError(f"{path} is no kind of program: name a conversation .talk, command lines .if1")
 
 
 def options(conversation: Conversation) -> tuple[str, ...]:
@@ -70,4 +70,6 @@ def _type(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) 
     elif not settle(bench, deadline_ns):
         note = note or "it goes on for ever"
         return Outcome(note=f"{note}: stopped after {bench.seconds:g} s, say --for SECONDS for another time")
+    elif running := [name for c in bench.controllers.values() for name, axis in c.axes.items() if axis.moving]:
+        note = note or f"{' and '.join(running)} still running: say --for SECONDS to see more of it"
     return Outcome(note=note or "")

@@ -1,6 +1,7 @@
 """`axistwin run`: a program or a conversation at full speed; what was said and what moved."""
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,10 +19,21 @@ from axistwin.units import to_ns
 FILE = click.Path(dir_okay=False, path_type=Path)
 
 
+class _Seconds(click.FloatRange):
+    """Virtual time, as much as anybody can wait for."""
+
+    def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        seconds: float = super().convert(value, param, ctx)
+        return seconds if math.isfinite(seconds) else self.fail(f"{value!r} is no time.", param, ctx)
+
+
+SECONDS = _Seconds(min=0)
+
+
 @click.command(short_help="Run a program or a conversation at full speed.")
 @click.argument("target", metavar="MODEL|SCENE.toml")
 @click.argument("program", type=FILE)
-@click.option("--for", "seconds", type=click.FloatRange(min=0), help="Virtual time in all, from switching on.")
+@click.option("--for", "seconds", type=SECONDS, help="Virtual time in all, from switching on.")
 @click.option("--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, or FILE.vcd for GTKWave.")
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")

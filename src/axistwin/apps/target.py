@@ -7,6 +7,13 @@ from typing import Any
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
 
+OWN = {
+    "model": "name the MODEL",
+    "name": "a controller has its model's name; others are for a scene",
+    "state": "there is --state for that",
+}
+"""What is said otherwise on a command line."""
+
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
     """A bench with one controller, or the one that a scene describes."""
@@ -31,9 +38,13 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
         if not equals or not name:
             raise UsageError(f"no option {option!r}: write it like NAME=VALUE")
         *path, last = name.replace("-", "_").split(".")
+        if name in OWN:
+            raise UsageError(f"--option {name} is not for here: {OWN[name]}")
         place = found
         for part in path:
             place = place.setdefault(part, {})
+            if not isinstance(place, dict):
+                raise UsageError(f"--option {option}: {part} has a value already")
         place[last] = _value(text)
     return found
 

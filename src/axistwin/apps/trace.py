@@ -37,12 +37,14 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     """
 
     def __init__(self, bench: Bench, path: Path) -> None:
-        self.bench, self.path = bench, path
+        self.bench, self.path = bench, path.resolve()  # a link is written through, not replaced
         self._make = sink_for(path)
-        self._beside = path.with_name(path.name + ".part")
+        self._beside = self.path.with_name(self.path.name + ".part")
 
     def __enter__(self) -> Self:
         self._stack = ExitStack()
+        if self.path.exists() and not self.path.is_file():
+            raise UsageError(f"{self.path} cannot be written: it is no file")
         try:
             self._file = self._stack.enter_context(self._beside.open("w", encoding="utf-8", newline=""))
         except OSError as error:

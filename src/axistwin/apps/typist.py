@@ -35,11 +35,17 @@ def command_lines(text: str, file: str = "") -> Iterator[Act]:
     Comments and blank lines are left out.  A line's characters stand in the columns in which they stand in the file.
     """
     for number, line in enumerate(text.splitlines(), start=1):
-        words = line.partition(";")[0].rstrip()
-        if words.lstrip().startswith(("+", "!")):
-            yield conversation.parse_line(words, number, file)
-        elif words:
-            yield Say(_characters(words, number, file), line=number)
+        act = command_line(line, number, file)
+        if act is not None:
+            yield act
+
+
+def command_line(line: str, number: int, file: str = "") -> Act | None:
+    """One of them; None if there is nothing to do in it.  Raises ProgramError."""
+    words = line.partition(";")[0].rstrip()
+    if words.lstrip().startswith(("+", "!")):
+        return conversation.parse_line(words, number, file)
+    return Say(_characters(words, number, file), line=number) if words else None
 
 
 def settle(bench: Bench, deadline_ns: int) -> bool:
@@ -58,6 +64,8 @@ def type_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
     typist = _Typist(bench, deadline_ns, file)
     planned = [(act, typist.prepare(act)) for act in acts]
     typist.initialise()
+    if bench.now >= deadline_ns and planned:
+        return f"nothing was typed: the interface is ready at {bench.seconds:g} s only"
     timed = True
     for act, do in planned:
         pause = isinstance(act, Wait)
@@ -143,7 +151,7 @@ class _Typist:
 
 def _characters(words: str, number: int, file: str) -> bytes:
     if odd := re.search(r"[^ -~\t]", words):
-        raise ProgramError(f"{odd[0]!r} is on no keyboard of 1986", file=file, line=number, column=odd.start() + 1)
+        raise ProgramError(f"{odd[0]!r} is no ASCII character", file=file, line=number, column=odd.start() + 1)
     return words.replace("\t", " ").encode()
 
 
