@@ -87,6 +87,12 @@ def test_the_hosts_lines_and_its_format_are_acts():
     assert replayed(conversation) is None
 
 
+def test_a_break_is_an_act():
+    conversation = recorded(*READY, lambda if1: if1.serial.send_break(0.25), write_bytes(b"F\r"))
+    assert [act for act in conversation.acts if isinstance(act, Do)] == [Do("break", "0.250000000")]
+    assert replayed(conversation) is None
+
+
 def test_a_long_silence_before_an_answer_is_told():
     bench = Bench()
     if1 = bench.add("if1")

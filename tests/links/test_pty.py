@@ -198,6 +198,18 @@ def test_a_link_left_behind_is_replaced(served, if1, tmp_path):
     assert link.exists()
 
 
+def test_a_link_left_behind_is_replaced_though_its_number_is_ours_now(served, if1, tmp_path):
+    """A server that was killed has left its link; the next one is given the same number."""
+    link = tmp_path / "if1"
+    ends = os.openpty()
+    link.symlink_to(os.ttyname(ends[1]))
+    for end in ends:
+        os.close(end)
+    served.open(if1, f"pty:{link}")
+    assert os.readlink(link).startswith("/dev/pts/")
+    assert link.exists()
+
+
 @pytest.mark.parametrize("name", ["file", "directory", "link"])
 def test_something_else_at_the_path_is_left_alone(served, if1, tmp_path, name):
     (tmp_path / "file").write_text("mine")

@@ -44,7 +44,16 @@ class Changed:
     flashing: bool = False
 
 
-Event = Said | Heard | Changed
+@dataclass(frozen=True, slots=True)
+class Broke:
+    """A host has sent a break of so many seconds."""
+
+    time_ns: int
+    controller: str
+    seconds: float
+
+
+Event = Said | Heard | Changed | Broke
 
 
 @contextmanager
@@ -70,6 +79,7 @@ def _observe(bench: Bench, controller: Controller, sink: Callable[[Event], None]
         sink(Changed(clock.now, name, pin_name, pin.level, pin.driven, pin.flashing))
 
     stack.callback(controller.serial.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(controller.serial.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
     stack.callback(controller.serial.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
     for pin_name, pin in terminals(controller).items():
         stack.callback(pin.watch(partial(changed, pin_name)))

@@ -109,7 +109,7 @@ class History:
             utterance.errors |= event.errors
             if utterance.over:
                 self._open.pop((event.controller, True), None)
-        else:
+        elif isinstance(event, Said):
             for line in _LINES.findall(event.data):
                 self._say(event, line, by_host=True)
 

@@ -9,7 +9,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
-from axistwin.apps.events import Changed, Event, Heard, Said, observing
+from axistwin.apps.events import Broke, Changed, Event, Heard, Said, observing
 from axistwin.apps.machine import level_name
 from axistwin.bench import Bench, line_format
 from axistwin.errors import UsageError
@@ -50,10 +50,12 @@ class Recorder:
             case Heard():
                 self._heard(event)
             case Said():
-                self._told()
-                self._wait_until(event.time_ns)
-                self._note_format(event.controller)
-                self._add(Say(event.data, controller=self._name(event.controller)))
+                self._act(event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller)))
+            case Broke():
+                seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
+                self._act(
+                    event.time_ns, event.controller, Do("break", seconds, controller=self._name(event.controller))
+                )
             case Changed():
                 self._changed(event)
 
@@ -78,6 +80,13 @@ class Recorder:
         self._speaker = event.controller
         self._words += event.data
         self._last_ns = event.time_ns
+
+    def _act(self, time_ns: int, controller: str, act: Act) -> None:
+        """The host does something with its line, in the format that it has now."""
+        self._told()
+        self._wait_until(time_ns)
+        self._note_format(controller)
+        self._add(act)
 
     def _told(self) -> None:
         """What the controller has said until here is an act."""

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from axistwin.apps.events import Changed, Event, Said, observing, terminals
+from axistwin.apps.events import Broke, Changed, Event, Heard, Said, observing, terminals
 from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, Sink, Write, sink_for
 from axistwin.bench import Bench, Controller
 from axistwin.errors import UsageError
@@ -111,7 +111,10 @@ class Tracer:
         self.catch_up()
         if isinstance(event, Changed):
             self._levels[event.controller, event.pin](event.time_ns, int(event.level))
-            return
+        elif not isinstance(event, Broke):
+            self._speak(event)
+
+    def _speak(self, event: Said | Heard) -> None:
         by_host = isinstance(event, Said)
         speaker = self._speakers[event.controller, by_host]
         speaker.say(event.time_ns, event.data)

@@ -63,8 +63,8 @@ class PtyPort:
         if self._link is None:
             return
         try:
-            if self._link.is_symlink() and not self._link.exists():
-                self._link.unlink()
+            if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
+                self._link.unlink()  # left behind by a server that was killed; its number may be ours now
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()

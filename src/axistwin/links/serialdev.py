@@ -167,7 +167,9 @@ def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
     try:
         return serial.Serial(url.path, timeout=0, exclusive=True, **_settings(fmt))
     except (OSError, ValueError, termios.error) as error:
-        raise LinkError(f"cannot open {url}: {error}: is it there, free, and are you allowed to use it?") from None
+        number = getattr(error, "errno", None)
+        reason = os.strerror(number).lower() if number else str(error)
+        raise LinkError(f"cannot open {url}: {reason}: is it there, free, and are you allowed to use it?") from None
 
 
 def _settings(fmt: UartFormat) -> dict[str, Any]:

@@ -364,6 +364,7 @@ class SerialPort:
         self.dtr_line, self.rts_line = dtr, rts
         self._received_bytes = bytearray()
         self._hearers: list[Callable[[int, LineError], None]] = []
+        self._break_watchers: list[Callable[[float], None]] = []
         self._listeners: list[Callable[[bytes], None]] = []
         assert self._uart.line is not None and device.line is not None
         self.to_device: Line = self._uart.line
@@ -384,6 +385,8 @@ class SerialPort:
     def send_break(self, seconds: float = 0.25) -> None:
         """Hold the host's transmit line at space for so long."""
         self._uart.send_break(seconds)
+        for watcher in tuple(self._break_watchers):
+            watcher(seconds)
 
     @property
     def held(self) -> bool:
@@ -419,6 +422,11 @@ class SerialPort:
     def rts(self) -> bool:
         """The device's request to send."""
         return self.rts_line.level
+
+    def watch_breaks(self, watcher: Callable[[float], None]) -> Callable[[], None]:
+        """Call `watcher(seconds)` with each break that the host sends.  Returns what ends the watching."""
+        self._break_watchers.append(watcher)
+        return lambda: self._break_watchers.remove(watcher)
 
     def hear(self, hearer: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `hearer(byte, errors)` for each character the host receives.  Returns what ends the hearing."""
