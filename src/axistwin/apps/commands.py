@@ -42,7 +42,11 @@ def commands(model: str, as_json: bool) -> None:
 
 def _row(command: Command) -> tuple[str, ...]:
     code = command.code
-    number = f"{ord(code):02X}" if isinstance(code, str) and len(code) == 1 else ""
+    number = ""
+    if isinstance(code, int):
+        number = f"{code:02X}"
+    elif len(code) == 1:
+        number = f"{ord(code):02X}"
     parameters = ", ".join(map(str, command.parameters))
     implemented = "yes" if command.implemented else "no"
     return in_words(str(code)), number, command.name, in_words(command.syntax), parameters, command.chapter, implemented
