@@ -29,21 +29,28 @@ class FileStore:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise UsageError(f"no state directory {path.parent}: {error.strerror}") from None
+            raise UsageError(f"no state directory {path.parent}: {(error.strerror or str(error)).lower()}") from None
+
+    def __str__(self) -> str:
+        return str(self.path)
 
     def load(self) -> bytes | None:
-        """The file's contents; None: there is no file yet."""
+        """The file's contents; None: there is no file yet.  Raises UsageError if it cannot be read."""
         try:
             return self.path.read_bytes()
         except FileNotFoundError:
             return None
+        except OSError as error:
+            raise UsageError(f"cannot read {self.path}: {(error.strerror or str(error)).lower()}") from None
 
     def save(self, contents: bytes) -> None:
         """Write a new file beside the old one, make sure it is on the disk, and let it take the old one's place."""
         try:
             self._write(contents)
         except OSError as error:
-            raise AxistwinError(f"cannot keep {self.path}: {error.strerror}; choose another state directory") from None
+            raise AxistwinError(
+                f"cannot keep {self.path}: {(error.strerror or str(error)).lower()}: choose another state directory"
+            ) from None
 
     def _write(self, contents: bytes) -> None:
         beside = self.path.with_name(self.path.name + ".new")

@@ -78,6 +78,13 @@ def test_position_ends_where_the_axis_stands(history):
         assert curve.times == sorted(curve.times)
 
 
+def test_a_motion_that_goes_on_goes_on():
+    going = session("X@1000G$\r")
+    now_ns = going.bench.now
+    assert curves.velocity(going.moves(), 0, now_ns).values[-2:] == [1000.0, 1000.0]
+    assert curves.position(going.moves(), 0, now_ns).values[-1] == going.bench["if1"].axes["X"].pulses
+
+
 def test_a_long_curve_is_thinned_but_keeps_its_extremes():
     curve = Curve([float(n) for n in range(100_000)], [0.0] * 100_000)
     curve.values[54_321] = 9.0

@@ -76,10 +76,11 @@ def start_ns(axis: StepperAxis) -> int:
     return axis.train.stroke.start_ns
 
 
-def since_start(axis: StepperAxis) -> list[int]:
-    """The times of the pulses of the latest motion, in nanoseconds from its start."""
-    begin = start_ns(axis)
-    return [int(time) - begin for time in axis.pulse_times(begin)]
+def since_start(axis: StepperAxis, nth: int = -1) -> list[int]:
+    """The times of the pulses of the latest motion, or of the nth, in nanoseconds from its start."""
+    starts = [*(stroke.start_ns for stroke in axis.train.strokes), axis.clock.now + 1]
+    begin, end = starts[nth - 1 if nth < 0 else nth], starts[nth if nth < 0 else nth + 1]
+    return [int(time) - begin for time in axis.pulse_times(begin, end)]
 
 
 def pulse_times_of(segments: Sequence[Segment]) -> list[int]:
@@ -113,6 +114,13 @@ def ramped(distance: int, start: int, top: int | Fraction, increment: int, accel
     plateau = min(Fraction(level), Fraction(top))
     ramp = [(rate, interval) for rate in levels]
     return [*ramp, (plateau, (distance - 2 * up) / plateau), *reversed(ramp)]
+
+
+def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
+    """The speed of a run when the ramp is over, in pulses per second."""
+    bench.run_until(lambda: controller.axes[axis].moving, 3)
+    bench.run(30)
+    return controller.axes[axis].velocity
 
 
 def heard(bench: Bench, controller: Controller) -> list[tuple[int, int, LineError]]:

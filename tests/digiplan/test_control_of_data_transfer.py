@@ -101,6 +101,26 @@ def test_commands_are_obeyed_while_nothing_may_be_sent(bench, if1):
     assert if1.axes["X"].position == 9
 
 
+def test_the_emergency_stop_works_while_a_reply_is_held(bench, if1):
+    """Emergency stop: "inhibit all movement", whatever the serial line does."""
+    if1.serial.host.rts = False
+    tell(if1, "XG$")
+    tell(if1, "E")
+    bench.run(1)
+    if1.pins["estop"].drive(False)
+    bench.run(0.01)
+    assert not if1.axes["X"].moving
+
+
+def test_what_a_move_does_at_its_end_does_not_wait_for_a_reply(bench, if1):
+    """Introduction: the interface generates the pulses by itself; outputs change at the end of the move."""
+    if1.serial.host.rts = False
+    tell(if1, "X40S1$")
+    tell(if1, "E")
+    bench.run(0.2)
+    assert if1.axes["X"].position == 40 and if1.pins["output1"].level
+
+
 def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
     """Connection methods: "The interface will not transmit any data under these conditions"."""
     if1 = bench.add("if1")

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 
-from .helpers import number, positions, settle, status, times
+from .helpers import number, positions, settle, status, strokes, times
 from .talking import ask, ready, tell
 
 # A slow ramp, to have time to look at it: 1000 steps/s2 from 400 to 5000 in steps of 100 are 46 levels of 100 ms,
@@ -51,6 +51,32 @@ def test_a_move_without_a_ramp_is_at_programmed_speed_from_beginning_to_end(benc
         bench.run(0.05)
     bench.run(0.2)
     assert number(bench, if1, "K") == 0
+
+
+def test_a_short_index_is_at_programmed_speed_at_no_time(bench, slow):
+    """Motion status: 2 is "At Programmed Speed"; on the plateau of an index too short for it, only 1 is left."""
+    tell(slow, "X20000$")
+    bench.run_until(lambda: slow.axes["X"].moving, 1.0)
+    # 41 levels of 100 ms take 9840 steps, 42 would take 10290; 320 are left over at 4500/s: 71 ms from 4.1 s on
+    assert sum(range(40, 450, 10)) == 9840
+    bench.run(4.05)
+    assert number(bench, slow, "K") == 5
+    assert number(bench, slow, "K") == 1
+    bench.run(0.05)
+    assert number(bench, slow, "K") == 9
+
+
+def test_the_return_of_a_backlash_correction_is_in_motion_and_no_more(bench, if1):
+    """Motion status: the correction runs at the start/stop speed, not at the programmed one, and without a ramp."""
+    tell(if1, "B-200")
+    tell(if1, "X100@200B$")  # 300 steps at 200/s, a pause of 3 ms, 200 back at 400/s
+    bench.run(1.0)
+    assert number(bench, if1, "K") == 3
+    bench.run(0.6)
+    assert strokes(if1.axes["X"])[0] == 300
+    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (1, "E")
+    bench.run(0.5)
+    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (0, "C")
 
 
 def test_a_cancelled_index_is_decelerating(bench, slow):

@@ -242,15 +242,27 @@ def test_a_move_asked_for_while_a_sequence_runs_is_held_until_it_is_over(bench, 
 
 
 def test_cancel_acts_at_once_though_a_message_is_held(bench, if1):
-    """R9: "`#` acts at once"; the sequence ends and the held move is gone with it or done, but nothing hangs."""
+    """R9: "`#` acts at once", and throws away what was sent before it and has not been executed."""
     tell(if1, ":X1000@200:Y:=0,1:$")
     bench.run(1.0)
     tell(if1, "Z60$")
+    tell(if1, "E")
     bench.run(0.1)
     tell(if1, "#")
     bench.run(5.0)
-    assert positions(if1)[0] < 250 and positions(if1)[1] == 0
+    assert positions(if1)[0] < 250 and positions(if1)[1:] == (0, 0)
+    assert if1.serial.read() == b""
     assert status(bench, if1, "E") == "C"
+
+
+def test_what_is_sent_behind_a_cancel_is_done_when_the_axis_stands(bench, if1):
+    """R9: the new move waits for the deceleration."""
+    tell(if1, "X-9000@5000$")
+    bench.run(1.0)
+    tell(if1, "#")
+    tell(if1, ":X20@200:Y30:$")
+    bench.run(3.0)
+    assert strokes(if1.axes["X"])[1] == 20 and positions(if1)[1] == 30
 
 
 def test_with_the_option_a_move_asked_for_while_a_sequence_runs_is_ignored(bench):
@@ -318,6 +330,13 @@ def test_a_correction_below_the_start_stop_speed_runs_at_start_stop_speed(bench,
     x = times(if1.axes["X"])
     assert set(gaps(x[:120])) == {10 * MS}
     assert set(gaps(x[120:])) == {2_500_000}
+
+
+def test_an_index_of_no_length_has_no_backlash_to_correct(bench, if1):
+    """Digest 9: "Distance 0: no pulse, done at once"; so does a `B` index after a run, whose length is lost."""
+    tell(if1, ":B-20:X0B:B+20:Y-B:$")
+    bench.run(1.0)
+    assert times(if1.axes["X"]) == times(if1.axes["Y"]) == []
 
 
 @pytest.mark.parametrize("text", [":B20:X100B:$", ":B:X100B:$"])

@@ -44,8 +44,9 @@ def velocity(moves: Iterable[Move], from_ns: int, to_ns: int) -> Curve:
     for move in moves:
         for start_ns, rate in move.segments():
             curve.add(start_ns, move.stroke.direction * float(rate))
-        curve.add(_end(move, to_ns), 0)
-    curve.add(to_ns, 0)
+        if move.end_ns is not None:
+            curve.add(move.end_ns, 0)
+    curve.add(to_ns, curve.values[-1])
     return curve
 
 
@@ -57,10 +58,7 @@ def position(moves: Sequence[Move], from_ns: int, to_ns: int) -> Curve:
         profile, origin, direction = move.stroke.profile, move.origin, move.stroke.direction
         for (start_ns, _), phase in zip(move.segments(), profile.phases, strict=False):
             curve.add(start_ns, origin + direction * phase / profile.parts)
-        curve.add(_end(move, to_ns), move.target)
+        if move.end_ns is not None:
+            curve.add(move.end_ns, move.target)
     curve.add(to_ns, moves[-1].target)
     return curve
-
-
-def _end(move: Move, to_ns: int) -> int:
-    return to_ns if move.end_ns is None else move.end_ns

@@ -1,13 +1,19 @@
 """What to paste into the usual hosts to reach a port: pyserial, PyVISA and EPICS asyn."""
 
+import socket
 from collections.abc import Iterator
+from dataclasses import replace
 
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial import UartFormat
 
+ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
+
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
     """For the port of controller `name` at `url`; `line`: the host's format."""
+    if url.host in ANY_ADDRESS:
+        url = replace(url, host=socket.gethostname())
     match url.scheme:
         case "tcp":
             yield from _tcp(name, url)
@@ -16,13 +22,14 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
         case "pty":
             yield from _pty(name, url, line)
         case _:
-            yield f"the host at the other end of the cable: {url.baud or line.baudrate} baud, {line.bytesize} data bits, " \
-                f"parity {line.parity}, {line.stopbits:g} stop bits"  # fmt: skip
+            baudrate = url.baud or line.baudrate
+            yield f"the host at the other end of the cable is to be set to {baudrate} baud, {line.bytesize} data bits,"
+            yield f"parity {line.parity}, {line.stopbits:g} stop bits"
 
 
 def _tcp(name: str, url: PortUrl) -> Iterator[str]:
     yield f'pyserial  serial.serial_for_url("socket://{url.address}", timeout=2)'
-    yield f'PyVISA    open_resource("TCPIP0::{url.host}::{url.port}::SOCKET", {_ENDS})'
+    yield f'PyVISA    pyvisa.ResourceManager().open_resource("TCPIP0::{url.host}::{url.port}::SOCKET", {_ENDS})'
     yield f'asyn      drvAsynIPPortConfigure("{name}", "{url.address}", 0, 0, 0)'
     yield from _asyn_ends(name)
 
@@ -39,7 +46,7 @@ def _pty(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
     yield f'pyserial  serial.Serial("{url.path}", {_pyserial(line)}, timeout=2)'
     stop_bits = {1: "one", 1.5: "one_and_a_half", 2: "two"}[line.stopbits]
     yield (
-        f'PyVISA    open_resource("ASRL{url.path}::INSTR", baud_rate={line.baudrate}, '
+        f'PyVISA    pyvisa.ResourceManager().open_resource("ASRL{url.path}::INSTR", baud_rate={line.baudrate}, '
         f"stop_bits=pyvisa.constants.StopBits.{stop_bits}, {_ENDS})"
     )
     yield f'asyn      drvAsynSerialPortConfigure("{name}", "{url.path}", 0, 0, 0)'

@@ -21,6 +21,7 @@ INK, PALE, LAMP = "#333333", "#D9D9D9", "#F0B000"
 STYLE: dict[Any, Any] = {  # `rc_context` knows its keys by name
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": "#808080",
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
+    "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
 }  # fmt: skip
 WIDTH, VELOCITY, POSITION, LANE, WORDS = 10, 1.15, 0.95, 0.24, 0.75
 """Width of the picture and heights of its parts, in inches."""
@@ -56,7 +57,8 @@ class _Picture:
         self.moves: dict[str, list[Move]] = {}
         for move in history.moves():
             self.moves.setdefault(self._name(move.controller, move.axis), []).append(move)
-        self.from_ns, self.to_ns = self._span()
+        self.from_ns, self.edge_ns = self._span()
+        self.to_ns = min(self.edge_ns, history.bench.now)
         self.lanes = self._lanes()
         self.words = [u for u in history.said if self.from_ns <= u.time_ns <= self.to_ns]
 
@@ -98,7 +100,7 @@ class _Picture:
         size = (WIDTH, sum(heights) + 0.16 * len(heights) + 0.9)
         figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.02, h_pad=0.05, w_pad=0.12))
         rows = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0])
-        rows[0].set_xlim(self.from_ns / S, self.to_ns / S)
+        rows[0].set_xlim(self.from_ns / S, self.edge_ns / S)
         for (name, moves), colour in zip(self.moves.items(), cycle(COLOURS), strict=False):
             self._draw_velocity(rows.pop(0), name, moves, colour)
             self._draw_position(rows.pop(0), name, moves, colour)
@@ -152,10 +154,10 @@ class _Picture:
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
         """Where there is room for a text: from when on, and in which of the rows."""
-        character_ns = (self.to_ns - self.from_ns) / ROW_INCHES * 0.62 * WORDS_SIZE / 72
+        character_ns = (self.edge_ns - self.from_ns) / ROW_INCHES * 0.62 * WORDS_SIZE / 72
         free_ns: list[float] = [self.from_ns] * ROWS
         for time_ns, text in texts:
-            at_ns = min(time_ns, self.to_ns - len(text) * character_ns)
+            at_ns = min(time_ns, self.edge_ns - len(text) * character_ns)
             row = next((row for row in range(ROWS) if free_ns[row] <= at_ns), None)
             if row is not None:
                 free_ns[row] = at_ns + (len(text) + 1) * character_ns

@@ -3,22 +3,24 @@
 import asyncio
 import logging
 import signal
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
+from axistwin.apps.target import read_options
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
-from axistwin.links.pacing import read_speed
+from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.plug import Flow
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
 
 ANY_PORT = "tcp://127.0.0.1:0"
 INTERRUPTED = 130
+NOW_AND_THEN_S = 0.1
 
 Ports = list[tuple[str, PortUrl]]
 
@@ -87,11 +89,11 @@ def serve(
         bench, wanted = _scene(what, given)
     else:
         bench = Bench()
-        name = bench.add(what, state=state, line=line, **dict(map(_option, options))).name
+        name = bench.add(what, state=state, line=line, **read_options(options)).name
         wanted = [(name, url) for url in given or [parse(ANY_PORT)]]
     _talk()
-    with _tracing(bench, trace):
-        return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts))
+    with _tracing(bench, trace) as catch_up:
+        return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts, catch_up))
 
 
 def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
@@ -108,26 +110,16 @@ def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
     return bench, [(name, url) for name in bench.controllers for url in given]
 
 
-def _option(text: str) -> tuple[str, Any]:
-    """`NAME=VALUE`, the value as in TOML or else a plain word."""
-    import tomllib  # late: few need it
-
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip():
-        raise UsageError(f"no option {text!r}: write it like self_test_s=0.2")
-    try:
-        return name.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return name.strip(), value.strip()
-
-
-def _tracing(bench: Bench, path: str | None) -> AbstractContextManager[object]:
+@contextmanager
+def _tracing(bench: Bench, path: str | None) -> Iterator[Callable[[], None] | None]:
+    """Trace meanwhile; gives what is to be called now and then, so that long motions are written as they go."""
     if path is None:
-        return nullcontext()
+        yield None
+        return
     from axistwin.apps.trace import tracing  # late: few need it
 
-    tracer: AbstractContextManager[object] = tracing(bench, Path(path))
-    return tracer
+    with tracing(bench, Path(path)) as traced:
+        yield traced.catch_up
 
 
 def _talk() -> None:
@@ -135,7 +127,15 @@ def _talk() -> None:
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
 
 
-async def _serve(bench: Bench, wanted: Ports, speed: float | None, flow: Flow, reset: bool, show: bool) -> int:
+async def _serve(
+    bench: Bench,
+    wanted: Ports,
+    speed: float | None,
+    flow: Flow,
+    reset: bool,
+    show: bool,
+    catch_up: Callable[[], None] | None,
+) -> int:
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
     loop.set_exception_handler(lambda _, context: _surface(ended, context))
@@ -148,8 +148,11 @@ async def _serve(bench: Bench, wanted: Ports, speed: float | None, flow: Flow, r
         server.start()
         for line in _lines(server, show):
             click.echo(line)
+        if catch_up is not None:
+            _now_and_then(server.pacer, catch_up)
         return await ended
     finally:
+        server.pacer.sync()
         server.close()
         for controller in bench.controllers.values():
             controller.power(False)
@@ -164,6 +167,12 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
             from axistwin.apps.hosts import lines  # late: only on request
 
             yield from (f"    {line}" for line in lines(name, url, server.bench[name].serial.host.format))
+
+
+def _now_and_then(pacer: Pacer, do: Callable[[], None]) -> None:
+    pacer.work()  # it sleeps while nothing is due, also while a motor runs
+    do()
+    asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, do)
 
 
 def _end(ended: asyncio.Future[int], code: int) -> None:

@@ -19,14 +19,14 @@ from types import TracebackType
 from typing import Self
 
 from axistwin.apps.events import Changed, Event, Said, observing, terminals
-from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, Signal, Sink, sink_for
-from axistwin.bench import Bench
+from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, Sink, Write, sink_for
+from axistwin.bench import Bench, Controller
 from axistwin.errors import UsageError
 from axistwin.motion.train import Stroke, Train
 
 CHUNK = 1 << 14  # pulses worked out at a time, about
 
-Change = tuple[int, Signal, int]
+Change = tuple[int, Write, int]
 """When, what, to what."""
 
 
@@ -47,9 +47,13 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
             self._file = self._stack.enter_context(self._beside.open("w", encoding="utf-8", newline=""))
         except OSError as error:
             raise UsageError(f"{self.path} cannot be written: {error.strerror}") from None
-        self._tracer = Tracer(self.bench, self._make(self._file))
+        self._tracer = Tracer(self.bench, self._make(self._file, self.bench.now))
         self._stack.enter_context(self._tracer)
         return self
+
+    def catch_up(self) -> None:
+        """Write what has happened by now; who waits for long motions in real time calls it now and then."""
+        self._tracer.catch_up()
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         failed = kind is not None and issubclass(kind, Exception)  # a Ctrl-C is no failure
@@ -67,23 +71,30 @@ class Tracer:
 
     def __init__(self, bench: Bench, sink: Sink) -> None:
         self.bench, self.sink = bench, sink
-        self._axes = [
-            _AxisTrace(f"{controller.name}.{name}", axis.train)
-            for controller in bench.controllers.values()
-            for name, axis in controller.axes.items()
-        ]
         self._upto_ns = bench.now
-        self._message: dict[Signal, bytes] = {}
+        self._levels: dict[tuple[str, str], Write] = {}
+        self._speakers: dict[tuple[str, bool], _Speaker] = {}
+        self._axes: list[_AxisTrace] = []
+        for controller in bench.controllers.values():
+            self._add(controller)
+
+    def _add(self, controller: Controller) -> None:
+        add, name = self.sink.add, controller.name
+        for pin_name, pin in terminals(controller).items():
+            self._levels[name, pin_name] = add(name, pin_name.replace(".", "_"), LEVEL, int(pin.level))
+        for by_host, who in ((True, "host_says"), (False, "controller_says")):
+            self._speakers[name, by_host] = _Speaker(add(name, who, TEXT, 0))
+        for axis_name, axis in controller.axes.items():
+            self._axes.append(_AxisTrace(self.sink, f"{name}.{axis_name}", axis.train, self.bench.now))
 
     def __enter__(self) -> Self:
-        """Say how everything is, and watch."""
-        self.sink.begin(self.bench.now, dict(self._initial()))
+        """Watch."""
         self._stack = ExitStack()
         self._stack.enter_context(observing(self.bench, self._take))
         for controller in self.bench.controllers.values():
             for axis in controller.axes.values():
-                axis.on_motion.append(self._catch_up)
-                self._stack.callback(axis.on_motion.remove, self._catch_up)
+                axis.on_motion.append(self.catch_up)
+                self._stack.callback(axis.on_motion.remove, self.catch_up)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -94,37 +105,18 @@ class Tracer:
         self._write_pulses(self.bench.now + 1)
         self.sink.end(self.bench.now)
 
-    def _initial(self) -> Iterator[tuple[Signal, int | bytes]]:
-        for controller in self.bench.controllers.values():
-            for name, pin in terminals(controller).items():
-                yield Signal(controller.name, name.replace(".", "_"), LEVEL), int(pin.level)
-            for name in ("host_says", "controller_says"):
-                yield Signal(controller.name, name, TEXT), b""
-        for axis in self._axes:
-            yield from axis.initial(self.bench.now)
-
     def _take(self, event: Event) -> None:
-        self._catch_up()
+        self.catch_up()
         if isinstance(event, Changed):
-            signal = Signal(event.controller, event.pin.replace(".", "_"), LEVEL)
-            self.sink.change(event.time_ns, signal, int(event.level))
+            self._levels[event.controller, event.pin](event.time_ns, int(event.level))
             return
-        names = ("host_says", "controller_says") if isinstance(event, Said) else ("controller_says", "host_says")
-        speaker, other = (Signal(event.controller, name, TEXT) for name in names)
-        self._tell(event.time_ns, speaker, self._continued(speaker, event.data))
-        self._tell(event.time_ns, other, b"")
+        by_host = isinstance(event, Said)
+        speaker = self._speakers[event.controller, by_host]
+        speaker.say(event.time_ns, event.data)
+        self._speakers[event.controller, not by_host].listen(event.time_ns, speaker.over)
 
-    def _continued(self, speaker: Signal, data: bytes) -> bytes:
-        """The message so far."""
-        before = self._message.get(speaker, b"")
-        return data if before.endswith((b"\r", b"\n")) and data != b"\n" else before + data
-
-    def _tell(self, time_ns: int, signal: Signal, text: bytes) -> None:
-        if self._message.get(signal, b"") != text:
-            self._message[signal] = text
-            self.sink.change(time_ns, signal, text)
-
-    def _catch_up(self) -> None:
+    def catch_up(self) -> None:
+        """Write what has happened before now."""
         self._write_pulses(self.bench.now)
 
     def _write_pulses(self, before_ns: int) -> None:
@@ -134,25 +126,49 @@ class Tracer:
         for piece in range(1, pieces + 1):
             until_ns = since_ns + (before_ns - since_ns) * piece // pieces
             changes = chain.from_iterable(axis.changes(self._upto_ns, until_ns) for axis in self._axes)
-            for change in sorted(changes, key=itemgetter(0)):
-                self.sink.change(*change)
+            for time_ns, write, value in sorted(changes, key=itemgetter(0)):
+                write(time_ns, value)
             self._upto_ns = until_ns
+
+
+class _Speaker:
+    """The message that one end of a serial connection is saying."""
+
+    def __init__(self, write: Write) -> None:
+        self._write, self._message, self._shown = write, b"", b""
+
+    @property
+    def over(self) -> bool:
+        """Whether the terminator has been said."""
+        return self._message.endswith((b"\r", b"\n"))
+
+    def say(self, time_ns: int, data: bytes) -> None:
+        """More characters, or the first of the next message."""
+        self._message = data if self.over and data != b"\n" else self._message + data
+        self._show(time_ns, self._message)
+
+    def listen(self, time_ns: int, answered: bool) -> None:
+        """The other end speaks; if that was a whole message, the next words here are a new one."""
+        if answered:
+            self._message = b""
+        self._show(time_ns, b"")
+
+    def _show(self, time_ns: int, text: bytes) -> None:
+        if text != self._shown:
+            self._shown = text
+            self._write(time_ns, text)
 
 
 class _AxisTrace:
     """The signals of an axis."""
 
-    def __init__(self, scope: str, train: Train) -> None:
+    def __init__(self, sink: Sink, scope: str, train: Train, now_ns: int) -> None:
         self.train = train
-        self.direction = Signal(scope, "direction", LEVEL)
-        self.step, self.pulses = Signal(scope, "step", STEP), Signal(scope, "pulses", COUNT)
         self._direction = train.stroke.direction
+        self.direction = sink.add(scope, "direction", LEVEL, int(self._direction > 0))
+        self.step = sink.add(scope, "step", STEP, 0)
+        self.pulses = sink.add(scope, "pulses", COUNT, train.stroke.position_at(now_ns))
         self._falls_ns: list[int] = []
-
-    def initial(self, now_ns: int) -> Iterator[tuple[Signal, int]]:
-        yield self.direction, int(self._direction > 0)
-        yield self.step, 0
-        yield self.pulses, self.train.stroke.position_at(now_ns)
 
     def count(self, since_ns: int, before_ns: int) -> int:
         """How many pulses there are from `since_ns` to before `before_ns`."""

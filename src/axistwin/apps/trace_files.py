@@ -2,8 +2,9 @@
 
 import csv
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import IO, NamedTuple, Protocol
+from typing import IO, Any, Protocol
 
 from axistwin import __version__
 from axistwin.apps.visible import CHARACTERS
@@ -13,82 +14,73 @@ STEP_NS = 250
 """How long a step pulse is drawn: shorter than half the period of the fastest controller."""
 
 LEVEL, COUNT, STEP, TEXT = "wire", "integer", "step", "string"
+"""Kinds of signals: a level 0 or 1, a number, a level that is high for a moment, and characters."""
 
-
-class Signal(NamedTuple):
-    """Something that is traced."""
-
-    scope: str
-    name: str
-    kind: str
+Write = Callable[[int, Any], object]
+"""Writes a change: when, and to what.  In order of time, whatever the signal."""
 
 
 class Sink(Protocol):
     """A file that changes are written to."""
 
-    def begin(self, now_ns: int, initial: Mapping[Signal, int | bytes]) -> None:
-        """All signals there are, and what they are now."""
-
-    def change(self, time_ns: int, signal: Signal, value: int | bytes) -> None:
-        """In order of time."""
+    def add(self, scope: str, name: str, kind: str, value: int) -> Write:
+        """A signal, and what it is to begin with; all are added before anything changes."""
 
     def end(self, now_ns: int) -> None:
         """Nothing more comes."""
 
 
 class CsvSink:
-    """Rows of time_ns, signal, value.  A pulse is a row of the axis's `pulses`."""
+    """Rows of time_ns, signal, value; the first rows say how everything is.  A pulse is a row of `pulses`."""
 
-    def __init__(self, file: IO[str]) -> None:
-        self._rows = csv.writer(file, lineterminator="\n")
+    def __init__(self, file: IO[str], now_ns: int) -> None:
+        self._rows, self._now_ns = csv.writer(file, lineterminator="\n"), now_ns
         self._rows.writerow(("time_ns", "signal", "value"))
 
-    def begin(self, now_ns: int, initial: Mapping[Signal, int | bytes]) -> None:
-        """The first rows say how everything is."""
-        for signal, value in initial.items():
-            self.change(now_ns, signal, value)
-
-    def change(self, time_ns: int, signal: Signal, value: int | bytes) -> None:
-        """A row."""
-        if signal.kind != STEP:
-            shown = CHARACTERS.show(value) if isinstance(value, bytes) else value
-            self._rows.writerow((time_ns, f"{signal.scope}.{signal.name}", shown))
+    def add(self, scope: str, name: str, kind: str, value: int) -> Write:
+        """Its changes are rows; of step pulses there are none."""
+        if kind == STEP:
+            return lambda time_ns, value: None
+        signal, row = f"{scope}.{name}", self._rows.writerow
+        if kind == TEXT:
+            row((self._now_ns, signal, ""))
+            return lambda time_ns, text: row((time_ns, signal, CHARACTERS.show(text)))
+        row((self._now_ns, signal, value))
+        return lambda time_ns, value: row((time_ns, signal, value))
 
     def end(self, now_ns: int) -> None:
         """Nothing to add."""
 
 
 class VcdSink:
-    """A value change dump with a time scale of 1 ns."""
+    """A value change dump with a time scale of 1 ns, a scope for each controller and each axis."""
 
-    def __init__(self, file: IO[str]) -> None:
-        self._file = file
-
-    def begin(self, now_ns: int, initial: Mapping[Signal, int | bytes]) -> None:
-        """Declare the signals, a scope for each controller and each axis."""
+    def __init__(self, file: IO[str], now_ns: int) -> None:
         from vcd import VCDWriter
 
         comment = f"axistwin {__version__}; virtual time from 0; step pulses are drawn {STEP_NS} ns wide"
-        self._vcd = VCDWriter(self._file, timescale="1 ns", date="", comment=comment, init_timestamp=now_ns)
-        kinds = {LEVEL: ("wire", 1), STEP: ("wire", 1), COUNT: ("integer", 64), TEXT: ("string", None)}
-        self._variables = {
-            signal: self._vcd.register_var(signal.scope, signal.name, *kinds[signal.kind], init=_vcd_value(value))
-            for signal, value in initial.items()
-        }
+        self._vcd = VCDWriter(
+            file, timescale="1 ns", date="", comment=comment, init_timestamp=now_ns, check_values=False
+        )
 
-    def change(self, time_ns: int, signal: Signal, value: int | bytes) -> None:
-        """A value change."""
-        self._vcd.change(self._variables[signal], time_ns, _vcd_value(value))
+    def add(self, scope: str, name: str, kind: str, value: int) -> Write:
+        """Its changes are value changes."""
+        change = self._vcd.change
+        if kind == TEXT:
+            text = self._vcd.register_var(scope, name, "string", init="")
+            return lambda time_ns, data: change(text, time_ns, _vcd_text(data))
+        type_, size = ("integer", 64) if kind == COUNT else ("wire", 1)
+        return partial(change, self._vcd.register_var(scope, name, type_, size, init=value))
 
     def end(self, now_ns: int) -> None:
         """The dump goes up to here."""
         self._vcd.close(now_ns)
 
 
-SINKS: Mapping[str, Callable[[IO[str]], Sink]] = {".csv": CsvSink, ".vcd": VcdSink}
+SINKS: Mapping[str, Callable[[IO[str], int], Sink]] = {".csv": CsvSink, ".vcd": VcdSink}
 
 
-def sink_for(path: Path) -> Callable[[IO[str]], Sink]:
+def sink_for(path: Path) -> Callable[[IO[str], int], Sink]:
     """What writes this kind of file.  Raises UsageError if there is none."""
     try:
         return SINKS[path.suffix]
@@ -96,8 +88,6 @@ def sink_for(path: Path) -> Callable[[IO[str]], Sink]:
         raise UsageError(f"no trace in {path.name!r}: name a file {' or '.join(SINKS)}") from None
 
 
-def _vcd_value(value: int | bytes) -> int | str:
+def _vcd_text(data: bytes) -> str:
     r"""Characters as text; the writer itself sees to blanks, `\r` and `\n`."""
-    if isinstance(value, int):
-        return value
-    return "".join(chr(byte) if 0x20 <= byte < 0x7F or byte in b"\r\n" else f"<{byte:02X}>" for byte in value)
+    return "".join(chr(byte) if 0x20 <= byte < 0x7F or byte in b"\r\n" else f"<{byte:02X}>" for byte in data)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.diagnostics import Checker
 from axistwin.motion.profile import Profile
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
@@ -73,6 +74,8 @@ class Product:
     options: type[Any]
     """A dataclass: the keywords that `Bench.add` takes for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, PulseAxis], Any, Store], Device]
+    check: Checker | None = None
+    """Finds what is wrong with a program for it."""
     line: UartFormat | None = None
     """The host's usual format, where nothing else is said; None: it has no serial port."""
     limit_pins: tuple[str, str] | None = None

@@ -60,9 +60,9 @@ class Pacer:
         self._last_s = 0.0
         self._wall_s, self._virtual_ns = 0.0, 0
 
-    def start(self) -> None:
-        """From now on virtual time passes.  Called in a running event loop."""
-        self._loop = asyncio.get_running_loop()
+    def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        """From now on virtual time passes, by the clock of this event loop or the one that is running."""
+        self._loop = loop or asyncio.get_running_loop()
         self._wall_s, self._virtual_ns = self._loop.time(), self.clock.now
         self.work()
 
@@ -101,7 +101,8 @@ class Pacer:
         """What there is to tell about falling behind, in one line."""
         if not self.overruns:
             return None
-        return f"fell behind the wall clock {self.overruns} times, by {self.most_late_s * 1000:.0f} ms at most"
+        times = "once" if self.overruns == 1 else f"{self.overruns} times"
+        return f"fell behind the wall clock {times}, by {self.most_late_s * 1000:.0f} ms at most"
 
     # As fast as it goes
 

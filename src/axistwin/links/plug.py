@@ -1,8 +1,9 @@
 """The serial connector of one controller.  It takes one plug: one client at a time, whatever the transport.
 
-The first client to come is connected; a later one is refused, unless the one before has hung up.  A client finds empty
-buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still transmitted, until
-the next one comes.
+The first client to come is connected; a later one is refused, unless the one before has hung up.  A client that has
+sent so much that it is not read from at the moment cannot be told from one that has gone, and gives way too.  A client
+finds empty buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still
+transmitted, until the next one comes.
 """
 
 from collections.abc import Callable
@@ -18,8 +19,10 @@ from axistwin.units import to_seconds
 
 log = getLogger("axistwin.links")
 
-FULL = 1024
+FULL = 512
 """With so many characters waiting for the wire a client is not read from, until half of them have left."""
+CHUNK = 512
+"""Characters taken from a client at once.  On a line that takes no time the controller deals with them in one go."""
 X_ON, X_OFF = 0x11, 0x13
 
 
@@ -42,7 +45,7 @@ class Client(Protocol):
         """Characters from the controller; `errors`: what was found wrong with some of them."""
 
     def hung_up(self) -> bool:
-        """Whether it has gone, or is about to."""
+        """Whether it has gone, or cannot be told from one that has; another client may then take its place."""
 
     def drop(self) -> None:
         """Disconnect it."""
@@ -62,6 +65,7 @@ class Plug:
         self.flow, self.reset = flow, reset
         self.usual = self.serial.host.format
         self.client: Client | None = None
+        self._has_refused = False
         self._dirty = False
         self._errors = LineError.NONE
         self._stopped_by_x_off = False
@@ -82,12 +86,12 @@ class Plug:
         """Plug this client in, if there is no other."""
         if self.client is not None and self.client is not client:
             if not self.client.hung_up():
-                log.warning("%s: refused %s, as %s is connected", self.name, client.name, self.client.name)
+                self._tell_refused(client, self.client)
                 return False
             self.client.drop()
             self.disconnect(self.client)
         self.pacer.sync()
-        self.client = client
+        self.client, self._has_refused = client, False
         self._clean()
         if self.reset:
             self.controller.power_cycle()
@@ -105,6 +109,12 @@ class Plug:
         self._stop_waiting()
         self.settle_flow()
         self.pacer.work()
+
+    def _tell_refused(self, client: Client, connected: Client) -> None:
+        """Told once for each client that is connected: others may try for ever."""
+        if not self._has_refused:
+            log.warning("%s: refused %s, as %s is connected", self.name, client.name, connected.name)
+        self._has_refused = True
 
     def _clean(self) -> None:
         self.serial.drop_pending()

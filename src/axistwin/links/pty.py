@@ -20,14 +20,14 @@ import tty
 from pathlib import Path
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
 from axistwin.sim.serial import LineError, UartFormat
 
-CHUNK = 4096
 EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
 TIOCPKT_IOCTL = 0x40
+FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
 TERMIOS2 = struct.Struct("4I20s2I")  # iflag, oflag, cflag, lflag, line and control characters, speeds
 CBAUD, BOTHER = 0o010017, 0o010000
@@ -71,12 +71,15 @@ class PtyPort:
             raise LinkError(f"cannot make {self.url}: there is something at {self._link}: remove it") from None
         except OSError as error:
             self._close_files()
-            raise LinkError(f"cannot make {self.url}: {error.strerror}: choose another path") from None
+            raise LinkError(
+                f"cannot make {self.url}: {(error.strerror or str(error)).lower()}: choose another path"
+            ) from None
 
     def close(self) -> None:
         """Take the device and its link away."""
         self._loop.remove_reader(self._master)
         self._writer.clear()
+        self.plug.disconnect(self)
         if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == self.device:
             self._link.unlink()
         self._close_files()
@@ -97,6 +100,8 @@ class PtyPort:
                 raise
             self._hang_up()
             return
+        if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
+            return  # this end did that, to be fresh for the next client
         if self._connect():
             self._take(packet[0], packet[1:])
 
@@ -188,7 +193,7 @@ class PtyPort:
     def _show(self, fmt: UartFormat) -> None:
         """Set the device to this format, as far as a pty can show it."""
         iflag, oflag, flags, lflag, characters, _, _ = self._settings()
-        flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | BOTHER
+        flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | getattr(termios, f"B{fmt.baudrate}", BOTHER)
         flags |= termios.CSTOPB if fmt.stopbits > 1 else 0
         flags |= termios.PARODD if fmt.parity == "O" else 0
         packed = TERMIOS2.pack(iflag, oflag, flags, lflag | EXTPROC, characters, fmt.baudrate, fmt.baudrate)

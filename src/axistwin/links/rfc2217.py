@@ -35,6 +35,8 @@ FLOWS = {
 class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
+    last_words_s = 0  # it has gone, and its control lines with it
+
     def __init__(self, plug: Plug) -> None:
         super().__init__(plug)
         self.flow = Flow.NONE

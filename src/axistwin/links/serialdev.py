@@ -15,10 +15,10 @@ import termios
 from collections.abc import Callable
 from dataclasses import replace
 from logging import getLogger
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
 from axistwin.sim.serial import HostEnd, LineError, UartFormat
@@ -28,9 +28,23 @@ if TYPE_CHECKING:
 
 log = getLogger("axistwin.links")
 
-CHUNK = 4096
 LOOK_S = 0.02
 """So often the input lines are looked at; nothing tells when they change."""
+
+
+class Lines(Protocol):
+    """The control lines of a serial device: two outputs, two inputs."""
+
+    dtr: bool
+    rts: bool
+
+    @property
+    def dsr(self) -> bool:
+        """Data set ready."""
+
+    @property
+    def cts(self) -> bool:
+        """Clear to send."""
 
 
 class SerialDevice:
@@ -50,6 +64,7 @@ class SerialDevice:
         self._writer = Writer(self._descriptor, f"{plug.name}: {self.name}")
         self._look: asyncio.TimerHandle | None = None
         self._unwatch: list[Callable[[], None]] = []
+        self._lines: Lines | None = None
         if not plug.connect(self):
             self._device.close()
             raise LinkError(f"cannot use {url}: another port of {plug.name} is connected already")
@@ -60,13 +75,16 @@ class SerialDevice:
         plug.serial.host.format = self.format
         self._loop.add_reader(self._descriptor, self._readable)
         self._unwatch = [plug.pacer.watch(self._follow_format)]
-        if plug.flow is not Flow.NONE and _has_lines(self._device):
+        self._lines = _lines(self._device) if plug.flow is not Flow.NONE else None
+        if self._lines is not None:
             self._unwatch += [plug.serial.dtr_line.watch(self._drive), plug.serial.rts_line.watch(self._drive)]
             self._drive()
             self._look_at_lines()
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Let go of the device, unless that has been done already."""
+        if not self._device.is_open:
+            return
         for unwatch in self._unwatch:
             unwatch()
         if self._look is not None:
@@ -96,7 +114,8 @@ class SerialDevice:
         self.close()
 
     def _look_at_lines(self) -> None:
-        host, dsr, cts = self.plug.serial.host, self._device.dsr, self._device.cts
+        assert self._lines is not None
+        host, dsr, cts = self.plug.serial.host, self._lines.dsr, self._lines.cts
         if (host.dtr, host.rts) != (dsr, cts):
             self.plug.change(lambda: _set_lines(host, dsr, cts))
         self._look = self._loop.call_later(LOOK_S, self._look_at_lines)
@@ -109,7 +128,8 @@ class SerialDevice:
 
     def _drive(self, _: object = None) -> None:
         """The controller's output lines, on the real ones."""
-        self._device.dtr, self._device.rts = self.plug.serial.dtr, self.plug.serial.rts
+        assert self._lines is not None
+        self._lines.dtr, self._lines.rts = self.plug.serial.dtr, self.plug.serial.rts
 
     def _follow_format(self) -> None:
         """The real UART is the controller's: it follows what the controller has been configured to."""
@@ -154,12 +174,14 @@ def _settings(fmt: UartFormat) -> dict[str, Any]:
     return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
 
 
-def _has_lines(device: "serial.Serial") -> bool:
-    """Whether the device has control lines; a pty has none."""
+def _lines(device: "serial.Serial") -> Lines | None:
+    """The control lines of the device; a pty has none."""
     try:
-        return isinstance(device.dsr, bool)
+        device.dtr = device.dtr
     except OSError:
-        return False
+        return None
+    lines: Lines = device
+    return lines
 
 
 def _set_lines(host: HostEnd, dsr: bool, cts: bool) -> None:

@@ -48,11 +48,11 @@ class Server:
 
     def close(self) -> None:
         """Close every port and disconnect every client.  Virtual time stands still."""
-        for port in self._open:
-            port.close()
         for plug in self._plugs.values():
             if plug.client is not None:
                 plug.client.drop()
+        while self._open:
+            self._open.pop().close()
         self.pacer.stop()
 
 

@@ -16,14 +16,12 @@ from logging import getLogger
 from typing import cast
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial import LineError
 
 log = getLogger("axistwin.links")
 
-CHUNK = 4096
-"""Characters taken from a socket at once."""
 RECEIVE_BUFFER = 16 * 1024
 """What the system keeps for a client that is not read from; a flooding client soon has to wait, as on a real line."""
 STALLED = 64 * 1024
@@ -39,6 +37,7 @@ class TcpClient(asyncio.BufferedProtocol):
     """A client on a TCP connection; the connection and its limits are the same for raw TCP and RFC 2217."""
 
     flow: Flow | None = None
+    last_words_s = LAST_WORDS_S
 
     def __init__(self, plug: Plug) -> None:
         self.plug, self.name = plug, ""
@@ -72,8 +71,9 @@ class TcpClient(asyncio.BufferedProtocol):
     def eof_received(self) -> bool:
         """The client has nothing more to say."""
         self._leaving = True
-        asyncio.get_running_loop().call_later(LAST_WORDS_S, self._transport.close)
-        return True
+        if self.last_words_s:
+            asyncio.get_running_loop().call_later(self.last_words_s, self._transport.close)
+        return bool(self.last_words_s)  # False: asyncio closes the connection
 
     def pause_writing(self) -> None:
         """The client does not read what it is sent."""
@@ -97,8 +97,8 @@ class TcpClient(asyncio.BufferedProtocol):
         self.write(data)
 
     def hung_up(self) -> bool:
-        """Whether it has gone; seen also while it is not read from."""
-        if self._leaving or self._transport.is_closing():
+        """Whether it has gone, or floods the line so that nobody could tell."""
+        if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         poll = select.poll()
         poll.register(self._transport.get_extra_info("socket"), HUNG_UP)

@@ -7,7 +7,6 @@ serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is th
 """
 
 from dataclasses import dataclass, replace
-from urllib.parse import parse_qsl, urlsplit
 
 from axistwin.errors import UsageError
 
@@ -52,9 +51,10 @@ def parse(text: str) -> PortUrl:
     scheme, colon, rest = text.partition(":")
     if scheme not in EXAMPLES or not colon:
         raise UsageError(f"no port {text!r}: write it like {', '.join(EXAMPLES.values())}")
+    rest = rest.removeprefix("//")
     if scheme == "pty":
-        return PortUrl("pty", path=rest.removeprefix("//"))
-    return _serial(text) if scheme == "serial" else _network(scheme, rest.removeprefix("//"), text)
+        return PortUrl("pty", path=rest)
+    return _serial(rest, text) if scheme == "serial" else _network(scheme, rest, text)
 
 
 def parse_as(scheme: str, text: str) -> PortUrl:
@@ -63,17 +63,19 @@ def parse_as(scheme: str, text: str) -> PortUrl:
 
 
 def _network(scheme: str, address: str, text: str) -> PortUrl:
-    host, colon, number = address.rpartition(":")
-    if not (number.isascii() and number.isdecimal() and int(number) <= 0xFFFF) or (host and not colon):
+    host, _, number = address.rpartition(":")
+    if not (_is_number(number) and int(number) <= 0xFFFF):
         raise UsageError(f"no address and port in {text!r}: write it like {EXAMPLES[scheme]}")
     return PortUrl(scheme, host.strip("[]") or LOOPBACK, int(number))
 
 
-def _serial(text: str) -> PortUrl:
-    parts = urlsplit(text)
-    query = dict(parse_qsl(parts.query, keep_blank_values=True))
-    baud = query.pop("baud", None)
-    path = parts.netloc + parts.path
-    if query or not path or not (baud is None or (baud.isascii() and baud.isdecimal() and int(baud) > 0)):
+def _serial(rest: str, text: str) -> PortUrl:
+    path, _, query = rest.partition("?")
+    key, _, baud = query.partition("=")
+    if not path or (query and not (key == "baud" and _is_number(baud) and int(baud) > 0)):
         raise UsageError(f"no serial device in {text!r}: write it like {EXAMPLES['serial']}")
-    return PortUrl("serial", path=path, baud=None if baud is None else int(baud))
+    return PortUrl("serial", path=path, baud=int(baud) if query else None)
+
+
+def _is_number(text: str) -> bool:
+    return text.isascii() and text.isdecimal()

@@ -1,7 +1,9 @@
 """The card itself: its terminals and its plug, which are there with and without power (chapter Installation)."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
+from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import DRIVES, LIMITS
 from axistwin.controllers.digiplan.interface import Interface
@@ -76,7 +78,7 @@ def _without_battery(clock: Clock, axes: Mapping[str, PulseAxis], options: Optio
 
 
 def _product(
-    model: str, title: str, build: Callable[[Clock, Mapping[str, PulseAxis], Options, Store], Card]
+    model: str, title: str, build: Callable[[Clock, Mapping[str, PulseAxis], Options, Store], Card], battery: bool
 ) -> Product:
     return Product(
         model=model,
@@ -85,12 +87,13 @@ def _product(
         axes=("X", "Y", "Z"),
         options=Options,
         build=build,
+        check=partial(check, battery=battery),
         line=UartFormat(9600, 8, "N", 2),
         limit_pins=("limit_minus", "limit_plus"),
     )
 
 
 PRODUCTS = {
-    "if1": _product("if1", "Digiplan IF1 stepper motor interface", _without_battery),
-    "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", Card),
+    "if1": _product("if1", "Digiplan IF1 stepper motor interface", _without_battery, battery=False),
+    "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", Card, battery=True),
 }

@@ -7,6 +7,7 @@ from axistwin.controllers.digiplan import index, interpolation, lockout, outputs
 from axistwin.controllers.digiplan.initialise import only_at_initialisation
 from axistwin.controllers.digiplan.language import Accept, Direction, Instruction, Lines, Order, Written, written
 from axistwin.controllers.digiplan.speed import setting
+from axistwin.controllers.digiplan.step import RANGES
 
 # Where a command may stand
 PART = Accept.WRITTEN
@@ -31,19 +32,19 @@ QUICK_STATUS, BUSY, POSITION = "Quick status", "Busy status", "Position report-b
 BREAKING_IN = "Breaking into a locked interface"
 
 # Parameters
-START = Written("start/stop speed", "x 100 steps/s", 1, 40)
-RANGE = Written("range", "", 1, 4)
-RATE = Written("speed", "steps/s", 1, 99_999)
-GAIN = Written("acceleration", "x 1000 steps/s²", 1, 500)
-PAUSE = Written("delay", "x 10 ms", 0, 25)
+START = Written("start/stop speed", "x 100 steps/s", *RANGES["start_stop"])
+RANGE = Written("range", "", *RANGES["speed_range"])
+RATE = Written("speed", "steps/s", *RANGES["speed"])
+GAIN = Written("acceleration", "x 1000 steps/s²", *RANGES["acceleration"])
+PAUSE = Written("delay", "x 10 ms", *RANGES["character_delay"])
 SIGN = Direction("direction", optional=True)
-DISTANCE = Written("distance", "steps", 0, 999_999_999, optional=True, pattern=r"(\d*)")
-PLAY = Written("signed distance", "steps", -255, 255, optional=True, pattern=r"([+-]\d+)?")
+DISTANCE = Written("distance", "steps", *RANGES["distance"], optional=True, pattern=r"(\d*)")
+PLAY = Written("signed distance", "steps", *RANGES["backlash"], optional=True, pattern=r"([+-]\d+)?")
 FORMAT = Written("frame", "", 1, 8, pattern=r"(\d)"), Written("parity", "", 1, 9, pattern=r"(\d)")
 INPUTS = Lines("inputs", "", 1, 3)
 OUTPUTS = Lines("outputs", "", 1, 5)
 OUTPUT = Written("output", "", 0, 5, pattern=r"(\d)")
-LENGTH = Written("length", "x 10 ms", 1, 99, optional=True, pattern=r"(?:,(\d+))?")
+LENGTH = Written("length", "x 10 ms", *RANGES["pulse_length"], optional=True, pattern=r"(?:,(\d+))?")
 TIMES = Written("times", "", 0, 255)
 FIRST = Written("first step", "", 1, 63, pattern=r",(\d+)")
 

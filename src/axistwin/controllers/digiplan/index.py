@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.speed import actual_start_stop, ramp
-from axistwin.controllers.digiplan.step import Step
+from axistwin.controllers.digiplan.step import Parameters, Step
 from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
@@ -29,36 +29,42 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
     return None
 
 
-def backlash(step: Step, distance: int | None) -> None:
+def backlash(step: Step, distance: int | None) -> str | None:
     """Command B: with a sign and 0 to 255 steps, store the backlash distance; alone, apply it to this index.
 
     Chapter Backlash correction.
     """
-    if distance is None:
-        step.corrected = True
-    else:
+    if distance is not None:
         step.settings["backlash"] = distance
+        return None
+    step.corrected = True
+    return None if step.major else "the axis is missing before B"
 
 
 def index(interface: "Interface", step: Step) -> Procedure:
     """Run all axes of the step by the distance, up and down the ramp; return when they are at rest.
 
     With correction, a move against the backlash direction goes further by the backlash distance and comes back by it
-    at the start/stop speed, so that it always finishes in the same direction.
+    at the start/stop speed, so that it always finishes in the same direction.  That direction is the same for all
+    axes: of several that go different ways some end in a wrong place, as the manual warns.
     """
     parameters, generator = interface.parameters, interface.motion
     table = ramp(parameters)
-    back = 0
-    if step.corrected and next(iter(step.major.values())) * parameters.backlash < 0:
-        back = abs(parameters.backlash)
+    back = abs(parameters.backlash) if _overshoots(parameters, step) else 0
     generator.begin(table.index(parameters.distance + back), table, step.major)
     yield generator.ended
     if back:
         yield interface.clock.timeout(REVERSAL_NS)
         rate = actual_start_stop(parameters.speed_range, parameters.start_stop)
-        reverse = {name: -direction for name, direction in step.major.items()}
+        reverse = dict.fromkeys(step.major, 1 if parameters.backlash > 0 else -1)
         generator.begin(Profile([Segment(rate, back / rate)]), table, reverse, further=True)
         yield generator.ended
+
+
+def _overshoots(parameters: Parameters, step: Step) -> bool:
+    """Whether the index goes against the backlash direction and is to be corrected; one of no length goes nowhere."""
+    against = next(iter(step.major.values())) * parameters.backlash < 0
+    return step.corrected and against and parameters.distance > 0
 
 
 def cancel(interface: "Interface") -> None:

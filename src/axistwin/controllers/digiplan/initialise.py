@@ -68,22 +68,36 @@ def data_format(interface: "Interface") -> Procedure:
     `(` is answered `U <CR>` again, as often as wanted, and `*` too after it has erased the memory.  A wrong message is
     dropped without a word, and the whole of it is sent again.
     """
-    text = ""
+    reader = FormatReader()
     while True:
         character = (yield from interface.next_character()) & 0x7F
         if character in (BAUD_DETECT, ERASE):
-            text = ""
+            reader.text = ""
             if character == ERASE:
                 interface.erase()
             yield from interface.transmit(b"U\r")
-        elif character in (CR, LF):
-            if frame := read_format(text, character):
+        elif frame := reader.take(character):
+            return frame
+
+
+class FormatReader:
+    """Reads a data format message character by character."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        """What has come of it; a message that is none is dropped."""
+
+    def take(self, character: int) -> Frame | None:
+        """The data format, once the message has been ended as it should be."""
+        if character in (CR, LF):
+            if frame := read_format(self.text, character):
                 return frame
-            if character == LF or not text.startswith("V"):
-                text = ""
+            if character == LF or not self.text.startswith("V"):
+                self.text = ""
         elif character != ord(" "):
             begins = chr(character) in "UV"
-            text = chr(character) if begins else (text + chr(character))[:4]
+            self.text = chr(character) if begins else (self.text + chr(character))[:4]
+        return None
 
 
 def read_format(text: str, terminator: int) -> Frame | None:

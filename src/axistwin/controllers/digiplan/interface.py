@@ -11,12 +11,12 @@ from simpy import Interrupt
 
 from axistwin.controllers.commandset import Command
 from axistwin.controllers.digiplan import initialise
+from axistwin.controllers.digiplan.battery_backup import Retained
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import DRIVES, LIMITS, Faults, LineFault, MotionFault
 from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.digiplan.interpolation import out_of_range
 from axistwin.controllers.digiplan.language import Accept, Message, parse
-from axistwin.controllers.digiplan.lockout import Retained
 from axistwin.controllers.digiplan.motion import RampGenerator
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.sequence import EndOfWork, perform, sequence
@@ -68,6 +68,7 @@ class Interface:
             options,
             store,
         )
+        self._kept = Retained.recall(store)
         self.state = State.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.parameters = Parameters()
@@ -80,7 +81,7 @@ class Interface:
         self.transmitter = Transmitter(clock, uart, lines)
         self.buffer.on_fault = self.faults.raise_line
         self.buffer.on_full = self._tell_full
-        self.buffer.on_cancel = self._cancel_held
+        self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
         self._swallow_line_feed = False
         self._work: Process | None = None
@@ -147,7 +148,7 @@ class Interface:
     # Battery backup
 
     def _recall(self) -> None:
-        kept = Retained.recall(self.store)
+        kept = self._kept
         if kept.locked:
             self.locked, self.baudrate, self.frame = True, kept.baudrate, kept.frame
             self.parameters, self.sequence = kept.parameters, kept.sequence
@@ -299,6 +300,7 @@ class Interface:
             return
         if message.sequence:
             self._start_sequence(message)
+            yield self._begun()
             return
         step = message.steps[0]
         if not self._in_range(step, moving=step.moves):
@@ -310,6 +312,7 @@ class Interface:
             control.succeed(step)
         else:
             self._begin(perform(self, step))
+        yield self._begun()
 
     def _until_free(self) -> Procedure:
         """Hold a message while something is going on; returns False if a `#` threw it away."""
@@ -364,6 +367,10 @@ class Interface:
             self._calculate_ramp()
         self._release(cancelled=False)
 
+    def _begun(self) -> Event:
+        """The work gets its turn before the next character, so that a status request finds it begun."""
+        return self.clock.timeout(0)
+
     def give_control(self) -> Event:
         """The host has control: the event brings a step to carry out, or None when control is given back."""
         self._control = self.clock.event()
@@ -379,17 +386,20 @@ class Interface:
             return
         control, self._control = self._control, None
         control.succeed(None)
+        yield self._begun()
 
     def _release(self, cancelled: bool) -> None:
         if self._held is not None:
             held, self._held = self._held, None
             held.succeed(cancelled)
 
-    def _cancel_held(self) -> None:
-        """A `#` has come in behind a message that is being held."""
+    def _cancel_at_once(self) -> None:
+        """`# <CR>` has come in, perhaps behind a message that is being held or an answer that may not be sent."""
         if self._held is not None:
             self.buffer.drop_before_cancel()
             self._release(cancelled=True)
+        elif self.transmitter.waiting and not self.locked:
+            self._stop()
 
     def cancel(self) -> None:
         """Command #."""

@@ -37,16 +37,23 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
     """The constraint that an interpolated move with these parameters breaks."""
     p = parameters
     broken = {
-        f"speed {p.speed} is above {MOST_SPEED} steps/s": p.speed > MOST_SPEED,
-        f"acceleration {p.acceleration}000 is below {LEAST_ACCELERATION}000 steps/s²": p.acceleration
-        < LEAST_ACCELERATION,
-        f"major index {p.distance} is above {MOST_DISTANCE} steps": p.distance > MOST_DISTANCE,
-        f"speed range {p.speed_range} is not {ONLY_RANGE}": p.speed_range != ONLY_RANGE,
-        f"minor index {p.minor_distance} is longer than the major one, {p.distance}": p.minor_distance > p.distance,
-        "a run needs two distances for its ratio": run and p.minor_distance * p.distance == 0,
+        f"speed {p.speed} is above {MOST_SPEED} steps/s": (p.speed > MOST_SPEED, "speed"),
+        f"acceleration {p.acceleration}000 is below {LEAST_ACCELERATION}000 steps/s²": (
+            p.acceleration < LEAST_ACCELERATION,
+            "acceleration",
+        ),
+        f"major index {p.distance} is above {MOST_DISTANCE} steps": (p.distance > MOST_DISTANCE, "distance"),
+        f"speed range {p.speed_range} is not {ONLY_RANGE}": (p.speed_range != ONLY_RANGE, "speed_range"),
+        f"minor index {p.minor_distance} is longer than the major one, {p.distance}": (
+            p.minor_distance > p.distance,
+            "minor_distance",
+        ),
+        "a run needs two distances for its ratio": (run and p.minor_distance * p.distance == 0, "minor_distance"),
     }
-    found = [f"in linear interpolation, {text}" for text, holds in broken.items() if holds]
-    return Problem(Fault.RANGE, 0, found[0], CHAPTER) if found else None
+    for text, (holds, about) in broken.items():
+        if holds:
+            return Problem(Fault.RANGE, 0, f"in linear interpolation, {text}", CHAPTER, (about,))
+    return None
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:

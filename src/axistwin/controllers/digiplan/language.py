@@ -15,7 +15,7 @@ from axistwin.controllers.digiplan.step import Fault, Problem, Step
 
 MOST_STEPS = 63
 CANCEL = "#"
-NUMBER = frozenset("0123456789,")
+NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
@@ -247,7 +247,7 @@ class _Reader:
 
     def _skip_number(self, end: int) -> None:
         """So that what belongs to something wrong is not wrong once more."""
-        while self.at < end and self.text[self.at] in NUMBER:
+        while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
     def _may_stand_here(self, command: Command, at: int) -> bool:
@@ -295,16 +295,18 @@ class _Reader:
             if not in_range:
                 self._wrong(f"{match[group]} is out of range: {part}", match.start(group), Fault.RANGE, command.chapter)
         self.at = match.end()
+        if self.at < end and self.text[self.at] in NUMBER:
+            return  # it wants another number than this one, and that is said next
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(complaint, begin, chapter=command.chapter)
+        for name in step.settings.keys() - step.places.keys():
+            step.places[name] = self.places[begin]
 
     def _check_step(self, step: Step) -> None:
         begin = self.begins[-1]
         if step.interpolated and not step.minor:
             self._wrong("the minor axis is missing after /", begin, chapter="Linear interpolation")
-        if (step.run or step.corrected) and not step.moves:
-            self._wrong(f"{'G' if step.run else 'B'} needs an axis", begin, chapter="Run mode instructions")
         if step.corrected and (step.interpolated or step.run):
             self._wrong("B corrects an index on its own axis only", begin, chapter="Backlash correction")
         if step.hand_over and step != Step(hand_over=True):

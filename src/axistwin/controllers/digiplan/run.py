@@ -15,6 +15,8 @@ def go(step: Step) -> str | None:
     """Command G: run the axes named until stopped; the distance becomes zero.  Chapter Run mode instructions."""
     if step.run:
         return "G stands twice"
+    if not step.major:
+        return "the axis is missing before G"
     step.run = True
     return None
 

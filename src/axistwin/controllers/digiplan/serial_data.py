@@ -89,7 +89,7 @@ class InputBuffer:
         self.on_fault: Callable[[LineFault], None] = lambda fault: None
         self.on_full: Callable[[bool], None] = lambda full: None
         self.on_cancel: Callable[[], None] = lambda: None
-        """Called when a `#` has come in."""
+        """Called when `# <CR>` has come in."""
         self.checking = True
         self.full = False
         self._register: tuple[int, LineError] | None = None
@@ -125,9 +125,9 @@ class InputBuffer:
         return self._arrived
 
     def drop_before_cancel(self) -> None:
-        """Throw away what was typed before the last `#`."""
-        while self.characters and self.characters.count(ord("#")) and self.characters[0] != ord("#"):
-            self.characters.popleft()
+        """Throw away what was typed before the `#` that has come in."""
+        while self.characters[0] & 0x7F != ord("#"):
+            self.take()
 
     def _receive(self, byte: int, errors: LineError) -> None:
         if self.uart.instant:
@@ -158,11 +158,15 @@ class InputBuffer:
             return
         if not self.full and len(self.characters) >= NEARLY_FULL:
             self._set_full(True)
-        if byte & 0x7F == ord("#"):
+        if byte & 0x7F in (CR, LF) and self._ends_in_cancel():
             self.on_cancel()
         if self._arrived is not None:
             event, self._arrived = self._arrived, None
             event.succeed()
+
+    def _ends_in_cancel(self) -> bool:
+        typed = (byte & 0x7F for byte in reversed(self.characters))
+        return next((code for code in typed if code not in (CR, LF, ord(" "))), None) == ord("#")
 
     def _complain(self, fault: LineFault) -> None:
         if self.checking:
@@ -184,6 +188,8 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
+        self.waiting = False
+        """Whether DSR or CTS holds a character back."""
         self._flow_control: int | None = None
         self._urgent: Process | None = None
         uart.on_idle = lambda: lines.rts.set(False)
@@ -206,8 +212,10 @@ class Transmitter:
             elif self.uart.queue:
                 yield self.uart.when_empty()
             self.lines.rts.set(True)
+            self.waiting = not self._clear_to_send
             while not self._clear_to_send:
                 yield self._line_change()
+            self.waiting = False
             self._transmit(bytes([byte]))
 
     def send_flow_control(self, stop: bool) -> None:

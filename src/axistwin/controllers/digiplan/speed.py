@@ -59,7 +59,7 @@ def too_fast(parameters: Parameters) -> Problem | None:
     if parameters.speed <= maximum:
         return None
     message = f"speed {parameters.speed} is above {maximum} steps/s, the maximum of range {parameters.speed_range}"
-    return Problem(Fault.RANGE, 0, message, "Speed")
+    return Problem(Fault.RANGE, 0, message, "Speed", ("speed", "speed_range"))
 
 
 def setting(name: str, step: Step, value: int) -> None:

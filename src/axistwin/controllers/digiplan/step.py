@@ -19,6 +19,8 @@ class Problem:
     position: int
     message: str
     chapter: str
+    about: tuple[str, ...] = ()
+    """The `Parameters` it is about, if it is about values that do not go together."""
 
 
 @dataclass
@@ -43,6 +45,8 @@ class Step:
     pulse: int | None = None
     repeat: tuple[int, int] | None = None
     hand_over: bool = False
+    places: dict[str, int] = field(default_factory=dict, compare=False)
+    """Where in the text each of the settings is said."""
 
     @property
     def moves(self) -> bool:
@@ -54,6 +58,19 @@ class Step:
         """Whether it asks for nothing at all."""
         return self == Step()
 
+
+RANGES: dict[str, tuple[int, int]] = {
+    "speed_range": (1, 4),
+    "speed": (1, 99_999),
+    "start_stop": (1, 40),
+    "acceleration": (1, 500),
+    "distance": (0, 999_999_999),
+    "minor_distance": (0, 999_999_999),
+    "backlash": (-255, 255),
+    "pulse_length": (1, 99),
+    "character_delay": (0, 25),
+}
+"""What each parameter can be."""
 
 RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 """Parameters after which the interface calculates a new ramp."""

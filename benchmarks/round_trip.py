@@ -1,0 +1,126 @@
+"""Round trips of `E` over TCP, as a ratio to a bare echo server: the same client, in the same run.
+
+The echo server is asyncio's fastest way to write one: a `Protocol` that sends back what it gets.  The controllers are
+IF1s with `--line instant --speed max`, each on a port of its own, all in one process, as the echo ports are.
+"""
+
+import asyncio
+import contextlib
+import selectors
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+ASK = b"E\r"
+ROUND_TRIPS = 4000
+RUNS = 5
+GOALS = {1: 0.4, 50: 0.2}
+
+
+def main() -> None:
+    """Print the ratio for one client and for 50."""
+    for clients, goal in GOALS.items():
+        ratio = measure(clients)
+        print(f"round trips, {clients} client{'s' if clients > 1 else ''}: ratio {ratio:.2f} (goal >= {goal})")
+
+
+def measure(clients: int) -> float:
+    """Round trips per second of the twin, divided by those of the echo server; the best of some runs of each."""
+    with server("twin", clients) as twin, server("echo", clients) as echo:
+        for connection in twin:
+            initialise(connection)
+        rates = [(rate(twin), rate(echo)) for _ in range(RUNS)]
+    return max(twin_rate for twin_rate, _ in rates) / max(echo_rate for _, echo_rate in rates)
+
+
+def initialise(connection: socket.socket) -> None:
+    """Bring an IF1 to where it answers status requests."""
+    for text, answer in ((b"(", b"U\r"), (b"U61\r" + ASK, b"C\r")):
+        connection.sendall(text)
+        got = b""
+        while len(got) < len(answer):
+            got += connection.recv(16)
+        assert got == answer, got
+
+
+def rate(connections: list[socket.socket]) -> float:
+    """Round trips per second, one under way on every connection."""
+    with selectors.EpollSelector() as selector:
+        for connection in connections:
+            selector.register(connection, selectors.EVENT_READ)
+        began = time.perf_counter()
+        for connection in connections:
+            connection.send(ASK)
+        left = ROUND_TRIPS
+        while left > 0:
+            for key, _ in selector.select():
+                answer = key.fileobj.recv(16)
+                assert len(answer) == len(ASK)
+                key.fileobj.send(ASK)
+                left -= 1
+        took = time.perf_counter() - began
+        for connection in connections:  # the last answers
+            connection.recv(16)
+        return (ROUND_TRIPS - left) / took
+
+
+@contextlib.contextmanager
+def server(kind: str, ports: int) -> Iterator[list[socket.socket]]:
+    """A server process of this kind, and a connection to each of its ports."""
+    with subprocess.Popen([sys.executable, __file__, kind, str(ports)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        numbers = process.stdout.readline().split()
+        connections = [socket.create_connection(("127.0.0.1", int(number))) for number in numbers]
+        for connection in connections:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        try:
+            yield connections
+        finally:
+            for connection in connections:
+                connection.close()
+            process.terminate()
+
+
+class Echo(asyncio.Protocol):
+    """Sends back what it gets."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """A client has come."""
+        assert isinstance(transport, asyncio.Transport)
+        self.transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        """It said something."""
+        self.transport.write(data)
+
+
+async def serve_echo(ports: int) -> None:
+    """As many echo ports."""
+    loop = asyncio.get_running_loop()
+    servers = [await loop.create_server(Echo, "127.0.0.1", 0) for _ in range(ports)]
+    print(*(server.sockets[0].getsockname()[1] for server in servers), flush=True)
+    await loop.create_future()
+
+
+async def serve_twin(ports: int) -> None:
+    """As many IF1s on a port each."""
+    from axistwin import Bench
+    from axistwin.links.server import Server
+    from axistwin.links.urls import parse
+
+    bench = Bench()
+    server = Server(bench, speed=None)
+    for _ in range(ports):
+        await server.open(bench.add("if1", line="instant").name, parse("tcp://127.0.0.1:0"))
+    server.start()
+    print(*(url.port for _, url in server.ports), flush=True)
+    await asyncio.get_running_loop().create_future()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3:
+        asyncio.run({"echo": serve_echo, "twin": serve_twin}[sys.argv[1]](int(sys.argv[2])))
+    else:
+        main()

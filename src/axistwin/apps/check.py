@@ -1,0 +1,141 @@
+"""`axistwin check`: what is wrong with a program, with line, column and the manual's chapter.
+
+The family's own checker finds it; here a program becomes characters with places, whatever it is written in.
+"""
+
+import json
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import click
+
+from axistwin.apps import conversation
+from axistwin.apps.conversation import Act, Do, Say
+from axistwin.apps.typist import command_lines
+from axistwin.bench import product
+from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
+from axistwin.errors import ProgramError
+
+_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character as a conversation has it, once it has been read
+
+
+@click.command(short_help="Find what is wrong with a program.")
+@click.argument("model")
+@click.argument("program", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text.")
+def check(model: str, program: Path, as_json: bool) -> int:
+    """Find what a MODEL would refuse in PROGRAM, and what can hardly be meant, without running it.
+
+    PROGRAM is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
+    terminal (.if1).  For each finding one line is printed, in order of place:
+
+    \b
+      moves.if1:3:5: error: unknown character 'x': commands are upper case (manual: Full command list)
+
+    An error is refused by the controller.  A warning is obeyed, or ignored, but hardly as it was meant.
+
+    Exit code 1: there are errors.
+
+    \b
+    Examples:
+      axistwin check if1 moves.if1
+      axistwin check if2 tests/session.talk --json
+    """
+    found = diagnose(program, product(model).check)
+    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
+    if as_json:
+        listed = [{"file": str(program), **asdict(diagnostic)} for diagnostic in found]
+        click.echo(json.dumps({"model": model, "errors": errors, "diagnostics": listed}, ensure_ascii=False))
+    else:
+        _tell(program, found)
+        click.echo(f"axistwin: {program}: {_summary(errors, len(found) - errors)}", err=True)
+    return 1 if errors else 0
+
+
+def diagnose(program: Path, checker: Checker) -> list[Diagnostic]:
+    """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
+    text = conversation.load_text(program)
+    try:
+        hosts = list(_hosts(program, text))
+    except ProgramError as error:
+        if not error.line:
+            raise
+        return [Diagnostic(error.line, error.column or 1, Severity.ERROR, error.message)]
+    return sorted(diagnostic for sessions in hosts for diagnostic in checker(sessions))
+
+
+def _hosts(program: Path, text: str) -> Iterable[Sequence[Session]]:
+    """What is sent to each controller."""
+    match program.suffix:
+        case ".talk":
+            return _conversation(conversation.parse(text, str(program)).acts, text.splitlines())
+        case ".if1":
+            return _typed(command_lines(text, str(program)))
+    raise ProgramError("no kind of program: name a conversation .talk, command lines .if1", file=str(program))
+
+
+@dataclass
+class _Host:
+    """What has been sent to one controller, between one switching off and the next."""
+
+    sessions: list[Session] = field(default_factory=list)
+    characters: list[Sent] = field(default_factory=list)
+    initialised: bool = False
+
+    def switch_off(self) -> None:
+        self.sessions.append(Session(tuple(self.characters), self.initialised))
+        self.characters, self.initialised = [], False
+
+
+def _conversation(acts: Iterable[Act], lines: Sequence[str]) -> Iterator[Sequence[Session]]:
+    hosts: dict[str, _Host] = {}
+    for act in acts:
+        host = hosts.setdefault(act.controller, _Host())
+        if isinstance(act, Say):
+            line = lines[act.line - 1].rstrip()
+            begin = re.compile(r"[^>]*>\s*").match(line)
+            assert begin is not None
+            places = (found.start() + 1 for found in _WRITTEN.finditer(line, begin.end()))
+            host.characters += map(Sent, act.data, [act.line] * len(act.data), places)
+        _power(act, host)
+    for host in hosts.values():
+        host.switch_off()
+        yield host.sessions
+
+
+def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
+    """A line is ended by Enter, which stands behind its last character."""
+    host = _Host(initialised=True)
+    for act in acts:
+        if isinstance(act, Say):
+            host.characters += [Sent(byte, act.line, column) for column, byte in enumerate(act.data + b"\r", start=1)]
+        _power(act, host)
+    host.switch_off()
+    yield host.sessions
+
+
+def _power(act: Act, host: _Host) -> None:
+    if isinstance(act, Do) and act.target == "power" and act.value in ("off", "low"):
+        host.switch_off()
+
+
+def _tell(program: Path, found: Iterable[Diagnostic]) -> None:
+    colours = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
+    lines = conversation.load_text(program).splitlines() if sys.stdout.isatty() else []
+    for diagnostic in found:
+        place = click.style(f"{program}:{diagnostic.line}:{diagnostic.column}:", bold=True)
+        severity = click.style(f"{diagnostic.severity}:", fg=colours[diagnostic.severity], bold=True)
+        chapter = f" (manual: {diagnostic.chapter})" if diagnostic.chapter else ""
+        click.echo(f"{place} {severity} {diagnostic.message}{chapter}")
+        if lines:  # somebody is looking: show the place
+            line = lines[diagnostic.line - 1].expandtabs(1)
+            click.echo(f"    {line}\n    {' ' * (diagnostic.column - 1)}^")
+
+
+def _summary(errors: int, warnings: int) -> str:
+    counts = [(errors, "error"), (warnings, "warning")]
+    told = [f"{count} {noun}{'s' * (count != 1)}" for count, noun in counts if count]
+    return ", ".join(told) or "nothing wrong"

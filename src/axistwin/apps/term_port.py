@@ -1,0 +1,91 @@
+"""A port with a controller at its other end, as pyserial opens it.  A thread listens."""
+
+import asyncio
+from collections.abc import Callable
+from threading import Thread
+
+import serial
+
+from axistwin.bench import line_format
+from axistwin.errors import LinkError
+from axistwin.links.urls import parse
+from axistwin.sim.serial import UartFormat
+
+USUAL = UartFormat(9600, 8, "N", 2)
+QUIET_S = 0.3
+"""A controller that says nothing for so long has nothing to say."""
+
+
+class PortEnd:
+    """The cable to it.  `hear` gets what it says, `lost` is told when the port is gone."""
+
+    def __init__(
+        self, target: str, line: str | None, hear: Callable[[bytes], None], lost: Callable[[LinkError], None]
+    ) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._target, self._hear, self._lost = target, hear, lost
+        self._port = _open(target, line)
+        self._closing = False
+        self._last_s = self._loop.time()
+        self._thread = Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def send(self, data: bytes) -> None:
+        """Transmit."""
+        self._last_s = self._loop.time()
+        try:
+            self._port.write(data)
+        except serial.SerialException as error:
+            self._lost(self._gone(error))
+
+    async def settle(self) -> None:
+        """Wait until nothing has been said for a while."""
+        while (left_s := self._last_s + QUIET_S - self._loop.time()) > 0:
+            await asyncio.sleep(left_s)
+
+    async def wait(self, seconds: float) -> None:
+        """Wait."""
+        await asyncio.sleep(seconds)
+
+    def close(self) -> None:
+        """Close the port."""
+        self._closing = True
+        self._thread.join()  # which looks up ten times a second
+        self._port.close()
+
+    def _listen(self) -> None:
+        while not self._closing:
+            try:
+                data = self._port.read(max(1, self._port.in_waiting))
+            except (serial.SerialException, OSError) as error:
+                self._loop.call_soon_threadsafe(self._lost, self._gone(error))
+                return
+            if data:
+                self._loop.call_soon_threadsafe(self._take, data)
+
+    def _gone(self, error: Exception) -> LinkError:
+        return LinkError(f"{self._target} is gone: {error}")
+
+    def _take(self, data: bytes) -> None:
+        self._last_s = self._loop.time()
+        self._hear(data)
+
+
+def _open(target: str, line: str | None) -> serial.Serial:
+    url, fmt = _address(target, line_format(line, USUAL)[0])
+    try:
+        return serial.serial_for_url(
+            url, baudrate=fmt.baudrate, bytesize=fmt.bytesize, parity=fmt.parity, stopbits=fmt.stopbits, timeout=0.1
+        )
+    except (serial.SerialException, ValueError, OSError) as error:
+        raise LinkError(f"cannot open {target}: {error}") from None
+
+
+def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
+    """What pyserial calls it."""
+    if target.startswith(("pty:", "tcp:", "serial:")):
+        port = parse(target)
+        if port.scheme == "tcp":
+            return f"socket://{port.address}", fmt
+        return port.path, fmt
+    return target, fmt

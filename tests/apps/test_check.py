@@ -1,0 +1,119 @@
+"""`axistwin check`: places in files, what is printed, exit codes."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from axistwin.apps.cli import axistwin
+from axistwin.errors import ProgramError, UsageError
+
+
+@pytest.fixture
+def check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    """Write a program into a file, and check it."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(name: str, text: str, *options: str, model: str = "if1") -> Result:
+        Path(name).write_text(text, encoding="utf-8")
+        return CliRunner().invoke(
+            axistwin, ["check", model, name, *options], catch_exceptions=False, standalone_mode=False
+        )
+
+    return run
+
+
+TYPED = """\
+; two mistakes
+X1000 @ 500 $     ; fine
++1.5
+  x-$
+! input1 high
+@30000            ; too fast for range 1
+S2
+"""
+
+
+def test_command_lines(check):
+    result = check("moves.if1", TYPED)
+    assert result.return_value == 1
+    assert result.stdout.splitlines() == [
+        "moves.if1:4:3: error: unknown character 'x': commands are upper case (manual: Full command list)",
+        "moves.if1:6:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed)",
+        "moves.if1:7:2: warning: without $ at its end this message begins nothing (manual: Index mode instructions)",
+    ]
+    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning\n"
+
+
+def test_warnings_alone_are_no_failure(check):
+    result = check("moves.if1", "S2\n")
+    assert result.return_value == 0
+    assert result.stderr == "axistwin: moves.if1: 1 warning\n"
+
+
+def test_nothing_wrong(check):
+    result = check("moves.if1", "X1000$\n")
+    assert (result.return_value, result.stdout) == (0, "")
+    assert result.stderr == "axistwin: moves.if1: nothing wrong\n"
+
+
+def test_for_machines(check):
+    result = check("moves.if1", TYPED, "--json")
+    found = json.loads(result.stdout)
+    assert (result.return_value, result.stderr) == (1, "")
+    assert found["errors"] == 2
+    assert found["diagnostics"][0] == {
+        "file": "moves.if1", "line": 4, "column": 3, "severity": "error",
+        "message": "unknown character 'x': commands are upper case", "chapter": "Full command list",
+    }  # fmt: skip
+
+
+TALK = r"""; model: if1
++1.5
+> (
+< U\r
+> U61\r
+  > X100\x30$\rX\x31x$\r
+! power off
+! power on
+> X1$\r
+= X.position 0
+"""
+
+
+def test_a_conversation_has_escapes_messages_in_pieces_and_power_cuts(check):
+    assert check("a.talk", TALK).stdout.splitlines() == [
+        "a.talk:6:21: error: unknown character 'x': commands are upper case (manual: Full command list)",
+        "a.talk:9:3: warning: nothing is heard before ( has told the baud rate (manual: Initialisation)",
+    ]
+
+
+def test_several_controllers_in_one_conversation(check):
+    text = "left: > (U61\\r\nright: > (V61\\r\\n\nleft: > X1\nright: > y\\n\nleft: > 00$\\r\n"
+    assert check("a.talk", text).stdout.splitlines() == [
+        "a.talk:4:10: error: unknown character 'y': commands are upper case (manual: Full command list)"
+    ]
+
+
+def test_what_cannot_be_read_as_a_program_is_an_error_at_its_place(check):
+    result = check("a.talk", "> (\n+1\n?what\n")
+    assert result.return_value == 1
+    assert result.stdout.startswith("a.talk:3:1: error: a line begins with")
+    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is on no keyboard of 1986\n"
+
+
+def test_programs_that_are_none(check, tmp_path):
+    with pytest.raises(ProgramError, match="no kind of program: name a conversation"):
+        check("a.txt", "")
+    with pytest.raises(UsageError, match="no model 'if9'"):
+        check("a.if1", "", model="if9")
+    with pytest.raises(UsageError, match=r"nowhere\.if1 cannot be read"):
+        CliRunner().invoke(axistwin, ["check", "if1", "nowhere.if1"], catch_exceptions=False, standalone_mode=False)
+
+
+@pytest.mark.parametrize("example", sorted((Path(__file__).parents[2] / "examples").glob("*.if1")), ids=str)
+def test_the_examples_are_right(example):
+    result = CliRunner().invoke(axistwin, ["check", "if2", str(example)], standalone_mode=False)
+    assert result.stderr.endswith("nothing wrong\n")

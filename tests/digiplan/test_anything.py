@@ -1,0 +1,302 @@
+"""Whatever a host, a wire, a switch or a power supply does, nothing is raised, nothing hangs, nothing is chance."""
+
+from collections.abc import Callable, Sequence
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.sim.serial import LineError
+
+from .helpers import edges, strokes
+from .talking import ask, each_character, heard, initialise, moving, ready, tell
+
+LANGUAGE = "XYZ+-0123456789$@<>^BGHLSRP,/:=A%#DKIOQEFN[]()*UV \r\n"
+
+COMMANDS = [
+    "X10$", "Y-20@300$", "XYZ+5$", "XG$", "Y-G$", "#", "@1000", ">2", "<3", "^20", "B-5", "XB$", "D1", "D0",
+    "S1$", "R1$", "S12R3$", "P1,5$", "P0,9$", "H1X5$", "L2X5$", "X400S1$", "K", "I", "O", "Q", "E", "F", "N", "[", "]",
+    ":X10:Y:=2,1:$", ":$", ":H1:X5:$", ":XG:H1A:$", ":X5:%:Y:$", "%", "X100/Y50@500$", "XY/Z$", ":", "$", "(", "*",
+    "U61",
+]  # fmt: skip
+
+messages = st.one_of(
+    st.sampled_from(COMMANDS).map(str.encode),
+    st.text(LANGUAGE, max_size=12).map(str.encode),
+    st.binary(max_size=8),
+)
+
+
+class Act:
+    """Something that happens on the bench; printed by Hypothesis as it is written."""
+
+    def __init__(self, text: str, does: Callable[[Bench, Controller], object]) -> None:
+        self.text, self.does = text, does
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+def drive(pin: str, level: bool) -> Act:
+    return Act(f"{pin}={level}", lambda bench, it: it.pins[pin].drive(level))
+
+
+def host(line: str, value: object) -> Act:
+    return Act(f"host.{line}={value}", lambda bench, it: setattr(it.serial.host, line, value))
+
+
+TROUBLE = [
+    *(
+        drive(pin, level)
+        for pin in ("input1", "input2", "input3", "estop", "limit_plus", "limit_minus", "x_fault", "y_fault")
+        for level in (True, False)
+    ),
+    *(host(line, value) for line in ("dtr", "rts") for value in (True, False)),
+    *(host("baudrate", value) for value in (110, 4800, 9600, 115_200)),
+    *(host("parity", value) for value in "NEOMS"),
+    *(host("bytesize", value) for value in (5, 7, 8)),
+    Act("break", lambda bench, it: it.serial.send_break(0.02)),
+    Act("lose", lambda bench, it: it.serial.to_device.lose(2)),
+    Act("double", lambda bench, it: it.serial.to_device.double(2)),
+    Act("flip", lambda bench, it: it.serial.to_device.flip(0x81, 3)),
+    Act("cut", lambda bench, it: (it.serial.to_device.cut(), it.serial.from_device.cut())),
+    Act("mend", lambda bench, it: (it.serial.to_device.mend(), it.serial.from_device.mend())),
+    Act("off", lambda bench, it: it.power(False)),
+    Act("on", lambda bench, it: it.power(True)),
+    Act("cycle", lambda bench, it: it.power_cycle()),
+    Act("begin", lambda bench, it: it.serial.write(b"(U61\r")),
+    Act("X jams", lambda bench, it: it.axes["X"].jam()),
+    Act("X is free", lambda bench, it: it.axes["X"].jam(False)),
+]
+
+acts = st.one_of(
+    messages.map(lambda data: Act(repr(data), lambda bench, it: it.serial.write(data))),
+    messages.map(lambda data: Act(repr(data + b"\r"), lambda bench, it: it.serial.write(data + b"\r"))),
+    st.sampled_from(TROUBLE),
+    st.floats(0, 0.3).map(lambda seconds: Act(f"+{seconds}", lambda bench, it: bench.run(seconds))),
+    st.sampled_from([0.0, 0.001, 0.02, 1.1, 5.0]).map(
+        lambda seconds: Act(f"+{seconds}", lambda bench, it: bench.run(seconds))
+    ),
+)
+
+given_anything = given(
+    st.sampled_from(["if1", "if2"]),
+    st.sampled_from(["U61", "U62", "V61", "V15", "U37", "U81"]),
+    st.sampled_from(["9600 8N2", "instant"]),
+    st.sampled_from(["5-wire", "3-wire", "3-wire DSR-DTR"]),
+    st.lists(acts, max_size=25),
+)
+
+
+def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act]) -> tuple[object, ...]:
+    """All that can be seen of a bench on which all this has happened."""
+    bench = Bench()
+    it = ready(bench, form, model, line=line, wiring=wiring)
+    received: list[tuple[int, int, LineError]] = heard(bench, it)
+    changes: list[tuple[int, str, bool]] = []
+    for name, pin in it.pins.items():
+        pin.watch(lambda pin, name=name: changes.append((bench.now, name, pin.level)))
+    for happening in happenings:
+        happening.does(bench, it)
+    bench.run(3)
+    motion = [
+        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.strokes
+    ]
+    first = [axis.pulse_times(0, 5_000_000_000).tolist()[:50] for axis in it.axes.values()]
+    return received, changes, motion, first, [axis.position for axis in it.axes.values()], bench.now
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given_anything
+def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring, happenings):
+    """And afterwards, with everything put right and power off and on, it works as on the first day."""
+    bench = Bench()
+    it = ready(bench, form, model, line=line, wiring=wiring)
+    for happening in happenings:
+        happening.does(bench, it)
+    bench.run(2)
+    put_right(bench, it)
+    if (model, wiring) == ("if2", "3-wire"):
+        return  # DSR is low at power-up: if it is locked, only those who know its baud rate and format get in again
+    bench.run(1.5)
+    tell(it, "(*", "")  # a locked IF2 is broken into; an IF1 takes no notice
+    bench.run(0.5)
+    tell(it, "\rU61")
+    bench.run(1.5)
+    it.serial.read()
+    before = it.axes["X"].position
+    tell(it, "X7$")
+    bench.run(1)
+    assert it.axes["X"].position == before + 7
+    assert ask(bench, it, "E") == b"C\r"
+
+
+def put_right(bench: Bench, it: Controller) -> None:
+    """Every wire, switch and shaft as at first, and the power off and on."""
+    for pin in it.pins.values():
+        pin.release()
+    it.axes["X"].jam(False)
+    it.serial.to_device.mend()
+    it.serial.from_device.mend()
+    it.serial.drop_pending()
+    bench.run(3)  # a break or a character at 110 baud may still be on its way
+    it.power(False)
+    host = it.serial.host
+    host.baudrate, host.bytesize, host.parity, host.stopbits, host.dtr, host.rts = 9600, 8, "N", 2, True, True
+    it.serial.write(bytes(9))  # on these the line's remaining faults are spent
+    bench.run(0.5)
+    it.power(True)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given_anything
+def test_two_runs_are_identical(model, form, line, wiring, happenings):
+    """The same inputs at the same virtual times give the same bytes and the same pulses."""
+    assert live(model, form, line, wiring, happenings) == live(model, form, line, wiring, happenings)
+
+
+TIMELESS = [
+    "X10$", "Y-20@300$", "XYZ+5$", "@350", "@9000", "@99999", "B-5", "XB$", "X-B$", "S1$", "R1$", "S12R3$", "P1,5$",
+    "X40S1$", ":X10:Y:=2,1:$", ":$", "X200/Y50@500$", "?", "X", "  ", "", "B5", "Z100@3000$", "^20", "<5", "F",
+]  # fmt: skip
+"""What comes back, and what moves, does not depend on when the message comes."""
+
+
+def outcome(bench: Bench, it: Controller) -> tuple[object, ...]:
+    bench.run(60)
+    assert not moving(it)
+    moved = [strokes(axis) for axis in it.axes.values()]
+    return it.serial.read(), moved, [pin.level for pin in it.pins.values()], ask(bench, it, "F")
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.lists(st.sampled_from(TIMELESS), max_size=6), st.floats(0, 0.05), st.sampled_from(["U61", "U62", "U24"]))
+def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
+    """A message is a message, however slowly it is typed."""
+    whole, bit_by_bit = Bench(), Bench()
+    text = "".join(message + "\r" for message in said)
+    first = ready(whole, form, line="2400 8N2")
+    first.serial.dtr_line.watch(lambda pin: setattr(first.serial, "held", not pin.level))
+    tell(first, text, "")
+    second = ready(bit_by_bit, form, line="2400 8N2")
+    each_character(bit_by_bit, second, text, lambda n: bit_by_bit.run(pause))
+    bit_by_bit.run(60)
+    assert outcome(whole, first) == outcome(bit_by_bit, second)
+
+
+@pytest.mark.parametrize("step", [0.0001, 0.0137, 2.0])
+def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
+    """Everything happens at its own nanosecond, however the bench is run."""
+
+    def session(step: float) -> tuple[object, ...]:
+        bench = Bench()
+        it = ready(bench, "U62", recalculation_s=0.05)
+        received, output = heard(bench, it), edges(it.pins["output1"])
+        tell(it, "B-20^30")
+        tell(it, "X100@900BS1$")
+        tell(it, "P1,3$")
+        tell(it, "K")
+        for _ in range(round(2 / step)):
+            bench.run(step)
+        bench.run_until(lambda: False, 2.5 - round(2 / step) * step)
+        return received, output, it.axes["X"].pulse_times().tolist(), bench.now
+
+    assert session(step) == session(0.5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.binary(max_size=60))
+def test_rubbish_before_initialisation_does_no_harm(rubbish):
+    """Initialisation: only `(` is understood; if the rubbish holds one, another is answered all the same."""
+    bench = Bench()
+    if1 = bench.add("if1")
+    bench.run(0.97)
+    if1.serial.write(rubbish.replace(b"U", b"").replace(b"V", b"").replace(b"\xd5", b"").replace(b"\xd6", b""))
+    bench.run(1)
+    if1.serial.read()
+    if1.serial.write(b"\r")
+    bench.run(0.01)
+    assert ask(bench, if1, "(", end="") == b"U\r"
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.text(LANGUAGE.replace("[", "").replace("#", ""), max_size=60))
+def test_after_any_message_cancel_makes_it_ready(text):
+    """Cancel: whatever was typed, `#` CR and a look at the faults make it ready for instructions."""
+    bench = Bench()
+    if1 = ready(bench)
+    tell(if1, text)
+    bench.run(4)
+    tell(if1, "#")
+    bench.run(4)
+    for question in "FK":
+        ask(bench, if1, question, 2)
+    if1.serial.read()
+    assert ask(bench, if1, "E", 2) == b"C\r"
+    before = if1.axes["Z"].position
+    tell(if1, "@400")
+    tell(if1, "Z9$")
+    bench.run(3)
+    assert if1.axes["Z"].position == before + 9
+
+
+@pytest.mark.parametrize("moment", [n * 0.0137 for n in range(80)])
+def test_power_may_fail_at_any_moment_of_a_message(moment):
+    """Power off in the middle of typing, calculating, moving, pulsing, reversing and answering."""
+    bench = Bench()
+    if1 = ready(bench, "U62", line="1200 8N2", recalculation_s=0.1)
+    tell(if1, "B-9^20")
+    tell(if1, "X20@500BP1,9$")
+    tell(if1, "K")
+    bench.run(moment)
+    if1.power(False)
+    stopped = if1.axes["X"].position
+    bench.run(1)
+    if1.serial.read()
+    bench.run(1)
+    assert if1.serial.read() == b"" and if1.axes["X"].position == stopped
+    assert not if1.pins["output1"].level and not if1.serial.dtr
+    if1.power(True)
+    initialise(bench, if1)
+    assert ask(bench, if1, "K") == b"0\r"
+    tell(if1, "X5B$")  # backlash is 0 again, speed 400
+    bench.run(1)
+    assert if1.axes["X"].position == stopped + 5
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "X" * 63, "$" * 60, "X1" * 30, "9" * 60, "@" + "9" * 58, "X" + "9" * 58 + "$", ">" * 50, "S" + "1" * 50 + "$",
+        "H" + "1" * 40 + "X5$", "P1," + "0" * 40 + "5$", "B-" + "0" * 40 + "5", "+-" * 30, "///", "X/X$", "X/$", "/X$",
+        "X/Y/Z$", "XX5$", "X5X6$", "X--5$", "X+-5$", "G", "A$", "=1,1$", "%$", "KK", "KE", "K$", "EX5$", "X5$E", "[$",
+        "]]", "\x00", "\x7f", "\x1b[A", "\x13", "\x11", "X5\x00$", ",", "P,$", "P1,2,3$", "X5,6$", "HL$", "HLX$",
+        "H1HL1X5$",
+    ],
+)  # fmt: skip
+def test_odd_orders(bench, if1, message):
+    """R7: nothing of it is obeyed half; at most it moves as it was told, and the next message works."""
+    tell(if1, message)
+    bench.run(5)
+    tell(if1, "#")
+    bench.run(0.5)
+    ask(bench, if1, "F")
+    ask(bench, if1, "K")
+    if1.serial.read()
+    tell(if1, "Y9@400$")
+    bench.run(0.5)
+    assert ask(bench, if1, "E") == b"C\r"
+    assert if1.axes["Y"].position == 9
+
+
+def test_a_flood_does_no_harm_and_leaves_no_trace_after_cancel(bench, if1):
+    """Buffer overflow is a fault like another: F 8, and on it goes."""
+    if1.serial.write(bytes(range(256)) * 40)
+    bench.run(20)
+    tell(if1, "#")
+    bench.run(3)
+    for question in "]FK":
+        ask(bench, if1, question, 1)
+    assert ask(bench, if1, "E") == b"C\r"

@@ -1,0 +1,226 @@
+"""Whatever may happen, at every moment of a sequence that has everything in it: nothing hangs, nothing is left over."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.units import MS, S
+
+from .helpers import number, positions, status, strokes, times
+from .talking import moving, ready, tell
+
+EVERYTHING = ":S1:X60@900BP2,3:H1L2Y-60/Z10@600S3:X@700G:P0,5:H1A:R1:P2,2:Z-9@100:=1,2:R3:$"
+"""A short index with ramp and backlash correction, pulses, waits, an interpolation, a run and its abort, a repeat."""
+
+Act = Callable[[Bench, Controller], object]
+
+
+def begin() -> tuple[Bench, Controller]:
+    """The sequence, just begun, on an IF2."""
+    bench = Bench()
+    if2 = ready(bench, model="if2")
+    if2.pins["input1"].drive(True)
+    tell(if2, "B-10")
+    bench.run(0.1)
+    tell(if2, EVERYTHING)
+    bench.run_until(lambda: if2.pins["output1"].level, 1.0)
+    return bench, if2
+
+
+def undisturbed() -> list[int]:
+    """When something begins or ends in the first pass, in nanoseconds from the beginning; half a ms later; between."""
+    bench, if2 = begin()
+    begun_ns = bench.now
+    seen = {begun_ns}
+    for pin in if2.pins.values():
+        pin.watch(lambda changed: seen.add(changed.clock.now))
+    bench.run(5.0)
+    assert status(bench, if2, "E") == "C"
+    for axis in if2.axes.values():
+        for stroke in axis.train.strokes:
+            if stroke.start_ns >= begun_ns and stroke.profile.pulses:
+                seen |= {stroke.start_ns, stroke.end_ns}
+    moments = sorted(at_ns - begun_ns for at_ns in seen)
+    moments = moments[: len(moments) // 2 + 2]
+    between = {(a + b) // 2 for a, b in pairwise(moments)}
+    return sorted({*moments, *between, *(at_ns + MS // 2 for at_ns in moments)})
+
+
+MOMENTS = undisturbed()
+
+
+def test_the_sequence_itself():
+    """What is disturbed below, by hand: twice X +70 -10, Y and Z together, a run, Z -9."""
+    bench, if2 = begin()
+    bench.run(5.0)
+    x = strokes(if2.axes["X"])
+    run = x[2]
+    # 50 ms from the start: level 400, 500, 600 of 10 ms: 15 steps, 20 ms at 700: 14; down 15: 44 and what own time adds
+    assert 44 <= run <= 46
+    assert x == [70, -10, run] * 2
+    assert strokes(if2.axes["Y"]) == [-60] * 2
+    assert strokes(if2.axes["Z"]) == [10, -9] * 2
+    assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
+    assert len(MOMENTS) > 30
+
+
+def lives_on(bench: Bench, if2: Controller) -> None:
+    """It stands, it is clear, no pulse of an output is left over, and it moves as if nothing had been."""
+    for _ in range(2):
+        number(bench, if2, "K")
+    number(bench, if2, "F")
+    assert not moving(if2)
+    assert (status(bench, if2, "E"), number(bench, if2, "K")) == ("C", 0)
+    assert not if2.pins["output2"].level
+    before = positions(if2)
+    tell(if2, "XY-25@400$")
+    bench.run(0.5)
+    assert positions(if2) == (before[0] + 25, before[1] - 25, before[2])
+    tell(if2, ":$")
+    bench.run(4.0)
+    assert status(bench, if2, "E") == "C"
+    assert strokes(if2.axes["Y"])[-2:] == [-60] * 2 and strokes(if2.axes["Z"])[-4:] == [10, -9] * 2
+
+
+def at_every_moment(act: Act, check: Act) -> None:
+    """Play the sequence once per moment, do `act` there and `check` at the end."""
+    for moment_ns in MOMENTS:
+        bench, if2 = begin()
+        bench.run(moment_ns / S)
+        act(bench, if2)
+        check(bench, if2)
+
+
+def test_cancelling_at_every_moment():
+    """Cancel: "This will stop any axis in motion"; it ends the sequence, a wait, a pulse, a pause before a reversal."""
+
+    def cancel(bench: Bench, if2: Controller) -> None:
+        tell(if2, "#")
+        bench.run(0.2)
+        stands = positions(if2)
+        assert (status(bench, if2, "E"), number(bench, if2, "K")) == ("C", 0)
+        bench.run(1.0)
+        assert positions(if2) == stands
+
+    at_every_moment(cancel, lives_on)
+
+
+@pytest.mark.parametrize("names", [["estop"], ["x_fault"], ["y_fault"], ["estop", "y_fault"]])
+def test_a_fault_at_every_moment(names):
+    """Clearing: "any axis in motion will stop", "further movement is inhibited" until the request; R22."""
+
+    def fault(bench: Bench, if2: Controller) -> None:
+        for name in names:
+            if2.pins[name].drive(not if2.pins[name].level)
+        bench.run(0.2)
+        stands = positions(if2)
+        bench.run(1.0)
+        assert positions(if2) == stands
+        for name in names:
+            if2.pins[name].release()
+        bench.run(0.1)
+        expected = sum({"e": 32, "x": 16, "y": 16}[name[0]] for name in names)
+        assert number(bench, if2, "K") == expected
+
+    at_every_moment(fault, lives_on)
+
+
+@pytest.mark.parametrize(("name", "back"), [("limit_plus", "XYZ-5"), ("limit_minus", "XYZ5")])
+def test_a_limit_at_every_moment(name, back):
+    """Clearing, limits: stops what moves towards it; afterwards the other direction is free."""
+
+    def limit(bench: Bench, if2: Controller) -> None:
+        if2.pins[name].drive(False)
+        bench.run(4.0)
+        assert not moving(if2)
+        assert number(bench, if2, "K") == 64
+        before = positions(if2)
+        tell(if2, f"{back.replace('XYZ-', 'X-Y-Z-')}@400$")
+        bench.run(0.2)
+        step = -5 if "-" in back else 5
+        assert positions(if2) == tuple(at + step for at in before)
+        if2.pins[name].release()
+        bench.run(0.1)
+
+    at_every_moment(limit, lives_on)
+
+
+def test_locking_at_every_moment_changes_nothing():
+    """Lockout: it concerns communication; the sequence goes on to its end."""
+
+    def lock(bench: Bench, if2: Controller) -> None:
+        tell(if2, "[")
+        tell(if2, "#")
+        bench.run(4.0)
+        assert status(bench, if2, "E") == "["
+        assert strokes(if2.axes["Z"]) == [10, -9] * 2
+        tell(if2, "]")
+        bench.run(0.1)
+
+    at_every_moment(lock, lives_on)
+
+
+def test_asking_at_every_moment_changes_no_pulse():
+    """Report-back: "at any time"; a pause before a reversal "may be extended if ... being interrogated"."""
+    bench, if2 = begin()
+    bench.run(5.0)
+    quiet = {name: strokes(if2.axes[name]) for name in "XYZ"}
+
+    def request(bench: Bench, if2: Controller) -> None:
+        for letter in "KFIOQEN":
+            tell(if2, letter)
+        bench.run(5.0)
+        assert if2.serial.read().count(b"\r") == 6
+        # the run between two delays may be longer by what the answers took
+        assert strokes(if2.axes["Y"]) == quiet["Y"] and strokes(if2.axes["Z"]) == quiet["Z"]
+
+    at_every_moment(request, lives_on)
+
+
+def test_a_power_cut_at_every_moment():
+    """Battery backup: not locked, everything is lost, and the outputs with it; the positions are the machine's."""
+
+    def cut(bench: Bench, if2: Controller) -> None:
+        if2.power(False)
+        stands = positions(if2)
+        assert not any(if2.pins[name].level for name in ("output1", "output2", "output3", "led"))
+        bench.run(1.0)
+        assert positions(if2) == stands and not moving(if2)
+        if2.power(True)
+        bench.run(3.0)
+        if2.serial.write(b"(")
+        bench.run(0.1)
+        tell(if2, "U61")
+        bench.run(1.2)
+        assert if2.serial.read() == b"U\r"
+        assert positions(if2) == stands
+
+    def is_new(bench: Bench, if2: Controller) -> None:
+        assert status(bench, if2, "E") == "C"
+        tell(if2, ":$")
+        tell(if2, "Z25$")
+        bench.run(0.5)
+        assert strokes(if2.axes["Z"])[-1] == 25
+        assert set(times(if2.axes["Z"])[-2:]) and number(bench, if2, "N") == 25
+
+    at_every_moment(cut, is_new)
+
+
+def test_a_line_that_dies_at_every_moment():
+    """The host's DSR and CTS go: "The interface will not transmit any data"; it moves on, and answers later."""
+
+    def unplug(bench: Bench, if2: Controller) -> None:
+        if2.serial.host.dtr = if2.serial.host.rts = False
+        for letter in "KEN":
+            tell(if2, letter)
+        bench.run(5.0)
+        assert if2.serial.read() == b""
+        assert strokes(if2.axes["Z"]) == [10, -9] * 2
+        if2.serial.host.dtr = if2.serial.host.rts = True
+        bench.run(0.2)
+        assert if2.serial.read().count(b"\r") == 3
+
+    at_every_moment(unplug, lives_on)

@@ -1,0 +1,565 @@
+"""Using the battery backup: the IF2 keeps a locked sequence and its data without power."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.units import MS, S
+
+from .helpers import edges, number, positions, settle, status, strokes
+from .talking import ask, constant, find, host_format, pulse_times_of, ramped, ready, since_start, tell
+
+STORED = ":H1:X100@400:Y50:$"
+
+
+def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: object) -> Controller:
+    """An IF2 with a locked sequence, its power off."""
+    if2 = ready(bench, form, "if2", **options)
+    end = "\n" if form[0] == "V" else "\r"
+    tell(if2, sequence, end)
+    bench.run(0.1)
+    tell(if2, "[", end)
+    bench.run(0.2)
+    if2.power(False)
+    if2.serial.read()
+    return if2
+
+
+def power_up(bench: Bench, if2: Controller, dsr: bool) -> None:
+    """Switch on in a 5-wire system, with DSR (the host's DTR) so; then raise it, so that answers can come."""
+    if2.serial.host.dtr = dsr
+    if2.power(True)
+    bench.run(1.05)
+    if2.serial.host.dtr = True
+
+
+# Running the stored sequence
+
+
+def test_the_stored_sequence_starts_at_power_up_with_dsr_low(bench):
+    """Running: "A switch input may be used to start the stored sequence at power-up"."""
+    if2 = stored(bench)
+    assert positions(if2) == (0, 0, 0)
+    power_up(bench, if2, dsr=False)
+    bench.run(2.0)
+    assert positions(if2) == (0, 0, 0)
+    assert (number(bench, if2, "O"), status(bench, if2, "E")) == (1, "[")
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+    assert number(bench, if2, "O") == 3
+
+
+def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
+    """Storing: ":H1:" "prevents the interface from executing the sequence at power-up"; here there is none."""
+    if2 = stored(bench, ":X100@400:Y50:$")
+    bench.run(3.0)
+    before = positions(if2)
+    if2.serial.host.dtr = False
+    on_ns = bench.now
+    if2.power(True)
+    bench.run(3.0)
+    x, y, _ = positions(if2)
+    assert (x - before[0], y - before[1]) == (100, 50)
+    # after the self-test of about 1 s; whether another ramp is calculated first the manual does not say
+    first_ns = int(if2.axes["X"].pulse_times(on_ns)[0])
+    assert 1 * S <= first_ns - on_ns <= 2 * S + 10 * MS
+
+
+@pytest.mark.parametrize("model", ["if1", "if2"])
+def test_without_the_lock_command_the_sequence_is_lost(bench, model):
+    """Storing: the lock command "must then be sent before power-down, otherwise the sequence data will be lost"."""
+    card = ready(bench, model=model)
+    tell(card, STORED)
+    bench.run(0.1)
+    card.power(False)
+    power_up(bench, card, dsr=False)
+    card.pins["input1"].drive(True)
+    bench.run(5.0)
+    assert positions(card) == (0, 0, 0)
+    card.serial.write(b"(")
+    bench.run(0.1)
+    assert card.serial.read() == b"U\r"
+
+
+def test_an_if1_keeps_nothing_even_when_locked(bench):
+    """R31: "works, but nothing survives power off": the IF1 has no battery."""
+    if1 = ready(bench)
+    if1.pins["input1"].drive(False)
+    tell(if1, STORED)
+    tell(if1, "[")
+    bench.run(0.1)
+    if1.power(False)
+    power_up(bench, if1, dsr=False)
+    if1.pins["input1"].drive(True)
+    bench.run(3.0)
+    assert positions(if1) == (0, 0, 0)
+    if1.serial.write(b"(")
+    bench.run(0.1)
+    tell(if1, "U61")
+    bench.run(1.5)
+    if1.serial.read()
+    assert (number(bench, if1, "F"), status(bench, if1, "E")) == (0, "C")
+
+
+def test_the_speed_data_and_the_ramp_are_kept_too(bench):
+    """Battery backup: "enables any data or sequence sent to the interface to be stored"."""
+    if2 = ready(bench, model="if2")
+    tell(if2, ">2 <6 ^20")
+    bench.run(1.2)
+    for text in ("B-30", "P1,7$", "X700@3000$", ":H1:XB:P2:$"):
+        tell(if2, text)
+    bench.run(3.0)
+    tell(if2, "[")
+    bench.run(0.1)
+    assert positions(if2) == (700, 0, 0)
+    if2.power(False)
+    bench.run(1_000_000.0)
+    power_up(bench, if2, dsr=False)
+    pulse = edges(if2.pins["output2"])
+    if2.pins["input1"].drive(True)
+    bench.run(5.0)
+    assert strokes(if2.axes["X"]) == [700, 730, -30]
+    assert pulse[1][0] - pulse[0][0] == 70 * MS
+    forth = if2.axes["X"].train.strokes[-2]
+    told = [int(at_ns) - forth.start_ns for at_ns in if2.axes["X"].pulse_times(forth.start_ns)][:730]
+    # range 2: start/stop 600, increment 200, every 200/20000 s = 10 ms
+    assert told == pulse_times_of(ramped(730, 600, 3000, 200, 20_000))
+    assert since_start(if2.axes["X"]) == constant(600, 30)
+
+
+def test_the_inter_character_delay_is_kept(bench):
+    """Battery backup: "any data"."""
+    if2 = ready(bench, model="if2")
+    tell(if2, "D10")
+    tell(if2, "[")
+    bench.run(0.5)
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    heard: list[int] = []
+    if2.serial.hear(lambda byte, errors: heard.append(bench.now))
+    tell(if2, "F")
+    bench.run(1.0)
+    assert if2.serial.read() == b"32\r"
+    assert heard[1] - heard[0] >= 100 * MS
+
+
+def test_the_baud_rate_and_the_format_are_kept(bench):
+    """Running, condition 2: "the same baud rate and data format as defined by the "U" and "V" commands"."""
+    if2 = bench.add("if2", line="1200 8N2")
+    find(bench, if2)
+    tell(if2, "V22", "\r\n")  # 7 bits, 2 stop bits, no parity, echo
+    bench.run(0.2)
+    host_format(if2, "V22")
+    bench.run(1.2)
+    assert ask(bench, if2, "[", end="\n") == b"[\n"
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"
+
+
+def test_the_positions_of_the_machine_stay_when_the_power_goes(bench):
+    """Ruling 6: "Positions of axes are the bench's and survive a power cycle"."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.pins["input1"].drive(True)
+    bench.run(0.15)
+    stands = positions(if2)[0]
+    assert 0 < stands < 100
+    if2.power(False)
+    bench.run(5.0)
+    assert positions(if2) == (stands, 0, 0)
+    power_up(bench, if2, dsr=False)
+    bench.run(1.0)
+    assert positions(if2) == (stands + 100, 50, 0)  # from the beginning
+
+
+def test_the_outputs_are_off_when_the_power_comes_back(bench):
+    """Default values: "Outputs 1-5 - Off"; they are not among the data."""
+    if2 = stored(bench, ":S135:H1:R1:$")
+    bench.run(0.1)
+    levels = [edges(if2.pins[f"output{n}"]) for n in (1, 2)]
+    assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
+    power_up(bench, if2, dsr=False)
+    bench.run(1.0)
+    assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [True, False, True, False, True]
+    assert [len(seen) for seen in levels] == [1, 0]
+
+
+# What can be said to a locked interface
+
+
+@pytest.mark.parametrize("wiring", ["3-wire", "5-wire"])
+def test_status_requests_only(bench, wiring):
+    """Running: "restricted to status request codes only, and any other command instructions will be ignored"."""
+    if2 = stored(bench, wiring=wiring)
+    power_up(bench, if2, dsr=False)
+    assert [status(bench, if2, letter) for letter in "KFIOEN"] == ["0", "32", "200", "1", "[", "0"]
+    for text in ("X100$", "#", ":X10:$", "@200", "S1$", "(", "*", "U61"):
+        tell(if2, text)
+    bench.run(1.0)
+    assert positions(if2) == (0, 0, 0) and if2.serial.read() == b""
+    assert (number(bench, if2, "O"), number(bench, if2, "F")) == (1, 32)
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+
+
+def test_3_wire_with_dsr_linked_to_cts_and_rts_counts_as_low(bench):
+    """Running, condition 1: "In a 3-wire system this can be achieved by linking DSR to CTS and RTS"."""
+    if2 = stored(bench, wiring="3-wire")
+    if2.power(True)  # the host's lines do not matter
+    bench.run(1.05)
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+    assert ask(bench, if2, "E") == b"[\r"
+
+
+def test_5_wire_with_dsr_low_answers_only_when_it_is_set(bench):
+    """Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost."""
+    if2 = stored(bench)
+    if2.serial.host.dtr = False
+    if2.power(True)
+    bench.run(1.05)
+    assert ask(bench, if2, "E") == b""
+    if2.serial.host.dtr = True
+    bench.run(0.1)
+    assert if2.serial.read() == b"[\r"
+
+
+def test_no_error_checking_while_locked_up(bench):
+    """Running: "No communication error checking is carried out whilst the interface is locked up"."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.serial.host.baudrate = 300
+    tell(if2, "UUU")
+    bench.run(0.5)
+    if2.serial.host.baudrate = 9600
+    tell(if2, "")
+    tell(if2, "nonsense")
+    bench.run(0.1)
+    assert (number(bench, if2, "K"), number(bench, if2, "F")) == (0, 32)
+    tell(if2, "]")
+    tell(if2, "nonsense")
+    bench.run(0.1)
+    assert (number(bench, if2, "K"), number(bench, if2, "F")) == (128, 8)
+
+
+def test_unlocked_after_power_up_it_obeys_again(bench):
+    """Changing: "it is first necessary to unlock the interface"; same baud rate and data format as before."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    tell(if2, "]")
+    assert status(bench, if2, "E") == "E"  # the stored sequence still waits for input 1
+    tell(if2, "#")
+    assert status(bench, if2, "E") == "C"
+    tell(if2, "Z30$")
+    settle(bench, if2)
+    assert positions(if2) == (0, 0, 30)
+    if2.pins["input1"].drive(True)
+    tell(if2, ":$")
+    settle(bench, if2)
+    assert positions(if2) == (100, 50, 30)
+
+
+def test_changing_the_sequence_data(bench):
+    """Changing: unlock, "the cancel code "# <CR>" followed by the new sequence data"."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    for text in ("]", "#", ":H1:Z77@400:$", "["):
+        tell(if2, text)
+    bench.run(0.2)
+    assert status(bench, if2, "E") == "["
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (0, 0, 77)
+
+
+def test_unlocked_and_switched_off_all_is_lost(bench):
+    """Storing: only what is locked is kept."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    tell(if2, "]")
+    bench.run(0.1)
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    if2.pins["input1"].drive(True)
+    bench.run(2.0)
+    assert positions(if2) == (0, 0, 0)
+    assert ask(bench, if2, "E") == b""
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    assert if2.serial.read() == b"U\r"
+
+
+def test_an_emergency_stop_is_reset_by_removing_the_power(bench):
+    """Running: "If an emergency stop input is received ... power must be temporarily removed in order to reset"."""
+    if2 = stored(bench, ":H1:X100@400:=0,2:$")
+    power_up(bench, if2, dsr=False)
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    if2.pins["estop"].drive(False)
+    bench.run(0.5)
+    if2.pins["estop"].release()
+    stands = positions(if2)
+    for _ in range(3):
+        assert number(bench, if2, "K") == 32
+    bench.run(5.0)
+    assert positions(if2) == stands and if2.pins["led"].level
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    bench.run(1.0)
+    assert positions(if2)[0] > stands[0] + 300
+    assert not if2.pins["led"].level
+
+
+# DSR high: a new data format
+
+
+@pytest.mark.parametrize("wiring", ["5-wire", "3-wire DSR-DTR"])
+def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wiring):
+    """Changing: "DSR line must be held active"; "start to execute ... as soon as the "U" or "V" command"."""
+    if2 = stored(bench, ":X100@400:Y50:$", wiring=wiring)
+    bench.run(3.0)
+    before = positions(if2)
+    power_up(bench, if2, dsr=True)
+    bench.run(5.0)
+    assert positions(if2) == before
+    assert ask(bench, if2, "E") == b""
+    if2.serial.host.baudrate = 1200
+    if2.serial.write(b"(")
+    bench.run(0.2)
+    assert if2.serial.read() == b"U\r"
+    assert positions(if2) == before
+    tell(if2, "V62", "\r\n")
+    bench.run(3.0)
+    assert tuple(b - a for a, b in zip(before, positions(if2), strict=True)) == (100, 50, 0)
+    assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"  # still locked
+    assert ask(bench, if2, "]", 0.5, "\n") == b"]\n"
+    assert ask(bench, if2, "E", 0.5, "\n") == b"E\nC\r\n"
+
+
+def test_the_new_format_is_kept_as_the_old_one_was(bench):
+    """Changing: "The baud rate and data format can be reprogrammed even if the interface is in the locked-up mode"."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=True)
+    if2.serial.host.baudrate = 300
+    if2.serial.write(b"(")
+    bench.run(0.3)
+    tell(if2, "V61", "\n")
+    bench.run(2.0)
+    if2.power(False)
+    if2.serial.read()
+    power_up(bench, if2, dsr=False)
+    assert ask(bench, if2, "E", 0.5, "\n") == b"[\r\n"
+
+
+def test_dsr_is_looked_at_when_the_power_comes_on(bench):
+    """Digest 15: DSR raised afterwards changes nothing: `(` is then one of the ignored characters."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    tell(if2, "(")
+    bench.run(0.2)
+    assert if2.serial.read() == b""
+    assert status(bench, if2, "E") == "["
+
+
+# Breaking in
+
+
+@pytest.mark.parametrize("erase", ["*", "**", "*\r", "*\r\n"])
+def test_breaking_into_a_locked_interface(bench, erase):
+    """Breaking: "issue the open bracket "(" followed by the erase command", "The response ... is "U<CR>""; R28."""
+    if2 = stored(bench, ":X100@400:Y50:$")
+    bench.run(3.0)
+    before = positions(if2)
+    power_up(bench, if2, dsr=True)
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    assert if2.serial.read() == b"U\r"
+    if2.serial.write(erase.encode())
+    bench.run(0.1)
+    assert if2.serial.read() in ((b"U\r", b"U\rU\r") if erase == "**" else (b"U\r",))
+    tell(if2, "U61")
+    bench.run(3.0)
+    assert positions(if2) == before
+    assert (status(bench, if2, "E"), number(bench, if2, "F")) == ("C", 0)
+    tell(if2, ":$")
+    tell(if2, "X$")
+    bench.run(1.0)
+    assert positions(if2) == before  # the sequence and the distance are gone
+    tell(if2, "Z5$")
+    bench.run(1.0)
+    assert positions(if2)[2] == before[2] + 5
+
+
+def test_what_has_been_erased_does_not_come_back(bench):
+    """Breaking: "erase stored sequence statements in the RAM": also if the power goes at once."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=True)
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    if2.serial.write(b"*")
+    bench.run(0.1)
+    if2.power(False)
+    if2.serial.read()
+    power_up(bench, if2, dsr=False)
+    if2.pins["input1"].drive(True)
+    bench.run(3.0)
+    assert positions(if2) == (0, 0, 0)
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    assert if2.serial.read() == b"U\r"  # as fresh from the factory: it waits for this
+
+
+def test_installing_a_sequence_as_sample_6_does(bench):
+    """Sample 6: `(`, the answer, `*`, the answer, `V61`, E until not E, the sequence (R30), `[`; CR LF after each."""
+    if2 = bench.add("if2", line="2400 8N2")
+    bench.run(1.5)
+    if2.serial.write(b"(")
+    bench.run(0.2)
+    if2.serial.read()
+    tell(if2, "*", "\r\n")
+    bench.run(0.2)
+    assert if2.serial.read() == b"U\r"
+    tell(if2, "V61", "\r\n")
+    tell(if2, "E", "\r\n")
+    bench.run(1.5)
+    assert if2.serial.read() == b"C\r\n"
+    if2.serial.write(b":R12345:H1:X1000@1000S1:X-S2:YS3:Y-S4:ZS5:Z-R5:")
+    tell(if2, "XYZR4:X-Y-ZR3:X-Y-ZR2:X-YZR1:=0,1:$", "\r\n")
+    tell(if2, "[", "\r\n")
+    bench.run(1.0)
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    on = edges(if2.pins["output1"])
+    if2.pins["input1"].drive(True)
+    bench.run(25.0)
+    # each of the 10 moves of 1000 steps at 1000/s takes 60 + 922 + 60 = 1042 ms
+    ons = [at_ns for at_ns, level in on if level]
+    assert len(ons) == 3
+    assert 10_420 * MS <= ons[1] - ons[0] <= 10_423 * MS
+    assert ask(bench, if2, "E", end="\r\n") == b"[\r\n"
+
+
+# Power cuts
+
+
+@pytest.mark.parametrize("cut_s", [0.0, 0.0001, 0.5, 0.9999, 1.0, 1.0001, 1.06, 1.1, 1.3105, 1.5, 1.56, 2.0])
+def test_a_power_cut_at_any_moment_of_the_start_and_the_sequence(bench, cut_s):
+    """Battery backup: "a stand-alone pre-programmed controller": it starts afresh each time."""
+    if2 = stored(bench, ":S1:X100@400BP2,25:Y50:R1:$")
+    bench.run(2.0)
+    if2.serial.host.dtr = False
+    if2.power(True)
+    bench.run(cut_s)
+    if2.power(False)
+    bench.run(0.1)
+    cut_at = positions(if2)
+    bench.run(10.0)
+    assert positions(if2) == cut_at
+    assert not any(if2.pins[name].level for name in ("output1", "output2", "led"))
+    if2.power(True)
+    bench.run(5.0)
+    assert tuple(b - a for a, b in zip(cut_at, positions(if2), strict=True)) == (100, 50, 0)
+
+
+def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
+    """Nothing of what was under way is there afterwards."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.serial.write(b"KFIOENKFIOEN")
+    bench.run(0.005)
+    if2.power(False)
+    bench.run(0.1)
+    if2.serial.read()
+    power_up(bench, if2, dsr=False)
+    assert if2.serial.read() == b""
+    assert [status(bench, if2, letter) for letter in "EF"] == ["[", "32"]
+
+
+def test_power_on_and_off_twice_is_no_different_from_once(bench):
+    """A switch that is already on or off."""
+    if2 = stored(bench)
+    if2.power(False)
+    if2.serial.host.dtr = False
+    if2.power(True)
+    bench.run(1.05)
+    if2.pins["input1"].drive(True)
+    bench.run(0.1)
+    if2.power(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+
+
+def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
+    """Battery backup: data without a sequence is kept too."""
+    if2 = ready(bench, model="if2")
+    tell(if2, "X60@200$")
+    tell(if2, "[")
+    bench.run(1.0)
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    bench.run(2.0)
+    assert positions(if2) == (60, 0, 0)
+    assert status(bench, if2, "E") == "["
+    tell(if2, "]")
+    tell(if2, "Y$")
+    settle(bench, if2)
+    assert positions(if2) == (60, 60, 0)
+    assert since_start(if2.axes["Y"]) == constant(200, 60)
+
+
+def test_a_sequence_with_a_hand_over_at_power_up(bench):
+    """Intervention while locked up: the prompt is sent, `%` is ignored as any other command."""
+    if2 = stored(bench, ":X10@400:%:Y10:$")
+    bench.run(1.0)
+    power_up(bench, if2, dsr=False)
+    bench.run(1.5)
+    assert if2.serial.read() == b"%\r"
+    tell(if2, "%")
+    bench.run(0.5)
+    assert positions(if2)[1] == 0
+    tell(if2, "]")
+    tell(if2, "%")
+    bench.run(0.5)
+    assert positions(if2)[1] == 10
+
+
+@pytest.mark.parametrize("name", ["estop", "x_fault", "y_fault"])
+def test_a_fault_there_at_power_up_keeps_the_stored_sequence_from_moving(bench, name):
+    """Running: "power must be temporarily removed in order to reset the system": with the fault gone it starts."""
+    if2 = stored(bench, ":X100@400:Y50:$")
+    bench.run(2.0)
+    before = positions(if2)
+    if2.pins[name].drive(not if2.pins[name].level)
+    power_up(bench, if2, dsr=False)
+    bench.run(3.0)
+    assert positions(if2) == before and if2.pins["led"].level
+    assert number(bench, if2, "K") == (32 if name == "estop" else 16)
+    if2.pins[name].release()
+    bench.run(3.0)
+    assert positions(if2) == before
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    bench.run(3.0)
+    assert tuple(b - a for a, b in zip(before, positions(if2), strict=True)) == (100, 50, 0)
+
+
+def test_an_emergency_stop_can_be_read_away_once_it_is_unlocked(bench):
+    """Running: the power must go "when the interface is operating in the battery-backup mode", not otherwise."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.pins["estop"].drive(False)
+    bench.run(0.1)
+    if2.pins["estop"].release()
+    assert [number(bench, if2, "K") for _ in range(2)] == [32, 32]
+    tell(if2, "]")
+    bench.run(0.1)
+    assert [number(bench, if2, "K") for _ in range(2)] == [32, 0]
+    tell(if2, "X30@400$")
+    settle(bench, if2)
+    assert positions(if2) == (30, 0, 0)

@@ -1,0 +1,300 @@
+"""Emergency stop and limit inputs: the limit switches, and moving off a limit."""
+
+import pytest
+
+from axistwin.units import MS
+
+from .helpers import edges, number, positions, settle, status, strokes, times
+from .talking import ready, tell
+
+TRAVEL = {"limits": (-100, 2000)}
+"""The minus switch opens below -100, the plus switch above 2000."""
+
+
+def test_the_limit_switch_stops_a_slow_move_where_it_opens(bench):
+    """Clearing: "any axis in motion will stop"; below the start/stop speed at once."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X9000@400$")
+    bench.run(10.0)
+    assert positions(if1) == (2001, 0, 0)
+    assert number(bench, if1, "I") == 200 + 16
+    assert number(bench, if1, "N") == 2001
+    assert number(bench, if1, "K") == 64
+
+
+def test_the_negative_limit_stops_a_negative_move(bench):
+    """Emergency stop and limit inputs: "and vice versa"."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X-9000@400$")
+    bench.run(10.0)
+    assert positions(if1) == (-101, 0, 0)
+    assert number(bench, if1, "I") == 200 + 32
+    assert number(bench, if1, "K") == 64
+
+
+def test_a_fast_move_decelerates_beyond_the_switch(bench):
+    """Quick status: "a limit input has appeared whilst an axis is in motion and decelerating"."""
+    if1 = ready(bench, X=TRAVEL)
+    opened = edges(if1.pins["limit_plus"])
+    tell(if1, "X9000@1000$")
+    bench.run(10.0)
+    # 39 steps and 60 ms from 1000 down to 400
+    assert positions(if1)[0] - 2001 in (38, 39, 40)
+    x = times(if1.axes["X"])
+    assert opened == [(x[2000], False)]
+    assert 57 * MS <= x[-1] - opened[0][0] <= 61 * MS
+
+
+def test_the_wrong_direction_is_refused_before_and_after_the_request(bench):
+    """Limit inputs: "the interface can only be driven in the negative direction ... after a status request"."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X9000@400$")
+    bench.run(8.0)
+    tell(if1, "X10$")
+    bench.run(0.5)
+    assert positions(if1) == (2001, 0, 0)
+    assert number(bench, if1, "K") == 64
+    tell(if1, "X10$")
+    bench.run(0.5)
+    tell(if1, "X@200G$")
+    bench.run(0.5)
+    assert positions(if1) == (2001, 0, 0)
+
+
+def test_the_system_can_be_driven_off_the_limit_after_the_request(bench):
+    """Clearing: "driven off the limit in the opposite direction and no further status request need be made"."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X9000@400$")
+    bench.run(8.0)
+    assert number(bench, if1, "K") == 64
+    tell(if1, "X-500$")
+    settle(bench, if1)
+    assert positions(if1) == (1501, 0, 0)
+    tell(if1, "X100$")
+    settle(bench, if1)
+    assert positions(if1) == (1601, 0, 0)
+    assert number(bench, if1, "K") == 0
+
+
+def test_no_movement_before_the_limit_has_been_read(bench):
+    """Digest 14: "further movement refused until read"; the manual: "after a status request has been made"."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X9000@400$")
+    bench.run(8.0)
+    tell(if1, "X-500$")
+    tell(if1, "Z-5$")
+    bench.run(2.0)
+    assert positions(if1) == (2001, 0, 0)
+    assert number(bench, if1, "K") == 64
+    bench.run(2.0)
+    assert positions(if1) == (2001, 0, 0)
+
+
+def test_one_request_clears_the_limit_though_the_switch_is_still_open(bench):
+    """Clearing: "a status request will be necessary ... and this will serve to reset the fault bit"."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X9000@400$")
+    bench.run(8.0)
+    assert [number(bench, if1, "K") for _ in range(3)] == [64, 0, 0]
+    assert status(bench, if1, "E") == "C"
+    assert number(bench, if1, "I") == 216
+    assert if1.pins["led"].level
+
+
+def test_the_led_goes_out_when_the_limit_has_been_read_and_left(bench):
+    """Inputs: "It will turn off after Motion Status has been read and the input removed"."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X9000@400$")
+    bench.run(8.0)
+    assert if1.pins["led"].level
+    number(bench, if1, "K")
+    tell(if1, "X-1$")  # at 2000 the switch is closed again
+    settle(bench, if1)
+    assert positions(if1) == (2000, 0, 0)
+    assert not if1.pins["led"].level
+
+
+def test_the_limits_are_common_to_all_axes(bench):
+    """Limit inputs: "Where more than one axis is used, connect the limit switches in series"."""
+    if1 = ready(bench, X=TRAVEL, Y={"limits": (-50, 50)})
+    tell(if1, "Y90@400$")
+    bench.run(1.0)
+    assert positions(if1) == (0, 51, 0)
+    assert number(bench, if1, "K") == 64
+    for text in ("X10$", "Z10$", "XY10$", "X-Z10$"):
+        tell(if1, text)
+        bench.run(0.5)
+        number(bench, if1, "K")
+    assert positions(if1) == (0, 51, 0)
+    tell(if1, "XYZ-10$")
+    bench.run(0.5)
+    assert positions(if1) == (0, 51, 0)  # X and Y are asked for positively
+
+
+def test_other_axes_may_move_away_from_a_limit_too(bench):
+    """Limit inputs: common: negative movement is allowed while the positive limit is open."""
+    if1 = ready(bench)
+    if1.pins["limit_plus"].drive(False)
+    bench.run(0.1)
+    number(bench, if1, "K")
+    for text in ("X-10@400$", "Y-20$", "X-Y-Z-5$"):
+        tell(if1, text)
+        settle(bench, if1)
+    assert positions(if1) == (-15, -25, -5)
+
+
+def test_a_move_away_from_an_open_switch_is_not_stopped_by_it(bench):
+    """Clearing: "apart from motion away from a limit switch"; the switch chatters while it is left."""
+    if1 = ready(bench)
+    if1.pins["limit_plus"].drive(False)
+    bench.run(0.1)
+    number(bench, if1, "K")
+    tell(if1, "X-400@400$")
+    bench.run(0.2)
+    for level in (True, False, True, False, True):
+        if1.pins["limit_plus"].drive(level)
+        bench.run(0.01)
+    bench.run(2.0)
+    assert positions(if1) == (-400, 0, 0)
+
+
+def test_the_opposite_limit_does_stop_a_move_away(bench):
+    """Both switches open at once (a broken wire common to both): nothing may move."""
+    if1 = ready(bench)
+    for name in ("limit_plus", "limit_minus"):
+        if1.pins[name].drive(False)
+    bench.run(0.1)
+    assert number(bench, if1, "I") == 248
+    for text in ("X10$", "X-10$", "Y10$", "Z-10$"):
+        number(bench, if1, "K")
+        tell(if1, text)
+        bench.run(0.3)
+    assert positions(if1) == (0, 0, 0)
+    number(bench, if1, "K")
+    if1.pins["limit_minus"].release()
+    bench.run(0.1)
+    number(bench, if1, "K")
+    tell(if1, "X-10$")
+    settle(bench, if1)
+    assert positions(if1) == (-10, 0, 0)
+
+
+def test_a_limit_open_at_power_up(bench):
+    """Limit inputs "must remain connected to +24v for the interface to run"; off the limit it can be driven."""
+    if1 = bench.add("if1")
+    if1.pins["limit_minus"].drive(False)
+    bench.run(1.5)
+    if1.serial.write(b"(U61\r")
+    bench.run(1.5)
+    if1.serial.read()
+    tell(if1, "X-10$")
+    bench.run(0.5)
+    assert positions(if1) == (0, 0, 0)
+    assert number(bench, if1, "K") == 64
+    tell(if1, "X10$")
+    settle(bench, if1)
+    assert positions(if1) == (10, 0, 0)
+
+
+def test_a_run_is_stopped_by_a_limit(bench):
+    """Run mode ends at a limit as an index does."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, "X@400G$")
+    bench.run(10.0)
+    assert positions(if1) == (2001, 0, 0)
+    assert (number(bench, if1, "K"), number(bench, if1, "K")) == (64, 0)
+    tell(if1, "X-G$")
+    bench.run(10.0)
+    assert positions(if1) == (-101, 0, 0)
+    assert number(bench, if1, "K") == 64
+
+
+def test_a_limit_stops_both_axes_of_an_interpolated_move(bench):
+    """Clearing: "any axis in motion will stop"; here the minor axis finds its limit."""
+    if1 = ready(bench, Y={"limits": (-10, 100)})
+    tell(if1, "X4000/Y1000@400$")
+    bench.run(5.0)
+    x, y, _ = positions(if1)
+    assert y == 101 and x in (404, 405)
+    assert number(bench, if1, "K") == 64
+
+
+def test_a_sequence_ends_at_a_limit(bench):
+    """R22: "ended, outputs as they are"; after the request it can be run again from the beginning."""
+    if1 = ready(bench, X=TRAVEL)
+    tell(if1, ":S1:X1500@400:R1:X-1000:=3,1:$")
+    bench.run(30.0)
+    # 1500, 500, 2000, 1000 and on towards 2500
+    assert positions(if1) == (2001, 0, 0)
+    assert if1.pins["output1"].level
+    assert number(bench, if1, "K") == 64
+    bench.run(5.0)
+    assert positions(if1) == (2001, 0, 0)
+    assert status(bench, if1, "E") == "C"
+    tell(if1, "X-1901$")
+    settle(bench, if1)
+    tell(if1, ":$")
+    bench.run(6.0)
+    assert positions(if1)[0] < 1600
+
+
+def test_a_backlash_correction_away_from_the_limit_that_the_move_found(bench):
+    """Backlash and limit: the overshoot opens the switch; there is no correction after a fault."""
+    if1 = ready(bench, X={"limits": (-100, 105)})
+    tell(if1, "B-20")
+    tell(if1, "X100@400B$")
+    bench.run(2.0)
+    assert positions(if1) == (106, 0, 0)
+    assert strokes(if1.axes["X"]) == [106]
+    assert number(bench, if1, "K") == 64
+
+
+def test_a_limit_touched_at_rest_is_told_and_lights_the_led(bench, if1):
+    """Inputs: "Emergency stop or limit inputs will light the LED (red)"."""
+    if1.pins["limit_minus"].drive(False)
+    bench.run(0.1)
+    assert if1.pins["led"].level
+    assert number(bench, if1, "K") == 64
+    if1.pins["limit_minus"].release()
+    bench.run(0.1)
+    assert (number(bench, if1, "K"), if1.pins["led"].level) == (0, False)
+
+
+def test_a_limit_that_was_touched_and_left_is_still_told(bench, if1):
+    """Clearing: the bit stays until the request."""
+    if1.pins["limit_plus"].drive(False)
+    bench.run(0.005)
+    if1.pins["limit_plus"].release()
+    bench.run(5.0)
+    assert [number(bench, if1, "K") for _ in range(2)] == [64, 0]
+
+
+def test_emergency_stop_and_limit_at_once(bench, if1):
+    """Clearing: each bit by its own rule: the limit by any request, the emergency stop only when it is gone."""
+    tell(if1, "X4000@400$")
+    bench.run(1.0)
+    if1.pins["estop"].drive(False)
+    if1.pins["limit_plus"].drive(False)
+    bench.run(0.5)
+    assert number(bench, if1, "K") == 96
+    assert number(bench, if1, "K") == 32
+    if1.pins["estop"].release()
+    bench.run(0.1)
+    assert [number(bench, if1, "K") for _ in range(2)] == [32, 0]
+    x = positions(if1)[0]
+    tell(if1, "X-10$")
+    settle(bench, if1)
+    assert positions(if1)[0] == x - 10
+
+
+@pytest.mark.parametrize("text", ["X-100@400$", "X-@400G$", "X-100/Y-50@400$", "X-100@400B$"])
+def test_a_limit_that_opens_behind_the_motion_does_not_stop_it(bench, if1, text):
+    """Limit inputs: "If the positive limit goes low ... can only be driven in the negative direction"."""
+    tell(if1, "B-5")
+    tell(if1, text)
+    bench.run(0.1)
+    if1.pins["limit_plus"].drive(False)
+    bench.run(0.2)
+    tell(if1, "#")
+    bench.run(0.1)
+    assert positions(if1)[0] <= -100

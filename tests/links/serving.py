@@ -1,0 +1,115 @@
+"""Controllers on real ports of this machine, served by an event loop in a thread of its own."""
+
+import asyncio
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any, Self
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.links.plug import Flow
+from axistwin.links.server import Server
+from axistwin.links.urls import PortUrl, parse
+
+PATIENCE_S = 10
+"""A test that waits longer than this has failed."""
+
+
+class Served:
+    """A bench on real ports, as fast as it goes unless a speed is given.  A context manager."""
+
+    def __init__(self, *, speed: float | None = None, flow: Flow = Flow.DTR, reset: bool = False) -> None:
+        self.bench = Bench()
+        self.server = Server(self.bench, speed=speed, flow=flow, reset=reset)
+        self.problems: list[dict[str, Any]] = []
+        self._loop = asyncio.new_event_loop()
+        self._loop.set_exception_handler(lambda _, context: self.problems.append(context))
+        self._thread = threading.Thread(target=self._loop.run_forever)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        self.do(self.server.start)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.do(self.server.close)
+        self.do(lambda: None)  # connections are closed in the loop's next turn
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join(PATIENCE_S)
+        self._loop.close()
+        assert self.problems == []
+
+    def do(self, action: Callable[[], Any]) -> Any:
+        """Do something in the thread that the bench belongs to."""
+
+        async def act() -> Any:
+            return action()
+
+        return asyncio.run_coroutine_threadsafe(act(), self._loop).result(PATIENCE_S)
+
+    def act(self, action: Callable[[], object]) -> None:
+        """Do something to a controller, and let happen what comes of it."""
+
+        def act() -> None:
+            action()
+            self.server.pacer.work()
+
+        self.do(act)
+
+    def add(self, *, line: str | None = "instant", initialised: bool = True, **options: Any) -> Controller:
+        """An IF1 on the bench, ready for instructions or just switched on."""
+
+        def act() -> Controller:
+            controller = self.bench.add("if1", line=line, **options)
+            return initialise(self.bench, controller) if initialised else controller
+
+        return self.do(act)
+
+    def open(self, controller: Controller, url: str = "tcp://127.0.0.1:0") -> PortUrl:
+        """Open a port to it."""
+        opening = self.server.open(controller.name, parse(url))
+        return asyncio.run_coroutine_threadsafe(opening, self._loop).result(PATIENCE_S)
+
+    def until(self, condition: Callable[[], object]) -> None:
+        """Wait until something is so; it is looked at whenever the bench has been advanced."""
+        so = threading.Event()
+
+        def look() -> None:
+            if condition():
+                so.set()
+
+        unwatch = self.do(lambda: self.server.pacer.watch(look))
+        self.do(look)
+        assert so.wait(PATIENCE_S), "it never happened"
+        self.do(unwatch)
+
+
+def initialise(bench: Bench, controller: Controller) -> Controller:
+    """What a host sends to an IF1 to be understood, as if it had been sent before the ports were opened."""
+    bench.run(1.1)
+    controller.serial.write(b"(")
+    bench.run(0.1)
+    controller.serial.write(b"U61\r")
+    bench.run(1.2)
+    assert controller.serial.read() == b"U\r"
+    return controller
+
+
+def dial(url: PortUrl) -> socket.socket:
+    """A connection to a TCP port."""
+    return socket.create_connection((url.host, url.port), timeout=PATIENCE_S)
+
+
+def ask(connection: socket.socket, text: bytes = b"E\r", answer: bytes = b"C\r") -> bytes:
+    """Send something, and receive as much as is expected."""
+    connection.sendall(text)
+    return receive(connection, len(answer))
+
+
+def receive(connection: socket.socket, count: int) -> bytes:
+    """Receive so many characters; fewer if the connection ends."""
+    data = b""
+    while len(data) < count and (more := connection.recv(count - len(data))):
+        data += more
+    return data

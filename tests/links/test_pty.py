@@ -1,0 +1,213 @@
+"""A pseudo terminal, opened as a serial device by pyserial and by plain file calls."""
+
+import fcntl
+import os
+import sys
+import termios
+from contextlib import suppress
+
+import pytest
+import serial
+
+from axistwin.errors import LinkError
+from axistwin.links.plug import CHUNK, FULL
+from axistwin.sim.serial import UartFormat
+
+from .serving import PATIENCE_S, dial, receive
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
+
+
+@pytest.fixture
+def if1(served):
+    """An IF1 that has been switched on and waits for its baud rate."""
+    return served.add(initialised=False)
+
+
+@pytest.fixture
+def path(served, if1, tmp_path):
+    """The link to its pty."""
+    link = tmp_path / "if1"
+    served.open(if1, f"pty:{link}")
+    return str(link)
+
+
+def opened(path, **settings):
+    return serial.Serial(path, timeout=PATIENCE_S, **{"baudrate": 9600, "stopbits": 2, **settings})
+
+
+def initialise(host):
+    host.write(b"(")
+    assert host.read(2) == b"U\r"
+    host.write(b"U61\rE\r")
+    assert host.read(2) == b"C\r"
+
+
+def test_a_host_initialises_an_if1_and_asks(path):
+    with opened(path) as host:
+        initialise(host)
+        host.write(b"K\r")
+        assert host.read(2) == b"0\r"
+
+
+def test_baud_rate_and_stop_bits_are_the_clients(served, if1, path):
+    with opened(path, baudrate=1200, stopbits=1) as host:
+        served.until(lambda: if1.serial.host.format == UartFormat(1200, 8, "N", 1))
+        initialise(host)
+        host.baudrate = 12345
+        served.until(lambda: if1.serial.host.baudrate == 12345)
+        host.stopbits = 2
+        served.until(lambda: if1.serial.host.stopbits == 2)
+
+
+def test_odd_parity_is_seen_and_data_bits_are_as_given(served, tmp_path):
+    if1 = served.add(line="1200 7E1", initialised=False)
+    served.open(if1, f"pty:{tmp_path}/if1")
+    with opened(f"{tmp_path}/if1", baudrate=300) as host:
+        served.until(lambda: if1.serial.host.format == UartFormat(300, 7, "E", 2))
+        host.parity = "O"
+        served.until(lambda: if1.serial.host.format == UartFormat(300, 7, "O", 2))
+
+
+def test_the_device_shows_the_usual_format_to_who_comes(served, path):
+    device = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    try:
+        _, _, flags, _, _, speed, _ = termios.tcgetattr(device)
+        assert speed == termios.B9600
+        assert flags & termios.CSTOPB
+    finally:
+        os.close(device)
+
+
+def test_baud_rate_0_hangs_up(served, if1, path):
+    with opened(path) as host:
+        served.until(lambda: if1.serial.host.dtr)
+        settings = termios.tcgetattr(host.fd)
+        settings[5] = termios.B0
+        settings[4] = termios.B0
+        termios.tcsetattr(host.fd, termios.TCSANOW, settings)
+        served.until(lambda: not if1.serial.host.dtr and not if1.serial.host.rts)
+    served.until(lambda: if1.serial.host.dtr and if1.serial.host.rts)
+
+
+def test_a_client_may_come_when_the_one_before_has_closed(served, if1, path):
+    with opened(path) as host:
+        initialise(host)
+    for _ in range(10):
+        with opened(path) as host:
+            host.write(b"E\r")
+            assert host.read(2) == b"C\r"
+    served.until(lambda: served.server._plugs["if1"].client is None)
+
+
+def test_what_nobody_has_read_is_not_there_for_the_next_one(served, path):
+    with opened(path) as host:
+        initialise(host)
+        host.write(b"E\r")
+        assert host.read(1) == b"C"
+    served.until(lambda: served.server._plugs["if1"].client is None)
+    device = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    waiting = fcntl.ioctl(device, termios.FIONREAD, bytes(4))
+    os.close(device)
+    assert waiting == bytes(4)
+
+
+def test_a_program_without_serial_settings_is_served_too(served, if1, path):
+    """As a shell does: open, write, read."""
+    device = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    os.write(device, b"(")
+    assert os.read(device, 2) == b"U\r"
+    os.close(device)
+
+
+def test_flushing_its_output_takes_back_what_has_not_left(served, if1, path):
+    with opened(path) as host:
+        initialise(host)
+        served.act(lambda: if1.serial.dtr_line.drive(False))
+        host.write(b"X100$\r")
+        served.until(lambda: if1.serial.pending == 6)
+        host.reset_output_buffer()
+        served.until(lambda: if1.serial.pending == 0)
+
+
+def test_a_client_that_does_not_read_loses_characters_and_no_more(served, if1, path):
+    with opened(path) as host:
+        initialise(host)
+        port = served.server._plugs["if1"].client
+        for _ in range(20):
+            served.do(lambda: port.deliver(b"x" * 20_000, 0))
+        assert len(port._writer._waiting) <= 64 * 1024
+        assert port._writer._dropped > 0
+        host.reset_input_buffer()
+        host.write(b"E\r")
+        assert host.read_until(b"\r").endswith(b"C\r")
+
+
+def test_a_client_that_floods_waits_until_there_is_room(served, if1, path):
+    served.act(lambda: if1.serial.dtr_line.drive(False))
+    device = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    with suppress(BlockingIOError):
+        for _ in range(1000):
+            os.write(device, b"E\r" * 1000)
+    assert served.do(lambda: if1.serial.pending) < FULL + CHUNK + 1
+    os.close(device)
+    with opened(path) as host:  # the flood that nobody stands behind any more makes room
+        served.act(if1.serial.dtr_line.release)
+        initialise(host)
+
+
+def test_while_another_client_is_connected_a_pty_is_not_listened_to(served, if1, path):
+    other = served.open(if1)
+    with opened(path) as host:
+        initialise(host)
+        with dial(other) as refused:
+            assert receive(refused, 1) == b""
+    served.until(lambda: served.server._plugs["if1"].client is None)
+    with dial(other) as connection:
+        connection.sendall(b"E\r")
+        assert receive(connection, 2) == b"C\r"
+        with opened(path) as host:
+            host.write(b"X100$\r")
+            host.flush()
+            connection.sendall(b"E\r")
+            assert receive(connection, 2) == b"C\r"
+    assert if1.axes["X"].position == 0
+    served.until(lambda: served.server._plugs["if1"].client is None)
+    with opened(path) as host:
+        host.write(b"E\r")
+        assert host.read(2) == b"C\r"
+
+
+# The link
+
+
+def test_the_link_is_gone_when_the_port_is_closed(served, path):
+    assert os.path.islink(path)
+    served.do(served.server.close)
+    assert not os.path.lexists(path)
+
+
+def test_without_a_path_the_device_itself_is_told(served, if1):
+    assert served.open(if1, "pty:").path.startswith("/dev/pts/")
+
+
+def test_a_link_left_behind_is_replaced(served, if1, tmp_path):
+    link = tmp_path / "if1"
+    link.symlink_to("/dev/pts/no-such")
+    served.open(if1, f"pty:{link}")
+    assert link.exists()
+
+
+@pytest.mark.parametrize("name", ["file", "directory", "link"])
+def test_something_else_at_the_path_is_left_alone(served, if1, tmp_path, name):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "directory").mkdir()
+    (tmp_path / "link").symlink_to("file")
+    with pytest.raises(LinkError, match=r"cannot make pty:.*: there is something at .*: remove it"):
+        served.open(if1, f"pty:{tmp_path}/{name}")
+    assert (tmp_path / name).exists()
+
+
+def test_a_path_that_cannot_be_is_one_line(served, if1, tmp_path):
+    with pytest.raises(LinkError, match="no such file or directory: choose another path"):
+        served.open(if1, f"pty:{tmp_path}/no/such")
