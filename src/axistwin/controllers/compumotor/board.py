@@ -139,6 +139,7 @@ class Board:
             self.handshake.ready()
             data = yield from self.handshake.next_command(drain_ns)
             yield self._queue.put(data)
+            yield self.clock.timeout(0)  # what takes no time has been done when the host finds the IDB ready
 
     def _live(self) -> Procedure:
         while self.alive:
