@@ -76,3 +76,4 @@ def rest(bench: Bench, board: Controller, timeout: float = 100) -> None:
     """Let the motion end."""
     bench.run(0.03)
     assert bench.run_until(lambda: board.axes["motor"].velocity == 0, timeout)
+    bench.run(0.0001)

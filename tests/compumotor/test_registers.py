@@ -64,6 +64,7 @@ def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
         tell(bench, board, *command)
     assert board.bus.read(1) & 0x07 == 5
     assert message(bench, board)[:2] == b"\x90\x50"
+    bench.run(0.0001)
     assert board.bus.read(1) & 0x07 == 2
 
 

@@ -83,7 +83,8 @@ class Board:
         )
         self.joystick, self.shutdown = Joystick(dict(pins), self.pulses), Shutdown(self)
         self.outputs = Outputs(self)
-        self._unwatch = [
+        self._closing = [
+            *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown)),
             pins["remote_enable"].watch(lambda pin: self.refresh()),
             pins["at_zero"].watch(self._joystick_moves),
         ]
@@ -110,6 +111,7 @@ class Board:
             self.alive = False
             self.events.inhibit()
             self._stop_working()
+            self.handshake.ready()
             self._processes = [self.clock.process(selftest.test(self))]
 
     def _die(self) -> None:
@@ -117,11 +119,9 @@ class Board:
         self._stop_working()
         self.pulses.on_phase = lambda phase: None
         self.pulses.kill()
-        for part in (self.limits, self.triggers, self.joystick, self.shutdown):
-            part.close()
-        for unwatch in self._unwatch:
-            unwatch()
-        self._unwatch.clear()
+        for close in self._closing:
+            close()
+        self._closing.clear()
 
     def _stop_working(self) -> None:
         self.sequencer.end()
