@@ -233,6 +233,21 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
     assert position(bench, board) == motor.position == motor.pulses
 
 
+@pytest.mark.parametrize("opcode", [0x70, 0x78])
+def test_a_stop_during_a_reversal_is_the_end_of_it(bench, board, opcode):
+    define(bench, board, 0xCE, 1, 50_000, 100_000, (0,))
+    define(bench, board, 0xCE, 2, 50_000, 100_000, (1,))
+    tell(bench, board, 0xA1, 1)
+    tell(bench, board, 0x40, 1)
+    bench.run(1)
+    tell(bench, board, 0x40, 2)
+    bench.run(0.2)
+    tell(bench, board, opcode)
+    bench.run(2)
+    assert board.axes["motor"].velocity == 0
+    assert messages(bench, board) == ["a1 00", "a1 00"]
+
+
 def test_a_continuous_move_is_refused_during_a_ramp_and_during_a_preset_move(bench, board):
     define(bench, board, 0xCE, 1, 50_000, 50_000, (0,))
     define(bench, board, 0xCE, 2, 10_000, 50_000, (1,))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from simpy import Interrupt
@@ -39,7 +40,7 @@ class Move:
     acceleration: int
     target: int = 0
 
-    @property
+    @cached_property
     def rate(self) -> Fraction | None:
         """Pulses/s; None: beyond the range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
@@ -117,6 +118,8 @@ class Motion:
     """Where a preset move ends, in the pulse generator's count."""
     begun: int = 0
     """How many moves have begun since reset."""
+    stopped: bool = False
+    """Whether it was stopped or killed, so that nothing of it is still to come."""
 
 
 # Definitions
@@ -248,20 +251,21 @@ def excursion(board: "Board", move: Move, speed: Speed, sign: int, course: Cours
 
 def _perform_continuous(board: "Board", move: Move, speed: Speed) -> Procedure:
     sign, pulses = (-1 if move.target else +1), board.pulses
-    if pulses.moving and (sign != pulses.sign or not speed.rate):
-        assert board.motion.speed is not None
-        board.begin_move(move, speed, None)
-        pulses.change(stopping(pulses.rate, speed))
-        yield from _until(board, Phase.REST)
-    if not speed.rate:
+    if not pulses.moving:
+        if speed.rate:
+            yield from excursion(board, move, speed, sign, continuous(speed))
         return
-    if pulses.moving:
-        before = VELOCITY_RANGES[board.motion.move.ranges[0]] if board.motion.move else speed.range
-        board.begin_move(move, speed, None)
+    before = VELOCITY_RANGES[board.motion.move.ranges[0]] if board.motion.move else speed.range
+    board.begin_move(move, speed, None)
+    if speed.rate and sign == pulses.sign:
         pulses.change(changed(pulses.rate, before, speed))
         yield from _until_performed(board, move)
-    else:
-        yield from excursion(board, move, speed, sign, continuous(speed))
+        return
+    pulses.change(stopping(pulses.rate, speed))
+    yield from _until(board, Phase.REST)
+    if speed.rate and not (board.motion.stopped or board.limits.blocks(sign)):
+        pulses.start(continuous(speed), sign)
+        yield from _until_performed(board, move)
 
 
 def _until_performed(board: "Board", move: Move) -> Procedure:

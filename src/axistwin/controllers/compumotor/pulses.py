@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 
 from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Profile, Segment
@@ -46,8 +46,17 @@ class Course:
         """All segments."""
         return (segment for _, segments in self.phases for segment in segments)
 
-    def timetable(self) -> Iterable[tuple[int, Phase]]:
+    @cached_property
+    def profile(self) -> Profile:
+        """The course from zero velocity."""
+        return Profile(self.segments)
+
+    @cached_property
+    def timetable(self) -> tuple[tuple[int, Phase], ...]:
         """When each phase begins, in ns from the course's start; a phase without duration is left out."""
+        return tuple(self._begins())
+
+    def _begins(self) -> Iterable[tuple[int, Phase]]:
         at = Fraction(0)
         for phase, segments in self.phases:
             if any(segment.seconds != 0 for segment in segments):
@@ -131,7 +140,7 @@ class PulseGenerator:
         if not further:
             self._excursion_origin = self.position
         self.face(sign)
-        self._profile, self._start_ns = Profile(course.segments), self.clock.now
+        self._profile, self._start_ns = course.profile, self.clock.now
         self.axis.start(self._profile, self.physical)
         self._follow(course)
 
@@ -177,7 +186,7 @@ class PulseGenerator:
         self._plan += 1
         self._course = course
         plan = self._plan
-        for at_ns, phase in tuple(course.timetable()):
+        for at_ns, phase in course.timetable:
             if at_ns == 0:
                 self._enter(phase)
             else:

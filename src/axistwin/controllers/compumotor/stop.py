@@ -29,6 +29,7 @@ INTERRUPT_ON_TRIGGER = 0xAC
 def stop_motion(board: "Board") -> None:
     """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, as 78h."""
     pulses, speed = board.pulses, board.motion.speed
+    board.motion.stopped = True
     if board.streaming or speed is None:
         kill_motion(board)
     elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
@@ -52,6 +53,7 @@ def discontinue_singular(board: "Board") -> None:
 
 def kill_motion(board: "Board") -> None:
     """Commands 78h, 7Ch: no more pulses, at once, as at a limit."""
+    board.motion.stopped = True
     board.pulses.kill()
 
 
