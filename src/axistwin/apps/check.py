@@ -17,7 +17,7 @@ from axistwin.apps.conversation import Act, Do, Say
 from axistwin.apps.typist import command_lines
 from axistwin.bench import product
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
-from axistwin.errors import ProgramError
+from axistwin.errors import ProgramError, UsageError
 
 _WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character as a conversation has it, once it has been read
 
@@ -44,7 +44,10 @@ def check(model: str, program: Path, as_json: bool) -> int:
       axistwin check if1 moves.if1
       axistwin check if2 tests/session.talk --json
     """
-    found = diagnose(program, product(model).check)
+    checker = product(model).check
+    if checker is None:
+        raise UsageError(f"programs for {model} cannot be checked")
+    found = diagnose(program, checker)
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
     if as_json:
         listed = [{"file": str(program), **asdict(diagnostic)} for diagnostic in found]
