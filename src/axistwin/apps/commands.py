@@ -49,7 +49,8 @@ def _row(command: Command) -> tuple[str, ...]:
         number = f"{ord(code):02X}"
     parameters = ", ".join(map(str, command.parameters))
     implemented = "yes" if command.implemented else "no"
-    return in_words(str(code)), number, command.name, in_words(command.syntax), parameters, command.chapter, implemented
+    shown = number if isinstance(code, int) else in_words(code)
+    return shown, number, command.name, in_words(command.syntax), parameters, command.chapter, implemented
 
 
 def _print_table(title: str, listed: Iterable[Command]) -> None:
