@@ -14,6 +14,7 @@ from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor import selftest
 from axistwin.controllers.compumotor.courses import Speed
 from axistwin.controllers.compumotor.events import Events, Happening
+from axistwin.controllers.compumotor.home import HomeDefinition
 from axistwin.controllers.compumotor.joystick import Joystick, Shutdown
 from axistwin.controllers.compumotor.language import Accept, Opcode, decode
 from axistwin.controllers.compumotor.limits import Limits
@@ -24,6 +25,7 @@ from axistwin.controllers.compumotor.pulses import Phase, PulseGenerator
 from axistwin.controllers.compumotor.registers import Handshake
 from axistwin.controllers.compumotor.sequence import Sequencer, Sequences, Stored
 from axistwin.controllers.compumotor.stop import Triggers
+from axistwin.controllers.compumotor.streaming import Stream
 from axistwin.controllers.product import PulseAxis
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.pins import Pin
@@ -67,10 +69,15 @@ class Board:
         self.start_stop = 0
         self.zero = self.home = 0
         """Absolute zero and HOME, in the pulse generator's count."""
+        self.home_definition: HomeDefinition | None = None
+        self.home_ns = max(1, _ns(options.home_ms, MS))
+        self.stops = 0
+        """How often the host has stopped or killed the motion."""
         # Modes and procedures
         self.mode, self.mode_parameters = INDEXER, b""
         self.sequences: Sequences = Sequences(options.buffer_bytes)
         self.sequencer: Sequencer = Sequencer(clock)
+        self.stream = Stream(self, options.buffer_bytes, _ns(options.marker_ms, MS))
         self.singular: Process | None = None
         """The SINGULAR command in progress."""
         # Everything else
@@ -125,6 +132,7 @@ class Board:
 
     def _stop_working(self) -> None:
         self.sequencer.end()
+        self.stream.abandon()
         for process in (*self._processes, *([self.singular] if self.singular else ())):
             if process is not self.clock.active_process:
                 kill(process)
@@ -214,7 +222,7 @@ class Board:
     @property
     def streaming(self) -> bool:
         """Whether the streaming buffer is being performed."""
-        return False
+        return self.stream.performing
 
     @property
     def moving(self) -> bool:
@@ -249,12 +257,18 @@ class Board:
     @property
     def at_home_switch(self) -> bool:
         """Whether the home input is active; TTL high unless 38h says otherwise."""
-        return self.pins["home"].level
+        active_high = self.home_definition is None or self.home_definition.active_high
+        return self.pins["home"].level is active_high
+
+    @property
+    def channel_z(self) -> bool:
+        """The encoder's channel Z, as JU16 lets it through."""
+        return self.pins["channel_z"].level is not self.options.invert_z
 
     @property
     def free_bytes(self) -> int:
-        """Memory left, in bytes."""
-        return self.sequences.free
+        """Memory left, in bytes: one memory, for the sequences or in a streaming mode for the stream."""
+        return self.stream.free if self.in_streaming_mode else self.sequences.free
 
     # What happens
 
@@ -276,6 +290,8 @@ class Board:
         self.refresh()
 
     def _limit_hit(self, sign: int) -> None:
+        if sign == self.pulses.sign:
+            self.stream.end()
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 
     def _joystick_moves(self, pin: Pin) -> None:

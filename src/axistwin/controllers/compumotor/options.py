@@ -35,6 +35,12 @@ class Options:
     """From a rising edge to what trigger 1 does."""
     trigger6_us: float = 400.0
     """From a rising edge to what trigger 6 does."""
+    home_ms: float = 3.0
+    """How long the home input must keep a level to be seen: "like TRIGGERS 2 through 5", whose worst case it is."""
+    invert_z: bool = False
+    """Jumper JU16: whether the encoder's channel Z is inverted."""
+    marker_ms: float = 3.0
+    """From a marker in the stream until its command has been carried out: "approximately two to four milliseconds"."""
     buffer_bytes: int = 600
     """Memory for sequences or streaming: "about 600 decimal bytes"."""
     command_queue: int = 16
@@ -50,6 +56,8 @@ class Options:
                 raise UsageError(f"interrupts: no {name!r}: choose of {', '.join(get_args(Interrupt))}")
         if not isinstance(self.test_switch, bool):
             raise UsageError(f"test_switch={self.test_switch!r}: give true or false")
+        if not isinstance(self.invert_z, bool):
+            raise UsageError(f"invert_z={self.invert_z!r}: give true or false")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type in (float, "float"):

@@ -27,6 +27,8 @@ class Phase(Enum):
 
 RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
 AT_REST = Profile(())
+MOST_SEGMENTS = 64
+"""Of one stroke, where one velocity follows the other without end."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,11 @@ class PulseGenerator:
         """Whether the present course is what a move asked for."""
         return self._course.of_move
 
+    def ns_until(self, pulses: int) -> int:
+        """From now until so many more pulses (at least 1) are out; as things are now they must come."""
+        count = self._profile.pulses_by(self._elapsed_ns) + pulses
+        return self._profile.pulse_ns(count) + 1 - self._elapsed_ns
+
     @property
     def step_level(self) -> bool:
         """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
@@ -151,6 +158,22 @@ class PulseGenerator:
         self._profile = self._profile.cut(self._elapsed_ns, course.segments)
         self.axis.replace(self._profile)
         self._follow(course)
+
+    def run(self, course: Course, sign: int) -> None:
+        """Another velocity at once, in any direction; in the same one the fraction of a pulse is kept."""
+        if sign != self.sign:
+            self.kill()
+        if not self.moving:
+            self.start(course, sign)
+        elif len(self._profile.segments) < MOST_SEGMENTS:
+            self.change(course)
+        else:
+            fraction, rate = self._profile.fraction_at(self._elapsed_ns), self.rate
+            self._profile = self._profile.cut(self._elapsed_ns)
+            self._origin = self.position
+            self._profile, self._start_ns = Profile(course.segments, fraction, rate), self.clock.now
+            self.axis.start(self._profile, self.physical)
+            self._follow(course)
 
     def hold(self) -> None:
         """The velocity of this instant is kept."""

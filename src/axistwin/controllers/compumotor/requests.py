@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from axistwin.controllers.compumotor import streaming
 from axistwin.controllers.compumotor.pulses import Phase
 from axistwin.controllers.compumotor.ranges import VELOCITY_RANGES
 
@@ -50,10 +51,12 @@ def direction(board: "Board") -> bytes:
 
 
 def velocity(board: "Board") -> bytes:
-    """Command 85h in indexer mode: ranges and velocity number, always positive.
+    """Command 85h: in indexer mode ranges and velocity number, always positive; while streaming as the stream has it.
 
     At the velocity of the move it is the number that was asked for (RULINGS 4).
     """
+    if board.in_streaming_mode:
+        return streaming.velocity(board)
     move, rate = board.motion.move, board.pulses.rate
     if move is None:
         return bytes(5)
@@ -131,7 +134,7 @@ def triggers(board: "Board") -> bytes:
 
 def channel_z(board: "Board") -> bytes:
     """Command 96h: FF while the encoder's channel Z is high."""
-    return YES if board.pins["channel_z"].level else NO
+    return YES if board.channel_z else NO
 
 
 def free_bytes(board: "Board") -> bytes:

@@ -33,6 +33,7 @@ def stop_motion(board: "Board") -> None:
     if board.streaming or speed is None:
         kill_motion(board)
     elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
+        board.stops += 1
         pulses.change(stopping(pulses.rate, speed))
 
 
@@ -54,6 +55,8 @@ def discontinue_singular(board: "Board") -> None:
 def kill_motion(board: "Board") -> None:
     """Commands 78h, 7Ch: no more pulses, at once, as at a limit."""
     board.motion.stopped = True
+    board.stops += 1
+    board.stream.end()
     board.pulses.kill()
 
 
