@@ -44,6 +44,7 @@ class Controller:
         self.axes: Mapping[str, StepperAxis] = axes
         self.pins: Mapping[str, Pin] = device.pins
         self._device, self._serial = device, serial
+        self._bus = device.bus if isinstance(device, BusDevice) else None
 
     def __repr__(self) -> str:
         return f"<Controller {self.name}: {self.product.model}>"
@@ -58,9 +59,9 @@ class Controller:
     @property
     def bus(self) -> RegisterPort:
         """Its registers as the host finds them on the bus.  Raises UsageError if it has none."""
-        if not isinstance(self._device, BusDevice):
+        if self._bus is None:
             raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
-        return self._device.bus
+        return self._bus
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""

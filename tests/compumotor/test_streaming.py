@@ -22,7 +22,7 @@ def test_the_worked_parabola_pulse_by_pulse(bench, board):
     tell(bench, board, 0x42)
     rest(bench, board)
 
-    start_ns = board.axes["motor"].train.stroke.start_ns
+    start_ns = board.axes["motor"].train.strokes[1].start_ns
     assert pulse_times(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
     assert board.axes["motor"].position == sum(PARABOLA) // 30 == 26_041 == position(bench, board, 0x80)
     assert max(PARABOLA) * Fraction(50, 3) == Fraction(1_172_350, 3)  # 390.783 kHz
@@ -81,7 +81,7 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
         bench.run(0.1)
         velocities(bench, board, *numbers[first : first + 7])
     bench.run(3)
-    start_ns = board.axes["motor"].train.stroke_at(1_300 * MS).start_ns
+    start_ns = board.axes["motor"].train.strokes[1].start_ns
     expected = accumulated(
         [BASE_CLOCKS[2] / 3 * v / 65_536 for v in (*numbers, *[numbers[-1]] * 500)], start_ns, 7 * MS
     )

@@ -27,7 +27,7 @@ class Phase(Enum):
 
 RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
 AT_REST = Profile(())
-MOST_SEGMENTS = 64
+MOST_SEGMENTS = 16
 """Of one stroke, where one velocity follows the other without end."""
 
 

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from axistwin.controllers.compumotor.language import Accept, Opcode
@@ -49,10 +50,20 @@ class Setting:
     alarm: int
     period_ms: int = 0
 
-    @property
+    @cached_property
     def clock(self) -> Fraction:
         """The effective clock in Hz."""
         return BASE_CLOCKS[self.base] / self.divisor
+
+    @cached_property
+    def maximum(self) -> Fraction:
+        """The highest velocity in pulses/s, which no number quite reaches."""
+        return self.clock / 2
+
+    @cached_property
+    def resolution(self) -> Fraction:
+        """Pulses/s of a velocity number of 1."""
+        return self.clock / FULL
 
     @property
     def parameters(self) -> bytes:
@@ -62,7 +73,7 @@ class Setting:
 
     def rate(self, number: int) -> Fraction:
         """Pulses/s of a velocity number, whatever its direction."""
-        return self.clock * (number & FASTEST) / FULL
+        return self.resolution * (number & FASTEST)
 
 
 @dataclass(frozen=True)
@@ -218,7 +229,7 @@ class Stream:
             phase = Phase.CONSTANT
             if rate != before:
                 phase = Phase.ACCELERATING if rate > before else Phase.DECELERATING
-            pulses.run(Course(((phase, (Segment(rate, None),)),), self.setting.clock / 2, of_move=False), sign)
+            pulses.run(Course(((phase, (Segment(rate, None),)),), self.setting.maximum, of_move=False), sign)
         return True
 
     # Markers
@@ -338,5 +349,5 @@ def velocity(board: "Board") -> bytes:
     """Command 85h in a streaming mode: a velocity number, with bit 15 set while moving CCW."""
     setting, pulses = board.stream.setting, board.pulses
     assert setting is not None
-    number = min(round(pulses.rate * FULL / setting.clock), FASTEST)
+    number = min(round(pulses.rate / setting.resolution), FASTEST)
     return (number | (CCW if pulses.moving and pulses.physical < 0 else 0)).to_bytes(2, "big")
