@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from axistwin.controllers.product import Device, Product, Store
+from axistwin.controllers.product import BusDevice, Device, Product, SerialDevice, Store
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.encoder import EncoderData
@@ -16,12 +16,13 @@ from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.plant.torque import Load, StepperMotor
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
+from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import SerialPort, UartFormat
 from axistwin.storage import FileStore, MemoryStore
 from axistwin.units import to_ns, to_seconds
 
 LINE = re.compile(r"(?P<baudrate>[1-9]\d*)? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
-FAMILIES = {"if1": "digiplan", "if2": "digiplan"}
+FAMILIES = {"if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor"}
 """Each model's package in `axistwin.controllers`, imported when the model is first asked for."""
 
 
@@ -39,23 +40,30 @@ class Controller:
     """A controller on a bench, with its plug, its terminals and its axes."""
 
     def __init__(
-        self,
-        clock: Clock,
-        name: str,
-        made: Product,
-        device: Device,
-        axes: Mapping[str, StepperAxis],
-        line: UartFormat,
-        instant: bool,
+        self, name: str, made: Product, device: Device, axes: Mapping[str, StepperAxis], serial: SerialPort | None
     ) -> None:
         self.name, self.product = name, made
         self.axes: Mapping[str, StepperAxis] = axes
         self.pins: Mapping[str, Pin] = device.pins
-        self.serial = SerialPort(clock, device.uart, device.dtr, device.rts, line=line, instant=instant)
-        self._device = device
+        self._device, self._serial = device, serial
+        self._bus = device.bus if isinstance(device, BusDevice) else None
 
     def __repr__(self) -> str:
         return f"<Controller {self.name}: {self.product.model}>"
+
+    @property
+    def serial(self) -> SerialPort:
+        """The host's end of its serial port.  Raises UsageError if it has none."""
+        if self._serial is None:
+            raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
+        return self._serial
+
+    @property
+    def bus(self) -> RegisterPort:
+        """Its registers as the host finds them on the bus.  Raises UsageError if it has none."""
+        if self._bus is None:
+            raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
+        return self._bus
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""
@@ -137,13 +145,14 @@ class Bench:
         own_options = _options(made, options)
         if type(history) is not int or history < 2:
             raise UsageError(f"history={history!r}: give a number of strokes, 2 or more")
-        fmt, instant = line_format(line, made.line)
+        if line is not None and made.line is None:
+            raise UsageError(f"{made.model} has no serial port: leave out `line`")
         axes = {axis: _axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
         store: Store = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
         _fit_switches(made, device, axes, axis_options)
-        controller = Controller(self.clock, name, made, device, axes, fmt, instant)
-        connect_host_lines(controller.serial, device)
+        serial = _serial_port(self.clock, device, line, made.line) if isinstance(device, SerialDevice) else None
+        controller = Controller(name, made, device, axes, serial)
         self.controllers[name] = controller
         device.power(True)
         return controller
@@ -153,10 +162,16 @@ class Bench:
         return next(name for name in candidates if name not in self.controllers)
 
 
-def connect_host_lines(port: SerialPort, device: Device) -> None:
-    """The host's DTR goes to the device's DSR, its RTS to the device's CTS."""
+def _serial_port(
+    clock: Clock, device: SerialDevice, line: str | UartFormat | None, usual: UartFormat | None
+) -> SerialPort:
+    """The host's end.  Its DTR goes to the device's DSR, its RTS to the device's CTS."""
+    assert usual is not None, "a product with a serial port names its usual format"
+    fmt, instant = line_format(line, usual)
+    port = SerialPort(clock, device.uart, device.dtr, device.rts, line=fmt, instant=instant)
     connect(port.host.dtr_line, device.dsr)
     connect(port.host.rts_line, device.cts)
+    return port
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
@@ -236,5 +251,5 @@ def _fit_switches(
                 raise UsageError(f"{made.model} has no home input: leave out `home` of axis {name}")
             in_series([PositionSwitch(axis, *options[name]["home"])], device.pins[made.home_pin])
     if made.limit_pins and minus:
-        in_series(minus, device.pins[made.limit_pins[0]])
-        in_series(plus, device.pins[made.limit_pins[1]])
+        in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)
+        in_series(plus, device.pins[made.limit_pins[1]], closed=made.closed_level)

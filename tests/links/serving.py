@@ -66,6 +66,10 @@ class Served:
 
         return self.do(act)
 
+    def add_board(self, **options: Any) -> Controller:
+        """An 1811 on the bench, just switched on."""
+        return self.do(lambda: self.bench.add("1811", **options))
+
     def open(self, controller: Controller, url: str = "tcp://127.0.0.1:0") -> PortUrl:
         """Open a port to it."""
         opening = self.server.open(controller.name, parse(url))

@@ -44,7 +44,10 @@ def check(model: str, program: Path, as_json: bool) -> int:
       axistwin check if1 moves.if1
       axistwin check if2 tests/session.talk --json
     """
-    found = diagnose(program, product(model).check)
+    checker = product(model).check
+    if checker is None:
+        raise UsageError(f"programs for {model} cannot be checked")
+    found = diagnose(program, checker)
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
     if as_json:
         listed = [{"file": str(program), **asdict(diagnostic)} for diagnostic in found]

@@ -42,10 +42,15 @@ def commands(model: str, as_json: bool) -> None:
 
 def _row(command: Command) -> tuple[str, ...]:
     code = command.code
-    number = f"{ord(code):02X}" if isinstance(code, str) and len(code) == 1 else ""
+    number = ""
+    if isinstance(code, int):
+        number = f"{code:02X}"
+    elif len(code) == 1:
+        number = f"{ord(code):02X}"
     parameters = ", ".join(map(str, command.parameters))
     implemented = "yes" if command.implemented else "no"
-    return in_words(str(code)), number, command.name, in_words(command.syntax), parameters, command.chapter, implemented
+    shown = number if isinstance(code, int) else in_words(code)
+    return shown, number, command.name, in_words(command.syntax), parameters, command.chapter, implemented
 
 
 def _print_table(title: str, listed: Iterable[Command]) -> None:

@@ -1,9 +1,10 @@
-"""What to paste into the usual hosts to reach a port: pyserial, PyVISA and EPICS asyn."""
+"""What to paste into the usual hosts to reach a port: pyserial, PyVISA, EPICS asyn, and C for a board on a bus."""
 
 import socket
 from collections.abc import Iterator
 from dataclasses import replace
 
+from axistwin.host import C_FILES
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial import UartFormat
 
@@ -25,6 +26,15 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
             baudrate = url.baud or line.baudrate
             yield f"the host at the other end of the cable is to be set to {baudrate} baud, {line.bytesize} data bits,"
             yield f"parity {line.parity}, {line.stopbits:g} stop bits"
+
+
+def bus(url: PortUrl) -> Iterator[str]:
+    """For the registers of a board at `url`."""
+    if url.host in ANY_ADDRESS:
+        url = replace(url, host=socket.gethostname())
+    yield f"by hand   nc {url.host} {url.port}     then: r 1"
+    yield f"C         cc -I{C_FILES} HOST.c {C_FILES / 'axistwin_bus.c'} -o host"
+    yield f"          AXISTWIN_BUS={url.address} ./host"
 
 
 def _tcp(name: str, url: PortUrl) -> Iterator[str]:

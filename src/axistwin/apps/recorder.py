@@ -41,6 +41,7 @@ class Recorder:
         self._formats: dict[str, UartFormat] = {
             name: line_format(headers.get("line") or None, controller.product.line)[0]
             for name, controller in bench.controllers.items()
+            if controller.product.line is not None
         }
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 

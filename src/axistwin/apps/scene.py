@@ -70,7 +70,8 @@ class Scene:
         with self._source.blaming(*path, "model"):
             made = product(table.model)
         with self._source.blaming(*path, "line"):
-            line_format(table.line, made.line)
+            if made.line is not None:
+                line_format(table.line, made.line)
         self._check_keys((*path, "options"), table.options, [field.name for field in fields(made.options)])
         self._check_keys((*path, "axes"), table.axes, made.axes)
         given = table.model_dump(include={"line", "history"}, exclude_none=True)

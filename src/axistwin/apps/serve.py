@@ -12,14 +12,14 @@ from typing import Any
 import click
 
 from axistwin.apps.target import read_options
-from axistwin.bench import Bench
+from axistwin.bench import Bench, Controller
 from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.plug import Flow
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
 
-ANY_PORT = "tcp://127.0.0.1:0"
+ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
 INTERRUPTED = 130
 NOW_AND_THEN_S = 0.1
 
@@ -34,6 +34,7 @@ Ports = list[tuple[str, PortUrl]]
 @click.option("--pty", multiple=True, metavar="PATH", help="A pseudo terminal, with a link to it at PATH.")
 @click.option("--rfc2217", multiple=True, metavar="H:P", help="TCP with line format, control lines and break.")
 @click.option("--serial", multiple=True, metavar="DEV", help="A real serial device, at the baud rate of --line.")
+@click.option("--bus", multiple=True, metavar="H:P", help="The registers of a board on a bus, for an 1810 or 1811.")
 @click.option("--port", multiple=True, metavar="URL", help="Any of these, such as serial:///dev/ttyUSB0?baud=9600.")
 @click.option(
     "--speed", default="1", show_default=True, metavar="N|max", help="Times real time; max: as fast as it goes."
@@ -80,11 +81,12 @@ def serve(
     axistwin serve if2 --pty /tmp/if2 --state ./if2
     axistwin serve if1 --rfc2217 127.0.0.1:2217     pyserial: serial_for_url("rfc2217://127.0.0.1:2217")
     axistwin serve if1 --serial /dev/ttyUSB0 --line 2400
+    axistwin serve 1811 --bus :1811 --show-hosts    a line for each access to a register; C hosts
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
-    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial") for text in ports[scheme]]
+    given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     times = read_speed(speed)
     if what.endswith(".toml"):
@@ -95,7 +97,7 @@ def serve(
     else:
         bench = Bench()
         name = bench.add(what, state=state, line=line, **read_options(options)).name
-        wanted = [(name, url) for url in given or [parse(ANY_PORT)]]
+        wanted = [(name, url) for url in given or [_any_port(bench[name])]]
         headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
     with _recording(bench, record, headers), _tracing(bench, trace) as catch_up:
@@ -110,10 +112,14 @@ def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
     bench = scene.build()
     if not given:
         ports = [(name, parse(url)) for name, url in scene.ports]
-        return bench, ports or [(name, parse(ANY_PORT)) for name in bench.controllers]
+        return bench, ports or [(name, _any_port(controller)) for name, controller in bench.controllers.items()]
     if len(bench.controllers) > 1:
         raise UsageError(f"{path} has several controllers: write their ports into the scene")
     return bench, [(name, url) for name in bench.controllers for url in given]
+
+
+def _any_port(controller: Controller) -> PortUrl:
+    return parse(ANY_BUS_PORT if controller.product.line is None else ANY_PORT)
 
 
 @contextmanager
@@ -182,9 +188,12 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
     for name, url in server.ports:
         yield f"{name} listening on {url}"
         if show_hosts:
-            from axistwin.apps.hosts import lines  # late: only on request
+            from axistwin.apps import hosts  # late: only on request
 
-            yield from (f"    {line}" for line in lines(name, url, server.bench[name].serial.host.format))
+            shown = (
+                hosts.bus(url) if url.scheme == "bus" else hosts.lines(name, url, server.bench[name].serial.host.format)
+            )
+            yield from (f"    {line}" for line in shown)
 
 
 def _now_and_then(pacer: Pacer, do: Callable[[], None]) -> None:

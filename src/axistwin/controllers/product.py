@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker
 from axistwin.motion.profile import Profile
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
+from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart, UartFormat
 
 
@@ -39,14 +40,27 @@ class Device(Protocol):
     """The hardware of one controller, which is there whether it has power or not."""
 
     pins: dict[str, Pin]
+
+    def power(self, on: bool) -> None:
+        """Switch it on or off."""
+
+
+@runtime_checkable
+class SerialDevice(Device, Protocol):
+    """A device with a serial plug: what a host talks to is its UART, with four control lines."""
+
     uart: Uart
     dtr: Pin
     rts: Pin
     dsr: Pin
     cts: Pin
 
-    def power(self, on: bool) -> None:
-        """Switch it on or off."""
+
+@runtime_checkable
+class BusDevice(Device, Protocol):
+    """A device in a slot of a bus: what a host talks to is a pair of registers."""
+
+    bus: RegisterPort
 
 
 @dataclass(frozen=True)
@@ -60,10 +74,12 @@ class Product:
     options: type[Any]
     """A dataclass: the keywords that `Bench.add` takes for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, PulseAxis], Any, Store], Device]
-    check: Checker
+    check: Checker | None = None
     """Finds what is wrong with a program for it."""
-    line: UartFormat
-    """The host's usual format, where nothing else is said."""
+    line: UartFormat | None = None
+    """The host's usual format, where nothing else is said; None: it has no serial port."""
     limit_pins: tuple[str, str] | None = None
     """Pins that the minus and the plus limit switches of all axes hold closed."""
+    closed_level: bool = True
+    """The level of those pins while their switches are closed."""
     home_pin: str | None = None

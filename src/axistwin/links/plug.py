@@ -1,23 +1,19 @@
 """The serial connector of one controller.  It takes one plug: one client at a time, whatever the transport.
 
-The first client to come is connected; a later one is refused, unless the one before has hung up.  A client that has
-sent so much that it is not read from at the moment cannot be told from one that has gone, and gives way too.  A client
-finds empty buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still
+A client finds empty buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still
 transmitted, until the next one comes.
 """
 
 from collections.abc import Callable
 from enum import Enum
-from logging import getLogger
 from typing import Protocol
 
 from axistwin.bench import Controller
+from axistwin.links.one import Guest, OneClient
 from axistwin.links.pacing import Pacer
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import LineError
 from axistwin.units import to_seconds
-
-log = getLogger("axistwin.links")
 
 FULL = 512
 """With so many characters waiting for the wire a client is not read from, until half of them have left."""
@@ -34,21 +30,14 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-class Client(Protocol):
+class Client(Guest, Protocol):
     """A host at the other end of a transport."""
 
-    name: str
     flow: Flow | None
     """The flow control it asks for; None: the link's own."""
 
     def deliver(self, data: bytes, errors: LineError) -> None:
         """Characters from the controller; `errors`: what was found wrong with some of them."""
-
-    def hung_up(self) -> bool:
-        """Whether it has gone, or cannot be told from one that has; another client may then take its place."""
-
-    def drop(self) -> None:
-        """Disconnect it."""
 
     def pause(self) -> None:
         """Take nothing from it for the moment."""
@@ -57,15 +46,14 @@ class Client(Protocol):
         """Go on taking what it sends."""
 
 
-class Plug:
+class Plug(OneClient[Client]):
     """Joins the serial port of a controller to the client that is connected."""
 
     def __init__(self, controller: Controller, pacer: Pacer, *, flow: Flow = Flow.DTR, reset: bool = False) -> None:
-        self.controller, self.serial, self.pacer = controller, controller.serial, pacer
+        super().__init__(controller.name, pacer)
+        self.controller, self.serial = controller, controller.serial
         self.flow, self.reset = flow, reset
         self.usual = self.serial.host.format
-        self.client: Client | None = None
-        self._has_refused = False
         self._dirty = False
         self._errors = LineError.NONE
         self._stopped_by_x_off = False
@@ -75,46 +63,20 @@ class Plug:
         self.serial.dtr_line.watch(self._dtr_changed)
         self.settle_flow()
 
-    @property
-    def name(self) -> str:
-        """The controller's name."""
-        return self.controller.name
-
     # Clients come and go
 
-    def connect(self, client: Client) -> bool:
-        """Plug this client in, if there is no other."""
-        if self.client is not None and self.client is not client:
-            if not self.client.hung_up():
-                self._tell_refused(client, self.client)
-                return False
-            self.client.drop()
-            self.disconnect(self.client)
-        self.pacer.sync()
-        self.client, self._has_refused = client, False
+    def begin(self) -> None:
+        """A client has come."""
         self._clean()
         if self.reset:
             self.controller.power_cycle()
-        self.pacer.work()
-        return True
 
-    def disconnect(self, client: Client) -> None:
-        """This client has gone."""
-        if self.client is not client:
-            return
-        self.pacer.sync()
-        self.client = None
+    def end(self) -> None:
+        """The client has gone."""
         self.set_break(False)
         self.serial.host.dtr = self.serial.host.rts = True
         self._stop_waiting()
         self.settle_flow()
-        self.pacer.work()
-
-    def _tell_refused(self, client: Client, connected: Client) -> None:
-        """Told once for each client that is connected: others may try for ever."""
-        if not self._has_refused:
-            log.warning("%s: refused %s, as %s is connected", self.name, client.name, connected.name)
-        self._has_refused = True
 
     def _clean(self) -> None:
         self.serial.drop_pending()

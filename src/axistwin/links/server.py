@@ -1,11 +1,15 @@
 """Controllers of a bench on real ports."""
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import Bench
+from axistwin.links.one import OneClient
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import Flow, Plug
 from axistwin.links.urls import PortUrl
+
+if TYPE_CHECKING:
+    from axistwin.links.bus import Slot
 
 
 class OpenPort(Protocol):
@@ -31,13 +35,12 @@ class Server:
         """Each open port, with its controller's name."""
         self._flow, self._reset = flow, reset
         self._plugs: dict[str, Plug] = {}
+        self._slots: dict[str, Slot] = {}
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
         """Open a port of the controller of this name.  Raises LinkError; UsageError if there is no such controller."""
-        plug = self._plugs.get(name) or Plug(self.bench[name], self.pacer, flow=self._flow, reset=self._reset)
-        self._plugs[name] = plug
-        port = await _open(plug, url)
+        port = await (_open_slot(self._slot(name), url) if url.scheme == "bus" else _open(self._plug(name), url))
         self._open.append(port)
         self.ports.append((name, port.url))
         return port.url
@@ -48,12 +51,25 @@ class Server:
 
     def close(self) -> None:
         """Close every port and disconnect every client.  Virtual time stands still."""
-        for plug in self._plugs.values():
-            if plug.client is not None:
-                plug.client.drop()
+        places: list[OneClient[Any]] = [*self._plugs.values(), *self._slots.values()]
+        for place in places:
+            if place.client is not None:
+                place.client.drop()
         while self._open:
             self._open.pop().close()
         self.pacer.stop()
+
+    def _plug(self, name: str) -> Plug:
+        if name not in self._plugs:
+            self._plugs[name] = Plug(self.bench[name], self.pacer, flow=self._flow, reset=self._reset)
+        return self._plugs[name]
+
+    def _slot(self, name: str) -> "Slot":
+        from axistwin.links.bus import Slot
+
+        if name not in self._slots:
+            self._slots[name] = Slot(self.bench[name], self.pacer, reset=self._reset)
+        return self._slots[name]
 
 
 async def _open(plug: Plug, url: PortUrl) -> OpenPort:
@@ -76,3 +92,10 @@ async def _open(plug: Plug, url: PortUrl) -> OpenPort:
             from axistwin.links.tcp import TcpClient, listen
 
             return await listen(url, lambda: TcpClient(plug))
+
+
+async def _open_slot(slot: "Slot", url: PortUrl) -> OpenPort:
+    from axistwin.links.bus import Master
+    from axistwin.links.tcp import listen
+
+    return await listen(url, lambda: Master(slot))

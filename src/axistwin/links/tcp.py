@@ -11,11 +11,13 @@ wait for the wire.
 import asyncio
 import select
 import socket
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from logging import getLogger
-from typing import cast
+from typing import Any, cast
 
 from axistwin.errors import LinkError
+from axistwin.links.one import OneClient
 from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial import LineError
@@ -33,15 +35,13 @@ SILENT_S = 60
 HUNG_UP = getattr(select, "POLLRDHUP", 0) | select.POLLHUP | select.POLLERR
 
 
-class TcpClient(asyncio.BufferedProtocol):
-    """A client on a TCP connection; the connection and its limits are the same for raw TCP and RFC 2217."""
+class Connection(asyncio.BufferedProtocol, ABC):
+    """A client on a TCP connection; the connection and its limits are the same whatever is spoken on it."""
 
-    flow: Flow | None = None
     last_words_s = LAST_WORDS_S
 
-    def __init__(self, plug: Plug) -> None:
+    def __init__(self, plug: OneClient[Any]) -> None:
         self.plug, self.name = plug, ""
-        self.dropped = 0
         self.stalled = False
         self._buffer = bytearray(CHUNK)
         self._view = memoryview(self._buffer)
@@ -75,26 +75,11 @@ class TcpClient(asyncio.BufferedProtocol):
             asyncio.get_running_loop().call_later(self.last_words_s, self._transport.close)
         return bool(self.last_words_s)  # False: asyncio closes the connection
 
-    def pause_writing(self) -> None:
-        """The client does not read what it is sent."""
-        self.stalled = True
-
-    def resume_writing(self) -> None:
-        """The client reads again."""
-        self.stalled = False
-        if self.dropped:
-            log.warning("%s: %s did not read, %d characters were lost", self.plug.name, self.name, self.dropped)
-            self.dropped = 0
-
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
         """The client has gone."""
         self.plug.disconnect(self)
 
     # What the plug calls
-
-    def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
-        """Send characters to the client."""
-        self.write(data)
 
     def hung_up(self) -> bool:
         """Whether it has gone, or floods the line so that nobody could tell."""
@@ -117,6 +102,36 @@ class TcpClient(asyncio.BufferedProtocol):
         self._transport.resume_reading()
 
     # What transports differ in
+
+    @abstractmethod
+    def received(self, data: bytes) -> None:
+        """Bytes from the client."""
+
+
+class TcpClient(Connection):
+    """A host on a TCP connection to a serial plug."""
+
+    flow: Flow | None = None
+
+    def __init__(self, plug: Plug) -> None:
+        super().__init__(plug)
+        self.plug: Plug = plug
+        self.dropped = 0
+
+    def pause_writing(self) -> None:
+        """The client does not read what it is sent."""
+        self.stalled = True
+
+    def resume_writing(self) -> None:
+        """The client reads again."""
+        self.stalled = False
+        if self.dropped:
+            log.warning("%s: %s did not read, %d characters were lost", self.plug.name, self.name, self.dropped)
+            self.dropped = 0
+
+    def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
+        """Send characters to the client."""
+        self.write(data)
 
     def received(self, data: bytes) -> None:
         """Bytes from the client."""
@@ -141,7 +156,7 @@ class TcpPort:
         self._server.close()
 
 
-async def listen(url: PortUrl, make: Callable[[], TcpClient]) -> TcpPort:
+async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     """Wait for clients at the address in `url`; port 0: any free one, told in the result.  Raises LinkError."""
     loop = asyncio.get_running_loop()
     try:

@@ -4,6 +4,7 @@ tcp://127.0.0.1:5001        raw TCP; port 0: any free one
 rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217); ?cts=dtr: the client's CTS shows
                             the device's DTR, as the 5-wire cable for hosts that look at no DSR joins them
 pty:/tmp/if1                a pseudo terminal with a link to it at this path; `pty:` alone: without a link
+bus://127.0.0.1:1811        the registers of a board on a bus, a line for each access (`links/bus.py`)
 serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
 """
 
@@ -15,6 +16,7 @@ LOOPBACK = "127.0.0.1"
 EXAMPLES = {
     "tcp": "tcp://127.0.0.1:5001",
     "rfc2217": "rfc2217://127.0.0.1:2217",
+    "bus": "bus://127.0.0.1:1811",
     "pty": "pty:/tmp/if1",
     "serial": "serial:///dev/ttyUSB0?baud=9600",
 }
@@ -22,7 +24,7 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class PortUrl:
-    """Where a controller is to be reached: an address for `tcp` and `rfc2217`, a path for `pty` and `serial`."""
+    """Where a controller is to be reached: an address for `tcp`, `rfc2217` and `bus`, a path for `pty` and `serial`."""
 
     scheme: str
     host: str = ""
@@ -33,7 +35,7 @@ class PortUrl:
     """The output of the device that a client of `rfc2217` sees as CTS: "rts" or "dtr"."""
 
     def __str__(self) -> str:
-        if self.scheme in ("tcp", "rfc2217"):
+        if self.scheme in ("tcp", "rfc2217", "bus"):
             return f"{self.scheme}://{self.address}" + ("?cts=dtr" if self.cts == "dtr" else "")
         if self.scheme == "pty":
             return f"pty:{self.path}"

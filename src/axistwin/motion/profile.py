@@ -39,13 +39,17 @@ class Profile:
     Times inside are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
     """
 
-    def __init__(self, segments: Iterable[Segment]) -> None:
+    def __init__(
+        self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
+    ) -> None:
+        """Where it goes on from a motion: the fraction of a pulse it had come to, and its rate `before`."""
+        self.phase, self.before = phase, before
         self.segments: Sequence[Segment] = tuple(segment for segment in segments if segment.seconds != 0)
         self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
-        per_rate = lcm(*(s.rate.denominator for s in self.segments))
+        per_rate = lcm(phase.denominator, *(s.rate.denominator for s in self.segments))
         self.parts = per_rate * self.ticks
         self.rates = [s.rate.numerator * (per_rate // s.rate.denominator) for s in self.segments]  # parts per tick
-        self.starts, self.phases = [0], [0]
+        self.starts, self.phases = [0], [int(phase * self.parts)]
         for segment, rate in zip(self.segments, self.rates, strict=True):
             if segment.seconds is None:
                 break
@@ -92,6 +96,10 @@ class Profile:
             return Fraction(0)
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
+    def fraction_at(self, elapsed_ns: int) -> Fraction:
+        """The part of a pulse that has gone by since the last one, at a time that is not after the end."""
+        return Fraction(self._phase_s(elapsed_ns), self.parts * S) % 1
+
     def trend(self, elapsed_ns: int) -> int:
         """+1 while the rate is on its way up, -1 on its way down, 0 on a plateau and at rest."""
         if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
@@ -110,7 +118,7 @@ class Profile:
             return self
         j = self._segment_at(elapsed_ns * self.ticks)
         so_far = Fraction(elapsed_ns, S) - Fraction(self.starts[j], self.ticks)
-        return Profile((*self.segments[:j], Segment(self.segments[j].rate, so_far), *then))
+        return Profile((*self.segments[:j], Segment(self.segments[j].rate, so_far), *then), self.phase, self.before)
 
     def scaled(self, ratio: Fraction) -> "Profile":
         """Every rate times `ratio`, as a rate multiplier makes it; the times stay."""

@@ -34,11 +34,11 @@ class PositionSwitch:
             clock.call_later(min(due) - clock.now, lambda: self._look() if plan == self._plan else None)
 
 
-def in_series(switches: Sequence[PositionSwitch], pin: Pin) -> None:
-    """Current reaches `pin` while every one of the switches is on."""
+def in_series(switches: Sequence[PositionSwitch], pin: Pin, *, closed: bool = True) -> None:
+    """`pin` is at the level `closed` while every one of the switches is on, at the other while one is open."""
 
     def update() -> None:
-        pin.set(all(switch.on for switch in switches))
+        pin.set(all(switch.on for switch in switches) is closed)
 
     for switch in switches:
         switch.on_change = update

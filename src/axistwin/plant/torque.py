@@ -8,7 +8,6 @@ tooth apart, so the position lost is a whole number of teeth.
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from math import pi
 
 from axistwin.motion.profile import Profile
@@ -81,11 +80,11 @@ def slips(
     `needed(acceleration)`: torque in N·m at an acceleration in pulses/s².
     """
     found: list[Slip] = [Slip(profile.pulses_by(elapsed_ns))] if out_of_step else []
-    before = Fraction(0)
+    before = profile.before
     for j, segment in enumerate(profile.segments):
         begins_ns = profile.starts[j] * S // profile.ticks
         ends_ns = profile.starts[j + 1] * S // profile.ticks if j + 1 < len(profile.starts) else None
-        from_standstill = j == 0
+        from_standstill = j == 0 and not before
         acceleration = 0.0
         if not from_standstill and segment.seconds:
             acceleration = float((segment.rate - before) / segment.seconds)

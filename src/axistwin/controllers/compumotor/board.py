@@ -1,0 +1,304 @@
+"""The board with its power on: command strings, input edges and time in; messages, levels and pulses out.
+
+Procedures run side by side: `_take` reads command strings from the IDB into the command queue, `_live` obeys them in
+order; a SINGULAR command and a sequence each run for as long as they take; the pulse generator works by itself.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import simpy
+from simpy import Interrupt
+
+from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.compumotor import selftest
+from axistwin.controllers.compumotor.courses import Speed
+from axistwin.controllers.compumotor.events import Events, Happening
+from axistwin.controllers.compumotor.home import HomeDefinition
+from axistwin.controllers.compumotor.joystick import Joystick, Shutdown
+from axistwin.controllers.compumotor.language import Accept, Opcode, decode
+from axistwin.controllers.compumotor.limits import Limits
+from axistwin.controllers.compumotor.moves import Library, Motion, Move
+from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.outputs import Outputs
+from axistwin.controllers.compumotor.pulses import Phase, PulseGenerator
+from axistwin.controllers.compumotor.registers import Handshake
+from axistwin.controllers.compumotor.sequence import Sequencer, Sequences, Stored
+from axistwin.controllers.compumotor.stop import Triggers
+from axistwin.controllers.compumotor.streaming import Stream
+from axistwin.controllers.product import PulseAxis
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.pins import Pin
+from axistwin.sim.registers import RegisterPort
+from axistwin.units import MS, US, to_ns
+
+INDEXER = 0x50
+"""The mode after reset; modes are called by the opcodes that enter them."""
+
+
+class Board:
+    """An 1810 or 1811 that has power.  A reset makes another one."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        commands: CommandSet,
+        port: RegisterPort,
+        pins: Mapping[str, Pin],
+        axis: PulseAxis,
+        options: Options,
+        restart: Callable[[], None],
+    ) -> None:
+        self.clock, self.commands, self.options = clock, commands, options
+        self.pins: Mapping[str, Pin] = pins
+        self.start_ns, self.step_ns = _ns(options.start_ms, MS), _ns(options.step_ms, MS)
+        self.alive = True
+        """Whether the processor attends to its work: not during the test, nor after a failure."""
+        self.handshake = Handshake(
+            clock, port, options.interrupts, _ns(options.next_message_ms, MS), options.message_queue
+        )
+        self.handshake.on_reset = port.on_init = restart
+        self._queue: simpy.Store = simpy.Store(clock, options.command_queue)
+        self._busy_until_ns = 0
+        # Motion
+        self.pulses: PulseGenerator = PulseGenerator(clock, axis, pins["direction"])
+        self.pulses.on_phase = self._phase_changed
+        self.limits = Limits(clock, self.pulses, pins["cw_limit"], pins["ccw_limit"], _ns(options.limit_us, US))
+        self.limits.on_hit = self._limit_hit
+        self.library, self.motion = Library(clock, _ns(options.calculation_ms, MS)), Motion()
+        self.start_stop = 0
+        self.zero = self.home = 0
+        """Absolute zero and HOME, in the pulse generator's count."""
+        self.home_definition: HomeDefinition | None = None
+        self.home_ns = max(1, _ns(options.home_ms, MS))
+        self.stops = 0
+        """How often the host has stopped or killed the motion."""
+        # Modes and procedures
+        self.mode, self.mode_parameters = INDEXER, b""
+        self.sequences: Sequences = Sequences(options.buffer_bytes)
+        self.sequencer: Sequencer = Sequencer(clock)
+        self.stream = Stream(self, options.buffer_bytes, _ns(options.marker_ms, MS))
+        self.singular: Process | None = None
+        """The SINGULAR command in progress."""
+        # Everything else
+        self.events = Events(self.send)
+        self.triggers = Triggers(
+            self,
+            clock,
+            {1: pins["trigger1"], 6: pins["trigger6"]},
+            {1: _ns(options.trigger1_us, US), 6: _ns(options.trigger6_us, US)},
+        )
+        self.joystick, self.shutdown = Joystick(dict(pins), self.pulses), Shutdown(self)
+        self.outputs = Outputs(self)
+        self._closing = [
+            *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown)),
+            pins["remote_enable"].watch(lambda pin: self.refresh()),
+            pins["at_zero"].watch(self._joystick_moves),
+        ]
+        self._processes = [clock.process(self._live()), clock.process(self._take())]
+
+    # Power, reset, failure
+
+    def power_off(self) -> None:
+        """Everything stops at once and is forgotten."""
+        self._die()
+        self.handshake.close()
+
+    def fail(self) -> None:
+        """The board monitor alarm: the LED lights, the outputs are let go, only a reset helps."""
+        self._die()
+        for name in ("output1", "output2", "shutdown", "remote_acknowledge"):
+            self.pins[name].set(False)
+        self.pins["led"].set(True)
+        self.handshake.fail()
+
+    def begin_test(self) -> None:
+        """The test switch: drop everything else."""
+        if self.alive:
+            self.alive = False
+            self.events.inhibit()
+            self._stop_working()
+            self.handshake.ready()
+            self._processes = [self.clock.process(selftest.test(self))]
+
+    def _die(self) -> None:
+        self.alive = False
+        self._stop_working()
+        self.pulses.on_phase = lambda phase: None
+        self.pulses.kill()
+        for close in self._closing:
+            close()
+        self._closing.clear()
+
+    def _stop_working(self) -> None:
+        self.sequencer.end()
+        self.stream.abandon()
+        for process in (*self._processes, *([self.singular] if self.singular else ())):
+            if process is not self.clock.active_process:
+                kill(process)
+        self._processes, self.singular = [], None
+
+    # Commands
+
+    def _take(self) -> Procedure:
+        yield self.clock.timeout(to_ns(self.options.initialisation_s))
+        drain_ns = _ns(self.options.drain_ms, MS)
+        while True:
+            self.handshake.ready()
+            data = yield from self.handshake.next_command(drain_ns)
+            yield self._queue.put(data)
+            yield self.clock.timeout(0)  # what takes no time has been done when the host finds the IDB ready
+
+    def _live(self) -> Procedure:
+        while self.alive:
+            data = yield self._queue.get()
+            if self._busy_until_ns > self.clock.now:
+                yield self.clock.timeout(self._busy_until_ns - self.clock.now)
+            yield from self._obey(data)
+
+    def _obey(self, data: bytes) -> Procedure:
+        found = decode(self.commands, data)
+        if found is None or not found[0].implemented:
+            return
+        command, values = found
+        if self.sequences.defining and Accept.DEFINING not in command.accepted:
+            if Accept.SEQUENCE in command.accepted:
+                self.sequences.store(Stored(command, values, command.string(data[1:])))
+        elif self.hears(command):
+            yield from self.carry_out(command, values)
+
+    def hears(self, command: Opcode) -> bool:
+        """Whether a command from the host is performed now: its attributes alone decide."""
+        needed = Accept.STREAMING if self.in_streaming_mode else Accept.INDEXER
+        if self.sequencer.running:
+            needed |= Accept.DURING_SEQUENCE
+        if self.streaming:
+            needed |= Accept.DURING_STREAMING
+        if Accept.SINGULAR in command.accepted and self.singular is not None:
+            return False
+        return needed in command.accepted
+
+    def carry_out(self, command: Opcode, values: tuple[Any, ...]) -> Procedure:
+        """Perform a command; what takes time goes on as the SINGULAR command."""
+        assert command.handler is not None
+        result = command.handler(self, *values)
+        if isinstance(result, bytes):
+            yield self.occupy(_ns(self.options.reply_ms, MS))
+            self.send(command.opcode, result)
+        elif result is not None:
+            self.singular = self.clock.process(self._perform(result))
+            self.refresh()
+
+    def _perform(self, procedure: Procedure) -> Procedure:
+        try:
+            yield from procedure
+        except Interrupt:
+            pass  # it has been ended before its time
+        finally:
+            self.singular = None
+        self.refresh()
+
+    def end_singular(self) -> None:
+        """The SINGULAR command in progress ends before its time."""
+        if self.singular is not None:
+            self.singular.interrupt()
+
+    def occupy(self, duration_ns: int) -> Event:
+        """The processor is busy: no command is obeyed meanwhile.  Returns the event of its end."""
+        self._busy_until_ns = max(self._busy_until_ns, self.clock.now + duration_ns)
+        return self.clock.timeout(duration_ns)
+
+    def send(self, opcode: int, data: bytes) -> None:
+        """A message to the host: the opcode that caused it, and what it says."""
+        self.handshake.send(bytes([opcode]) + data)
+
+    # States
+
+    @property
+    def in_streaming_mode(self) -> bool:
+        """Whether one of 51h, 52h, 53h is in force."""
+        return self.mode != INDEXER
+
+    @property
+    def streaming(self) -> bool:
+        """Whether the streaming buffer is being performed."""
+        return self.stream.performing
+
+    @property
+    def moving(self) -> bool:
+        """Whether the motor is moving, under the joystick too."""
+        return self.pulses.moving or self.joystick.moving
+
+    @property
+    def occupied(self) -> bool:
+        """Whether the motor is moving, or the joystick enabled, which counts as such."""
+        return self.moving or self.joystick.enabled
+
+    @property
+    def shut_down(self) -> bool:
+        """Whether the motor is without current."""
+        return self.shutdown.on
+
+    @property
+    def maintaining(self) -> bool:
+        """Whether the position is maintained in a closed loop (18h)."""
+        return False
+
+    @property
+    def in_deadband(self) -> bool:
+        """Whether the closed-loop error is within the deadband (B5h)."""
+        return False
+
+    @property
+    def absolute(self) -> int:
+        """Position from absolute zero, in pulses."""
+        return self.pulses.position - self.zero
+
+    @property
+    def at_home_switch(self) -> bool:
+        """Whether the home input is active; TTL high unless 38h says otherwise."""
+        active_high = self.home_definition is None or self.home_definition.active_high
+        return self.pins["home"].level is active_high
+
+    @property
+    def channel_z(self) -> bool:
+        """The encoder's channel Z, as JU16 lets it through."""
+        return self.pins["channel_z"].level is not self.options.invert_z
+
+    @property
+    def free_bytes(self) -> int:
+        """Memory left, in bytes: one memory, for the sequences or in a streaming mode for the stream."""
+        return self.stream.free if self.in_streaming_mode else self.sequences.free
+
+    # What happens
+
+    def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
+        """A move begins; `end`: where a preset move ends, in the pulse generator's count."""
+        self.motion = Motion(move, speed, end, self.motion.begun + 1)
+        self.events.happened(Happening.START, self.motion.begun)
+
+    def refresh(self) -> None:
+        """Something may have changed that outputs show."""
+        self.outputs.refresh()
+        self.shutdown.refresh()
+
+    def _phase_changed(self, phase: Phase) -> None:
+        if phase is Phase.REST:
+            self.events.happened(Happening.END, self.motion.begun)
+        elif phase is Phase.CONSTANT and self.pulses.of_move:
+            self.events.happened(Happening.CONSTANT, self.motion.begun)
+        self.refresh()
+
+    def _limit_hit(self, sign: int) -> None:
+        if sign == self.pulses.sign:
+            self.stream.end()
+        self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
+
+    def _joystick_moves(self, pin: Pin) -> None:
+        if self.joystick.enabled and pin.level:
+            self.events.happened(Happening.END, self.motion.begun)
+        self.refresh()
+
+
+def _ns(amount: float, unit_ns: int) -> int:
+    return round(amount * unit_ns)

@@ -1,0 +1,100 @@
+"""The board as it sits in its slot: connectors and registers, which are there with and without power (appendix C)."""
+
+from collections.abc import Mapping
+
+from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.compumotor.board import Board
+from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811
+from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.product import Product, PulseAxis, Store
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin
+from axistwin.sim.registers import RegisterPort
+
+PULLED_UP = (
+    *(f"trigger{number}" for number in range(1, 7)),
+    "home", "shutdown_in",
+    "remote_enable", "at_zero", "step_in", "direction_in",
+)  # fmt: skip
+"""Inputs with pull-up resistors: open, they are high."""
+LOW = ("cw_limit", "ccw_limit", "channel_z", "test_switch")
+"""Inputs that are low on a bare board: JU5 and JU6 short the limit inputs to ground."""
+OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", "led")
+
+
+class _Driven(Pin):
+    """An output whose level follows from what the pulse generator does: there is no event for each pulse."""
+
+    def __init__(self, clock: Clock, name: str, card: "Card") -> None:
+        super().__init__(clock, name)
+        self._card = card
+
+    @property
+    def level(self) -> bool:
+        """High for half a period of the range's highest frequency after each pulse."""
+        return self._driven if self._driven is not None else self._card.step_level
+
+
+class Card:
+    """An 1810 or 1811."""
+
+    def __init__(self, clock: Clock, commands: CommandSet, axis: PulseAxis, options: Options) -> None:
+        self.clock, self._commands, self._axis, self._options = clock, commands, axis, options
+        self._board: Board | None = None
+        self.bus = RegisterPort(clock)
+        self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
+        self.pins |= {name: Pin(clock, name) for name in (*LOW, *OUTPUTS)}
+        self.pins["step"] = _Driven(clock, "step", self)
+        self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
+        if options.test_switch:
+            self.pins["test_switch"].watch(self._press)
+
+    @property
+    def step_level(self) -> bool:
+        """The level of STEP."""
+        return self._board is not None and self._board.pulses.step_level
+
+    def power(self, on: bool) -> None:
+        """Switch it on or off."""
+        self.bus.powered = on
+        if not on and self._board is not None:
+            self._board.power_off()
+            self._board = None
+            for name in OUTPUTS:
+                self.pins[name].set(False)
+        elif on and self._board is None:
+            self._board = Board(
+                self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart
+            )
+
+    def _restart(self) -> None:
+        """Reset by CB bit 5 or by the bus is the same as power off and on."""
+        self.power(False)
+        self.power(True)
+
+    def _press(self, pin: Pin) -> None:
+        if pin.level and self._board is not None:
+            self._board.begin_test()
+
+
+def _product(model: str, title: str, commands: CommandSet) -> Product:
+    def build(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
+        return Card(clock, commands, axes["motor"], options)
+
+    return Product(
+        model=model,
+        title=title,
+        commands=commands,
+        axes=("motor",),
+        options=Options,
+        build=build,
+        limit_pins=("ccw_limit", "cw_limit"),
+        closed_level=False,
+        home_pin="home",
+    )
+
+
+PRODUCTS = {
+    "1810": _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810),
+    "1811": _product("1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811),
+}

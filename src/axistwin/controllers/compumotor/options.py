@@ -1,0 +1,76 @@
+"""What differs from one installed board to the next, and figures of which the manual gives only an "about"."""
+
+from dataclasses import dataclass, fields
+from typing import get_args
+
+from axistwin.controllers.compumotor.registers import Interrupt
+from axistwin.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Options:
+    """Keywords of `bench.add("1811", ...)`."""
+
+    interrupts: tuple[Interrupt, ...] = ("message_ready",)
+    """Which conditions interrupt the host: the jumpers JU18 (message_ready), JU20 (input_ready), JU19 (failed)."""
+    test_switch: bool = True
+    """Jumper JU15: whether the test switch on the board's edge does anything."""
+    initialisation_s: float = 1.0
+    """Power-up or reset until the board listens: "about one second"."""
+    drain_ms: float = 1.0
+    """From a command's CB bit 4 until SB bit 4 is set again: "in about one millisecond"."""
+    reply_ms: float = 4.0
+    """From there until the message is in the ODB; asking "usually takes about 5+ milliseconds"."""
+    start_ms: float = 3.0
+    """Before a calculated move begins; "within five milliseconds of receipt of the command"."""
+    calculation_ms: float = 10.0
+    """To calculate ("crunch") a move: "less than half" of 30 ms, with what is above."""
+    step_ms: float = 1.0
+    """The processor's own time for a command in a sequence."""
+    next_message_ms: float = 1.0
+    """From CB bit 7 until a waiting message is in the ODB."""
+    limit_us: float = 75.0
+    """A limit input must be active for "a minimum duration of 75 microseconds"; it acts "within 200 microseconds"."""
+    trigger1_us: float = 200.0
+    """From a rising edge to what trigger 1 does."""
+    trigger6_us: float = 400.0
+    """From a rising edge to what trigger 6 does."""
+    home_ms: float = 3.0
+    """How long the home input must keep a level to be seen: "like TRIGGERS 2 through 5", whose worst case it is."""
+    invert_z: bool = False
+    """Jumper JU16: whether the encoder's channel Z is inverted."""
+    marker_ms: float = 3.0
+    """From a marker in the stream until its command has been carried out: "approximately two to four milliseconds"."""
+    buffer_bytes: int = 600
+    """Memory for sequences or streaming: "about 600 decimal bytes"."""
+    command_queue: int = 16
+    """Commands taken from the IDB and not yet obeyed; full: SB bit 4 stays clear."""
+    message_queue: int = 64
+    """Messages waiting for the ODB; full: further ones are lost."""
+    part_number: str = "94-003657-01A"
+    """What FDh reports: 94-, six digits, -, two digits, one or two letters."""
+
+    def __post_init__(self) -> None:
+        for name in self.interrupts:
+            if name not in get_args(Interrupt):
+                raise UsageError(f"interrupts: no {name!r}: choose of {', '.join(get_args(Interrupt))}")
+        if not isinstance(self.test_switch, bool):
+            raise UsageError(f"test_switch={self.test_switch!r}: give true or false")
+        if not isinstance(self.invert_z, bool):
+            raise UsageError(f"invert_z={self.invert_z!r}: give true or false")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.type in (float, "float"):
+                _check_number(field.name, value, 0, 60_000, (int, float))
+        _check_number("buffer_bytes", self.buffer_bytes, 16, 0xFFFF, (int,))
+        _check_number("command_queue", self.command_queue, 1, 1000, (int,))
+        _check_number("message_queue", self.message_queue, 1, 1000, (int,))
+        if self.step_ms == 0:
+            raise UsageError("step_ms=0: give a number above 0")
+        if not (self.part_number.isascii() and len(self.part_number) in (13, 14)):
+            raise UsageError(f"part_number={self.part_number!r}: give 13 or 14 characters like 94-003657-01A")
+
+
+def _check_number(name: str, value: object, low: int, high: int, types: tuple[type, ...]) -> None:
+    if isinstance(value, bool) or not isinstance(value, types) or not low <= value <= high:  # type: ignore[operator]
+        raise UsageError(f"{name}={value!r}: give a number from {low} to {high}")

@@ -1,0 +1,233 @@
+"""The pulse generator: it gives out courses, knows how far they have come, and tells when their phases change.
+
+Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h says which is which.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from functools import cached_property, partial
+
+from axistwin.controllers.product import PulseAxis
+from axistwin.motion.profile import Profile, Segment
+from axistwin.sim.clock import Clock, Event
+from axistwin.sim.pins import Pin
+from axistwin.units import S
+
+
+class Phase(Enum):
+    """What the velocity does."""
+
+    REST = "zero velocity"
+    ACCELERATING = "accelerating"
+    CONSTANT = "constant, non-zero velocity"
+    DECELERATING = "decelerating"
+
+
+RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
+AT_REST = Profile(())
+MOST_SEGMENTS = 16
+"""Of one stroke, where one velocity follows the other without end."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the pulse generator is to do: segments, phase by phase.
+
+    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: it is what a move
+    asked for, so that its constant velocity is worth a message.
+    """
+
+    phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
+    clock: Fraction = Fraction(1_092_266)
+    of_move: bool = True
+
+    @property
+    def segments(self) -> Iterable[Segment]:
+        """All segments."""
+        return (segment for _, segments in self.phases for segment in segments)
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The course from zero velocity."""
+        return Profile(self.segments)
+
+    @cached_property
+    def timetable(self) -> tuple[tuple[int, Phase], ...]:
+        """When each phase begins, in ns from the course's start; a phase without duration is left out."""
+        return tuple(self._begins())
+
+    def _begins(self) -> Iterable[tuple[int, Phase]]:
+        at = Fraction(0)
+        for phase, segments in self.phases:
+            if any(segment.seconds != 0 for segment in segments):
+                yield int(at * S), phase
+            for segment in segments:
+                if segment.seconds is None:
+                    return
+                at += segment.seconds
+        yield int(at * S), Phase.REST
+
+
+class PulseGenerator:
+    """Gives pulses to the motor."""
+
+    def __init__(self, clock: Clock, axis: PulseAxis, direction: Pin) -> None:
+        self.clock, self.axis, self._direction = clock, axis, direction
+        self.cw_is_plus = True
+        """Command 14h."""
+        self.sign = +1
+        """The present or most recent direction of travel."""
+        self.phase = Phase.REST
+        self.on_phase: Callable[[Phase], None] = lambda phase: None
+        self._profile, self._start_ns, self._origin = AT_REST, 0, 0
+        self._excursion_origin = 0
+        self._course = Course(())
+        self._plan = 0
+        self._changed: Event | None = None
+
+    # What is going on
+
+    @property
+    def moving(self) -> bool:
+        """Whether the velocity is not zero."""
+        return self.phase is not Phase.REST
+
+    @property
+    def physical(self) -> int:
+        """+1 CW, -1 CCW: the present or most recent direction."""
+        return self.sign if self.cw_is_plus else -self.sign
+
+    @property
+    def position(self) -> int:
+        """Net pulses since the board was reset, + and - as they were at the time."""
+        return self._origin + self.sign * self._profile.pulses_by(self._elapsed_ns)
+
+    @property
+    def excursion(self) -> int:
+        """Net pulses since zero velocity was left last."""
+        return self.position - self._excursion_origin
+
+    @property
+    def rate(self) -> Fraction:
+        """Pulses per second."""
+        return self._profile.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
+
+    @property
+    def of_move(self) -> bool:
+        """Whether the present course is what a move asked for."""
+        return self._course.of_move
+
+    def ns_until(self, pulses: int) -> int:
+        """From now until so many more pulses (at least 1) are out; as things are now they must come."""
+        count = self._profile.pulses_by(self._elapsed_ns) + pulses
+        return self._profile.pulse_ns(count) + 1 - self._elapsed_ns
+
+    @property
+    def step_level(self) -> bool:
+        """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
+        width_ns = int(S / (2 * self._course.clock))
+        return self._profile.pulses_by(self._elapsed_ns) > self._profile.pulses_by(self._elapsed_ns - width_ns)
+
+    @property
+    def _elapsed_ns(self) -> int:
+        return self.clock.now - self._start_ns
+
+    def changed(self) -> Event:
+        """An event that happens when the phase changes next."""
+        if self._changed is None:
+            self._changed = self.clock.event()
+        return self._changed
+
+    # What is to be done
+
+    def start(self, course: Course, sign: int, *, further: bool = False) -> None:
+        """From zero velocity; `further`: it counts as part of the excursion before."""
+        if not further:
+            self._excursion_origin = self.position
+        self.face(sign)
+        self._profile, self._start_ns = course.profile, self.clock.now
+        self.axis.start(self._profile, self.physical)
+        self._follow(course)
+
+    def change(self, course: Course) -> None:
+        """The velocity takes another course from now on, in the same direction; not if the last pulse is out."""
+        if self._profile.over(self._elapsed_ns):
+            return
+        self._profile = self._profile.cut(self._elapsed_ns, course.segments)
+        self.axis.replace(self._profile)
+        self._follow(course)
+
+    def run(self, course: Course, sign: int) -> None:
+        """Another velocity at once, in any direction; in the same one the fraction of a pulse is kept."""
+        if sign != self.sign:
+            self.kill()
+        if not self.moving:
+            self.start(course, sign)
+        elif len(self._profile.segments) < MOST_SEGMENTS:
+            self.change(course)
+        else:
+            fraction, rate = self._profile.fraction_at(self._elapsed_ns), self.rate
+            self._profile = self._profile.cut(self._elapsed_ns)
+            self._origin = self.position
+            self._profile, self._start_ns = Profile(course.segments, fraction, rate), self.clock.now
+            self.axis.start(self._profile, self.physical)
+            self._follow(course)
+
+    def hold(self) -> None:
+        """The velocity of this instant is kept."""
+        if self.moving:
+            on = (Segment(self.rate, None),)
+            self.change(Course(((Phase.CONSTANT, on),), self._course.clock, of_move=False))
+
+    def kill(self) -> None:
+        """No more pulses, at once."""
+        if self.moving:
+            self._profile = self._profile.cut(self._elapsed_ns)
+            self.axis.halt()
+            self._plan += 1
+            self._enter(Phase.REST)
+
+    def face(self, sign: int) -> None:
+        """The direction of what comes now: the level of DIRECTION, high for CW."""
+        self._origin, self._profile = self.position, AT_REST
+        self.sign = sign
+        self._direction.set(self.physical > 0)
+
+    def pulse(self) -> None:
+        """A single pulse from outside (the joystick), in the direction of `sign`."""
+        self._origin = self.position
+        self._profile, self._start_ns = ONE_PULSE, self.clock.now
+        self.axis.start(ONE_PULSE, self.physical)
+
+    def leave_zero(self) -> None:
+        """A new excursion begins here."""
+        self._excursion_origin = self.position
+
+    def _follow(self, course: Course) -> None:
+        self._plan += 1
+        self._course = course
+        plan = self._plan
+        for at_ns, phase in course.timetable:
+            if at_ns == 0:
+                self._enter(phase)
+            else:
+                self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
+            if plan != self._plan:  # somebody has changed the course on hearing of it
+                return
+
+    def _enter_as_planned(self, plan: int, phase: Phase) -> None:
+        if plan == self._plan:
+            self._enter(phase)
+
+    def _enter(self, phase: Phase) -> None:
+        self.phase = phase
+        if self._changed is not None:
+            event, self._changed = self._changed, None
+            event.succeed()
+        self.on_phase(phase)
+
+
+ONE_PULSE = Profile((Segment(Fraction(S), Fraction(1, S)),))
+"""A pulse in the next nanosecond."""

@@ -1,0 +1,64 @@
+"""Velocity and acceleration ranges (command C8h), base clocks (command 51h): every rate is an exact fraction.
+
+Every printed clock is 13,107,200/3 Hz divided by a power of 10 or 16 (RULINGS 4).
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+CRYSTAL = Fraction(13_107_200, 3)
+BASE_CLOCKS = {
+    1: CRYSTAL, 2: CRYSTAL / 10, 3: CRYSTAL / 100, 4: CRYSTAL / 1000, 5: CRYSTAL / 10_000,
+    6: CRYSTAL / 16, 7: CRYSTAL / 256, 8: CRYSTAL / 4096, 9: CRYSTAL / 65_536,
+}  # fmt: skip
+"""Hertz, by the code of commands 51h to 53h."""
+
+FULL = 65_536
+"""A velocity number of this many would be the effective clock; the highest velocity is half of it."""
+
+
+@dataclass(frozen=True)
+class VelocityRange:
+    """`unit`: pulses/s for a velocity number of 1; `clock`: the effective clock in Hz."""
+
+    unit: Fraction
+    clock: Fraction
+
+    @property
+    def resolution(self) -> Fraction:
+        """The rates are multiples of this, in pulses/s."""
+        return self.clock / FULL
+
+    @property
+    def maximum(self) -> Fraction:
+        """Pulses/s."""
+        return self.clock / 2
+
+    def rate(self, number: int) -> Fraction | None:
+        """The pulse rate of a velocity number, rounded to the resolution; None: beyond the range."""
+        wish = number * self.unit
+        if wish > self.maximum:
+            return None
+        return ((2 * wish + self.resolution) // (2 * self.resolution)) * self.resolution
+
+    def number(self, rate: Fraction) -> int:
+        """The velocity number nearest to a rate."""
+        return round(rate / self.unit)
+
+
+VELOCITY_RANGES = (
+    VelocityRange(Fraction(1), BASE_CLOCKS[1] / 4),
+    VelocityRange(Fraction(1, 10), BASE_CLOCKS[2] / 4),
+    VelocityRange(Fraction(1, 100), BASE_CLOCKS[3] / 4),
+    VelocityRange(Fraction(1, 1000), BASE_CLOCKS[4] / 4),
+    VelocityRange(Fraction(1, 60), BASE_CLOCKS[6] / 15),
+    VelocityRange(Fraction(1), BASE_CLOCKS[1] / 2),
+)
+ACCELERATION_RANGES = (Fraction(1), Fraction(1, 10), Fraction(1, 100))
+"""Velocity units per second for an acceleration number of 1."""
+
+
+def acceleration(ranges: tuple[int, int], number: int) -> Fraction:
+    """An acceleration number in pulses/s²."""
+    velocity, per_second = ranges
+    return number * VELOCITY_RANGES[velocity].unit * ACCELERATION_RANGES[per_second]

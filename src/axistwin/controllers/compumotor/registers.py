@@ -1,0 +1,161 @@
+"""Chapters Reading and writing, Control byte and status byte, Interrupts: the handshake with the host.
+
+host                                  board
+write command bytes into the IDB
+set CB bit 4                          SB bit 4 clears; about 1 ms later the IDB has been read: SB bit 4 sets
+                                      message into the ODB: SB bit 3 sets
+read the ODB, set CB bit 7            SB bit 3 clears; the next message, if there is one
+"""
+
+from collections import deque
+from collections.abc import Callable
+from enum import IntFlag
+from typing import Literal
+
+from axistwin.controllers.compumotor.language import LONGEST
+from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.sim.registers import RegisterPort
+
+Interrupt = Literal["message_ready", "input_ready", "failed"]
+
+
+class Control(IntFlag):
+    """Bits of the control byte."""
+
+    COMMAND_READY = 0x10
+    RESET = 0x20
+    INTERRUPT_ENABLE = 0x40
+    MESSAGE_TAKEN = 0x80
+
+
+class Status(IntFlag):
+    """Bits of the status byte; bits 0 to 2 are the user's."""
+
+    USER = 0x07
+    MESSAGE_READY = 0x08
+    INPUT_READY = 0x10
+    FAILED = 0x20
+    MASKED = 0x40
+    INTERRUPT = 0x80
+
+
+SOURCES: dict[Interrupt, Status] = {
+    "message_ready": Status.MESSAGE_READY,
+    "input_ready": Status.INPUT_READY,
+    "failed": Status.FAILED,
+}
+
+
+class Handshake:
+    """The registers of a board that has power, from the board's side."""
+
+    def __init__(
+        self, clock: Clock, port: RegisterPort, sources: tuple[Interrupt, ...], next_message_ns: int, most: int
+    ) -> None:
+        self.clock, self.port = clock, port
+        self._jumpers = Status(0)
+        for source in sources:
+            self._jumpers |= SOURCES[source]
+        self._next_message_ns, self._most = next_message_ns, most
+        self._messages: deque[bytes] = deque()
+        self._loading = False
+        self._told: Event = clock.event()
+        self._status = Status.MASKED
+        self.on_reset: Callable[[], None] = lambda: None
+        port.input.drain()
+        port.output.drain()
+        port.on_control = self._control
+        self._show()
+
+    def close(self) -> None:
+        """The power is gone."""
+        self._messages.clear()
+        self.port.on_control = lambda value: None
+        self.port.interrupt_line.set(False)
+
+    # Status byte
+
+    @property
+    def user_bits(self) -> int:
+        """Status bits 0 to 2."""
+        return int(self._status & Status.USER)
+
+    @user_bits.setter
+    def user_bits(self, bits: int) -> None:
+        self._change(Status.USER, Status(bits))
+
+    @property
+    def failed(self) -> bool:
+        """Status bit 5."""
+        return Status.FAILED in self._status
+
+    def fail(self) -> None:
+        """The watchdog has found the board dead; only a reset helps."""
+        self._change(Status.FAILED, Status.FAILED)
+
+    def ready(self) -> None:
+        """The IDB is ready for a command."""
+        self._change(Status.INPUT_READY, Status.INPUT_READY)
+
+    def _change(self, mask: Status, bits: Status) -> None:
+        self._status = (self._status & ~mask) | bits
+        self._show()
+
+    def _show(self) -> None:
+        """Interrupts are wire-ORed: while one is active, another makes no difference."""
+        active = bool(self._status & self._jumpers) and Status.MASKED not in self._status
+        self.port.status = int(self._status | (Status.INTERRUPT if active else 0))
+        self.port.interrupt_line.set(active)
+
+    # Control byte
+
+    def _control(self, value: int) -> None:
+        control = Control(value & 0xF0)
+        if Control.RESET in control:
+            self.on_reset()
+            return
+        self._change(Status.MASKED, Status(0) if Control.INTERRUPT_ENABLE in control else Status.MASKED)
+        if Control.MESSAGE_TAKEN in control:
+            self._message_taken()
+        if Control.COMMAND_READY in control and Status.INPUT_READY in self._status:
+            self._change(Status.INPUT_READY, Status(0))
+            told, self._told = self._told, self.clock.event()
+            told.succeed()
+
+    # Commands
+
+    def next_command(self, drain_ns: int) -> Procedure:
+        """Wait for the host to say that there is a command; returns what is in the IDB when it has been read."""
+        yield self._told
+        yield self.clock.timeout(drain_ns)
+        return self.port.input.drain()
+
+    # Messages
+
+    def send(self, message: bytes) -> None:
+        """Queue a message, filled up to sixteen bytes; if the queue is full it is lost."""
+        if len(self._messages) >= self._most:
+            return
+        self._messages.append(message.ljust(LONGEST, b"\0"))
+        if not self._loading and Status.MESSAGE_READY not in self._status:
+            self._load()
+
+    def forget_messages(self) -> None:
+        """Messages that the host has not read are lost."""
+        self._messages.clear()
+        self.port.output.drain()
+        self._change(Status.MESSAGE_READY, Status(0))
+
+    def _load(self) -> None:
+        self._loading = False
+        if self._messages:
+            self.port.output.load(self._messages.popleft())
+            self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)
+
+    def _message_taken(self) -> None:
+        if Status.MESSAGE_READY not in self._status:
+            return
+        self.port.output.drain()
+        self._change(Status.MESSAGE_READY, Status(0))
+        self._loading = True
+        self.clock.call_later(self._next_message_ns, self._load)

@@ -1,0 +1,261 @@
+"""Chapter Sequence buffers: commands 20h to 2Ch, 41h, 48h, 92h, D8h to DAh."""
+
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TYPE_CHECKING, Any
+
+from axistwin.controllers.compumotor.language import Opcode
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.units import MS
+
+if TYPE_CHECKING:
+    from axistwin.controllers.compumotor.board import Board
+
+EDGE_TRIGGERS = (1, 6)
+LEVEL_RESPONSE_NS = 3 * MS
+"""Triggers 2 to 5: "the worst case response to them is 3 milliseconds"."""
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A command in a buffer."""
+
+    command: Opcode
+    values: tuple[Any, ...]
+    string: bytes
+
+
+class Sequences:
+    """Fifteen buffers in one memory."""
+
+    def __init__(self, memory: int) -> None:
+        self.memory = memory
+        self._buffers: dict[int, list[Stored]] = {}
+        self._defining: int | None = None
+
+    def __getitem__(self, number: int) -> list[Stored] | None:
+        return self._buffers.get(number)
+
+    @property
+    def defining(self) -> bool:
+        """Whether commands are stored instead of performed."""
+        return self._defining is not None
+
+    @property
+    def free(self) -> int:
+        """Bytes of memory left.  A command takes as many as its string is long."""
+        return self.memory - sum(len(stored.string) for buffer in self._buffers.values() for stored in buffer)
+
+    def begin(self, number: int) -> None:
+        """What comes now goes into this buffer; what was in it is gone."""
+        self._defining = number
+        self._buffers[number] = []
+
+    def store(self, stored: Stored) -> None:
+        """Into the buffer that is being defined; where there is no room it is lost."""
+        assert self._defining is not None
+        if len(stored.string) <= self.free:
+            self._buffers[self._defining].append(stored)
+
+    def finish(self) -> None:
+        """The definition is over."""
+        self._defining = None
+
+    def delete(self, number: int) -> None:
+        """There is no such sequence any more."""
+        self._buffers.pop(number, None)
+
+    def clear(self) -> None:
+        """All are gone, as when a streaming mode is entered."""
+        self._buffers.clear()
+        self._defining = None
+
+
+class Order(Enum):
+    """What the sequencer is to do when the present command is finished."""
+
+    GO_ON = auto()
+    SUSPEND = auto()
+    LEAVE = auto()
+
+
+@dataclass
+class Loop:
+    """Commands `first` to `last` of the buffer, `left` more times; None: until CONTINUE."""
+
+    first: int
+    last: int
+    left: int | None
+
+
+class Sequencer:
+    """Performs a sequence, command after command."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.loop: Loop | None = None
+        self.at = 0
+        """The command being performed."""
+        self._order = Order.GO_ON
+        self._waiting: Event | None = None
+        self._process: Process | None = None
+
+    @property
+    def running(self) -> bool:
+        """Whether a sequence is being performed, or suspended."""
+        return self._process is not None and self._process.is_alive
+
+    def start(self, board: "Board", buffer: list[Stored]) -> None:
+        """Perform a buffer from its beginning."""
+        self._process = self.clock.process(self._perform(board, list(buffer)))
+
+    def end(self) -> None:
+        """At once."""
+        if self._process is not None:
+            kill(self._process)
+        self._process, self._waiting = None, None
+
+    def leave(self) -> None:
+        """After the present command."""
+        self._order = Order.LEAVE
+        self._wake()
+
+    def suspend(self) -> None:
+        """After the present command, until CONTINUE."""
+        if self._order is Order.GO_ON and self._waiting is None:
+            self._order = Order.SUSPEND
+
+    def go_on(self) -> None:
+        """CONTINUE: what waits for it goes on; a loop that does is left at the end of this round."""
+        if self._waiting is not None:
+            self._wake()
+        elif self._order is Order.SUSPEND:
+            self._order = Order.GO_ON
+        elif self.running and self.loop is not None and self.loop.left is None:
+            self.loop.left = 1
+
+    def wait(self) -> Procedure:
+        """Until CONTINUE."""
+        self._waiting = self.clock.event()
+        try:
+            yield self._waiting
+        finally:
+            self._waiting = None
+
+    def _wake(self) -> None:
+        if self._waiting is not None and not self._waiting.triggered:
+            self._waiting.succeed()
+
+    def _perform(self, board: "Board", buffer: list[Stored]) -> Procedure:
+        self.at, self.loop, self._order = 0, None, Order.GO_ON
+        board.refresh()
+        try:
+            while self.at < len(buffer):
+                stored = buffer[self.at]
+                yield self.clock.timeout(board.step_ns)
+                yield from board.carry_out(stored.command, stored.values)
+                if board.singular is not None:
+                    yield board.singular
+                if self._order is Order.SUSPEND:
+                    yield from self.wait()
+                    self._order = Order.LEAVE if self._leaving() else Order.GO_ON
+                if self._leaving():
+                    break
+                self._advance(len(buffer))
+        finally:
+            self._process = None
+            board.refresh()
+
+    def _leaving(self) -> bool:
+        return self._order is Order.LEAVE
+
+    def _advance(self, length: int) -> None:
+        loop = self.loop
+        if loop is None or self.at < min(loop.last, length - 1):
+            self.at += 1
+        elif loop.left is not None and loop.left <= 1:
+            self.loop, self.at = None, self.at + 1
+        else:
+            loop.left = None if loop.left is None else loop.left - 1
+            self.at = loop.first
+
+
+# Flow of a sequence
+
+
+def repeat(board: "Board", count: int, times: int | None = None) -> None:
+    """Commands 20h and 21h: repeat the next 1 to 255 commands 1 to 65,535 times, or until CONTINUE.
+
+    Ignored inside another loop.
+    """
+    sequencer = board.sequencer
+    if sequencer.loop is None:
+        sequencer.loop = Loop(sequencer.at + 1, sequencer.at + count, times)
+
+
+def wait_for_continue(board: "Board", message: bool) -> Procedure:
+    """Command 28h: wait for CONTINUE, with a message if wished."""
+    if message:
+        board.send(0x28, b"")
+    yield from board.sequencer.wait()
+
+
+def wait(unit_ns: int, board: "Board", count: int) -> Procedure:
+    """Commands 29h, 2Ah, 2Bh: wait so many milliseconds, seconds or minutes; 0 is ignored."""
+    yield board.clock.timeout(count * unit_ns)
+
+
+def wait_for_trigger(board: "Board", trigger: int, high: bool) -> Procedure:
+    """Command 2Ch: wait for trigger 1 to 6: a rising edge of 1 and 6, a level of 2 to 5 that stays."""
+    if trigger in EDGE_TRIGGERS:
+        yield board.triggers.edge(trigger)
+        return
+    pin = board.pins[f"trigger{trigger}"]
+    while True:
+        while pin.level is not high:
+            yield pin.changed()
+        steady = board.clock.timeout(LEVEL_RESPONSE_NS)
+        yield steady | pin.changed()
+        if steady.processed:
+            return
+
+
+def go_on(board: "Board") -> None:
+    """Command 48h, CONTINUE.  Ignored if nothing waits for it."""
+    board.sequencer.go_on()
+
+
+# Definition
+
+
+def begin(board: "Board", number: int) -> None:
+    """Command D9h: commands from now on go into sequence 1 to 15, until D8h; those that may not are ignored."""
+    board.sequences.begin(number)
+
+
+def finish(board: "Board") -> None:
+    """Command D8h: the definition ends."""
+    board.sequences.finish()
+
+
+def delete(board: "Board", number: int) -> None:
+    """Command DAh: delete sequence 1 to 15; its memory is free again."""
+    board.sequences.delete(number)
+
+
+def perform(board: "Board", number: int) -> None:
+    """Command 41h: perform sequence 1 to 15.  Ignored if it is not defined, or one is being performed."""
+    buffer = board.sequences[number]
+    if buffer and not board.sequencer.running:
+        board.sequencer.start(board, buffer)
+
+
+def list_commands(board: "Board", number: int) -> None:
+    """Command 92h: a message for each command of sequence 1 to 15, and one with the null command.
+
+    Messages that the host has not read are lost.
+    """
+    board.handshake.forget_messages()
+    for stored in board.sequences[number] or ():
+        board.send(0x92, stored.string)
+    board.send(0x92, b"")

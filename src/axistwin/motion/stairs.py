@@ -1,0 +1,93 @@
+"""Stairs: a ramp as hardware of finite resolution gives it: a new level at fixed intervals, each a multiple of a unit.
+
+rate  top ┐       ┌────────┐          the wish rises by `increment` every `interval`;
+          │    ┌──┘        └──┐       the level is the wish rounded to a multiple of `unit`,
+          │ ┌──┘              └──┐    so a slow ramp stays on each level for several intervals
+        ──┴─┴────────────────────┴─ t
+"""
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate
+from math import lcm
+
+from axistwin.motion.profile import Segment
+
+
+def stairs(start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction) -> list[Segment]:
+    """The levels after `start` and before `end`, upwards or downwards; levels of rate 0 are left out.
+
+    There are never more of them than units between the two, nor more than increments.
+    """
+    rising = end > start
+    steps = -(-abs(end - start) // increment) - 1
+    q = lcm((start / unit).denominator, (increment / unit).denominator)
+    a, b = int(start / unit * q), int(increment / unit * q) * (1 if rising else -1)
+    counted = _by_step(a, b, q, steps) if abs(b) >= q else _by_level(a, b, q, steps)
+    return [Segment(level * unit, count * interval) for level, count in counted if level and count]
+
+
+def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
+    """(level, how many intervals) where each step is another level."""
+    return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
+
+
+def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
+    """(level, how many intervals) where a level lasts for several steps."""
+    if steps < 1:
+        return
+    first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
+    done = 0
+    for level in range(first, last + 1) if b > 0 else range(first, last - 1, -1):
+        # the last k with (2(a + kb) + q) // 2q still at this level
+        edge = 2 * q * (level + 1) - q - 2 * a if b > 0 else 2 * a + q - 2 * q * level
+        k = min(steps, -(-edge // (2 * b)) - 1 if b > 0 else edge // (-2 * b))
+        yield level, k - done
+        done = k
+
+
+@dataclass(frozen=True)
+class Trapezoid:
+    """A preset move's course: up, along, and down the same way; `whole`: the top was reached."""
+
+    up: tuple[Segment, ...]
+    along: Segment
+    whole: bool
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        """All of it."""
+        return (*self.up, self.along, *reversed(self.up))
+
+
+@dataclass(frozen=True)
+class Stairs:
+    """The way up to `top`, for preset moves; the way down is the same, backwards."""
+
+    up: tuple[Segment, ...]
+    top: Fraction
+    interval: Fraction
+
+    @cached_property
+    def _pulses(self) -> list[Fraction]:
+        """Pulses in the first k levels."""
+        return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
+
+    def trapezoid(self, distance: int) -> Trapezoid:
+        """Exactly `distance` pulses (at least 1).
+
+        Where the whole way up does not fit twice, it breaks off after the last interval that does; what is left over
+        runs at the level reached there.
+        """
+        if 2 * self._pulses[-1] <= distance:
+            left_over = distance - 2 * self._pulses[-1]
+            return Trapezoid(self.up, Segment(self.top, left_over / self.top), whole=left_over > 0)
+        fits = bisect_right(self._pulses, Fraction(distance, 2)) - 1
+        level = self.up[fits].rate
+        intervals = (Fraction(distance, 2) - self._pulses[fits]) // (level * self.interval)
+        up = (*self.up[:fits], Segment(level, intervals * self.interval))
+        left_over = distance - 2 * (self._pulses[fits] + level * intervals * self.interval)
+        return Trapezoid(up, Segment(level, left_over / level), whole=False)

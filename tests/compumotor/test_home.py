@@ -1,0 +1,270 @@
+"""Chapter Home: 38h, 39h, 3Ah; what is found is checked against where the switch physically is."""
+
+import pytest
+
+from axistwin.plant.switches import PositionSwitch, in_series
+
+from .talking import ask, default, i32, messages, position, ready, tell
+
+CW, CCW = +1, -1
+WIDTH = 400  # half of the active region, in pulses
+TRAVEL = 6_000  # from its centre to each limit
+FINAL = 500  # pulses/s: 5 % of the default velocity, a multiple of its resolution
+
+
+def machine(bench, place, active_high=True, **options):
+    """A board whose motor stands at `place`, seen from the centre of the home region; returns that centre too."""
+    centre = -place
+    board = ready(bench, motor={"limits": (centre - TRAVEL, centre + TRAVEL)}, **options)
+    switch = PositionSwitch(board.axes["motor"], centre - WIDTH, centre + WIDTH)
+    in_series([switch], board.pins["home"], closed=active_high)
+    default(bench, board, 10_000, 200_000)
+    return board, centre
+
+
+def define(bench, board, edge, final, active_high=True, percent=5):
+    tell(bench, board, 0x38, int(active_high), int(edge == CCW), percent, int(final == CCW))
+
+
+def done(bench, board):
+    """Let the search end."""
+    assert bench.run_until(lambda: board.pins["output1"].level is False, 100)
+
+
+def search(bench, board, minus, opcode=0x39):
+    tell(bench, board, 0x0F, 3, 2, 1)  # output 1 while a SINGULAR command is performed
+    tell(bench, board, opcode, minus)
+    done(bench, board)
+    bench.run(0.01)
+
+
+def where(centre, edge, final, late):
+    """The first pulse beyond the edge in the final direction, and so many more."""
+    inside = final == -edge
+    last = centre + edge * WIDTH
+    return last - edge * late if inside else last + edge * (1 + late)
+
+
+@pytest.mark.parametrize("place", [-3_000, -WIDTH, 0, WIDTH + 1, 3_000, TRAVEL + 1])
+@pytest.mark.parametrize("start", [CW, CCW])
+@pytest.mark.parametrize("final", [CW, CCW])
+@pytest.mark.parametrize("edge", [CW, CCW])
+@pytest.mark.parametrize(("home_ms", "late"), [(0, 0), (3, 1)])
+def test_every_edge_final_direction_start_and_place(bench, edge, final, start, place, home_ms, late):
+    """In 3 ms at 500 pulses/s there is one pulse more after the one that works the switch."""
+    board, centre = machine(bench, place, home_ms=home_ms)
+    define(bench, board, edge, final)
+    search(bench, board, int(start == CCW))
+
+    axis = board.axes["motor"]
+    assert axis.position == where(centre, edge, final, late)
+    assert axis.train.stroke.direction == final
+    assert axis.train.stroke.profile.segments[0].rate == FINAL
+    assert position(bench, board, 0x82) == 0
+    assert position(bench, board, 0x83) == axis.position
+
+
+@pytest.mark.parametrize("active_high", [True, False])
+@pytest.mark.parametrize("sense", [0, 1])
+@pytest.mark.parametrize("edge", [CW, CCW])
+def test_edges_are_physical_and_the_start_is_in_plus_and_minus(bench, edge, sense, active_high):
+    board, centre = machine(bench, -2_000, active_high)
+    tell(bench, board, 0x14, sense)
+    define(bench, board, edge, CW, active_high)
+    assert ask(bench, board, 0x8A)[1] == 0x00
+    search(bench, board, minus=0)
+    axis = board.axes["motor"]
+    first = axis.train.strokes[1]
+    assert first.direction == (CCW if sense else CW)
+    assert axis.position == where(centre, edge, CW, 1)
+    assert position(bench, board, 0x83) == (-axis.position if sense else axis.position)
+    assert position(bench, board, 0x82) == 0
+    assert ask(bench, board, 0x8A)[1] == (0xFF if edge == CCW else 0x00)
+
+
+def test_the_legs_of_a_search(bench):
+    """CW edge, approached CW, found travelling CCW from 3,000: search and overshoot, recovery, approach.
+
+    Without delay the edge is seen at pulse WIDTH; 10,000 to 0 pps at 200,000 pps² are 25 updates of 2 ms, 24 of them
+    with pulses: 2 ms x 400 x (1 + ... + 24) = 240 pulses of overshoot.
+    """
+    board, centre = machine(bench, 3_000, home_ms=0)
+    define(bench, board, CW, CW)
+    search(bench, board, minus=1)
+    legs = [(stroke.direction, stroke.profile.pulses) for stroke in list(board.axes["motor"].train.strokes)[1:]]
+    assert legs == [(CCW, 2_600 + 240), (CW, 240), (CW, 1)]
+    assert board.axes["motor"].position == centre + WIDTH + 1
+
+
+def test_an_edge_found_while_still_accelerating(bench):
+    board, centre = machine(bench, WIDTH + 20, home_ms=0)
+    define(bench, board, CW, CCW)
+    search(bench, board, minus=1)
+    assert board.axes["motor"].position == centre + WIDTH
+    assert max(s.rate for stroke in board.axes["motor"].train.strokes for s in stroke.profile.segments) < 10_000
+
+
+def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
+    board = ready(bench, motor={"limits": (-3_000, 2_000)})
+    board.pins["home"].drive(False)
+    default(bench, board, 10_000, 200_000)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0xA1, 1)
+    tell(bench, board, 0xA5, 1)
+    tell(bench, board, 0xA9, 1)
+    tell(bench, board, 0xAB, 1)
+    search(bench, board, minus=0)
+    axis = board.axes["motor"]
+    assert [stroke.direction for stroke in list(axis.train.strokes)[1:]] == [CW, CCW]
+    assert axis.position == -3_001  # within 75 us at 10,000 pps there is no further pulse
+    assert messages(bench, board) == ["a1 00", "a5 00", "a9 00", "a5 00", "ab 00"]
+    assert position(bench, board, 0x82) == -3_001
+
+
+def test_a_search_without_room_in_either_direction(bench):
+    board = ready(bench)
+    board.pins["cw_limit"].drive(True)
+    board.pins["ccw_limit"].drive(True)
+    default(bench, board, 10_000, 200_000)
+    define(bench, board, CW, CW)
+    search(bench, board, minus=0)
+    assert board.axes["motor"].position == 0
+    assert len(board.axes["motor"].train.strokes) == 1
+
+
+@pytest.mark.parametrize("percent", [0, 101])
+def test_a_percentage_out_of_range_leaves_home_undefined(bench, percent):
+    board, _ = machine(bench, 3_000)
+    define(bench, board, CW, CW, percent=percent)
+    tell(bench, board, 0x39, 1)
+    bench.run(2)
+    assert board.axes["motor"].position == 0
+
+
+def test_without_default_velocity_or_definition_nothing_happens(bench):
+    board = ready(bench)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0x39, 0)
+    bench.run(1)
+    assert len(board.axes["motor"].train.strokes) == 1
+
+
+def test_not_while_moving(bench):
+    board, _ = machine(bench, 3_000)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0x32, 0)
+    bench.run(0.1)
+    tell(bench, board, 0x39, 1)
+    bench.run(0.1)
+    assert board.axes["motor"].velocity == 10_000
+
+
+def test_in_a_streaming_mode_and_in_a_sequence(bench):
+    board, centre = machine(bench, 3_000)
+    tell(bench, board, 0x51, 1, 1, 0, 0, 0, 0)
+    define(bench, board, CW, CCW)
+    search(bench, board, minus=1)
+    assert board.axes["motor"].position == centre + WIDTH - 1
+    tell(bench, board, 0x50)
+    for command in ((0xD9, 1), (0x38, 1, 1, 5, 0), (0x39, 1), (0x33, *i32(100)), (0xD8,)):
+        tell(bench, board, *command)
+    tell(bench, board, 0x0F, 3, 3, 1)
+    tell(bench, board, 0x41, 1)
+    done(bench, board)
+    assert board.axes["motor"].position == centre - WIDTH + 1 + 100
+    assert position(bench, board, 0x82) == 100
+
+
+@pytest.mark.parametrize(("opcode", "velocity"), [(0x70, 0), (0x78, 0), (0x73, -10_000)])
+def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
+    board, _ = machine(bench, 3_000)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0x0F, 3, 2, 1)
+    tell(bench, board, 0x39, 1)
+    bench.run(0.15)
+    tell(bench, board, opcode)
+    bench.run(0.1)
+    assert board.axes["motor"].velocity == velocity
+    assert not board.pins["output1"].level
+    tell(bench, board, 0x78)
+    assert position(bench, board, 0x82) == position(bench, board, 0x83)
+    assert len(board.axes["motor"].train.strokes) == 2
+
+
+@pytest.mark.parametrize("delay_s", [0.31, 0.35, 0.42])
+def test_a_kill_in_a_later_leg_ends_the_search_too(bench, delay_s):
+    board, _ = machine(bench, 3_000)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0x0F, 3, 2, 1)
+    tell(bench, board, 0x39, 1)
+    bench.run(delay_s)
+    tell(bench, board, 0x78)
+    bench.run(0.1)
+    assert board.axes["motor"].velocity == 0
+    assert not board.pins["output1"].level
+    assert position(bench, board, 0x82) == position(bench, board, 0x83)
+
+
+# Encoder home
+
+REVOLUTION, MARK = 1_000, 4
+
+
+def encoder_machine(bench, z_high=True, enable_high=True, **options):
+    """Marks of 4 pulses every 1,000 from 500 on; HOME ENABLE only around the one at 2,500."""
+    board = ready(bench, motor={"limits": (-3_000, 5_000), "encoder": {}}, **options)
+    axis = board.axes["motor"]
+    marks = [PositionSwitch(axis, at, at + MARK - 1) for at in range(-2_500, 5_000, REVOLUTION)]
+
+    def update():
+        board.pins["channel_z"].set(any(mark.on for mark in marks) is z_high)
+
+    for mark in marks:
+        mark.on_change = update
+    update()
+    in_series([PositionSwitch(axis, 2_300, 2_700)], board.pins["home_enable"], closed=enable_high)
+    default(bench, board, 10_000, 200_000)
+    tell(bench, board, 0x18, 1)
+    return board
+
+
+@pytest.mark.parametrize("minus", [0, 1])
+@pytest.mark.parametrize("enable_high", [True, False])
+@pytest.mark.parametrize(
+    ("z_high", "invert", "final", "found"),
+    [
+        (True, False, CW, 2_500),
+        (True, False, CCW, 2_503),
+        (False, True, CW, 2_500),
+        (False, True, CCW, 2_503),
+        (True, True, CW, 2_504),
+        (True, True, CCW, 2_499),
+    ],
+)
+def test_the_mark_of_channel_z_while_home_enable_is_active(bench, z_high, invert, final, found, enable_high, minus):
+    board = encoder_machine(bench, z_high, enable_high, invert_z=invert)
+    define(bench, board, CW, final, enable_high)
+    search(bench, board, minus, opcode=0x3A)
+    assert board.axes["motor"].position == found
+    assert board.axes["motor"].train.stroke.direction == final
+    assert position(bench, board, 0x82) == 0
+    assert ask(bench, board, 0x96)[1] == 0xFF
+
+
+def test_not_unless_position_is_maintained(bench):
+    board = encoder_machine(bench)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0x18, 0)
+    tell(bench, board, 0x3A, 0)
+    bench.run(1)
+    assert board.axes["motor"].position == 0
+
+
+def test_an_1810_has_no_encoder_home(bench):
+    board = ready(bench, "1810")
+    default(bench, board, 10_000, 200_000)
+    define(bench, board, CW, CW)
+    tell(bench, board, 0x18, 1)
+    tell(bench, board, 0x3A, 0)
+    bench.run(1)
+    assert board.axes["motor"].position == 0

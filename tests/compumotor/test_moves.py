@@ -1,0 +1,330 @@
+"""Chapters Indexer mode, Pre-defined moves, Move zero; the velocity and acceleration ranges of command C8h."""
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.units import MS, US
+
+from .talking import ask, default, i32, message, messages, position, ready, rest, tell
+
+NO_TIME = 0x7FFF_FFFF  # an acceleration that is over in one update
+
+
+def pulse_times(board):
+    return [int(t) for t in board.axes["motor"].pulse_times()]
+
+
+def define(bench, board, opcode, number, velocity, acceleration, target, ranges=0):
+    tell(bench, board, opcode, number, ranges, *i32(velocity), *i32(acceleration), *target)
+
+
+def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
+    """100,000 pps at 1,000,000 pps²: updates every 2 ms of 2,000 pps, so 49 levels up to 98,000.
+
+    They give 2 ms x 2,000 x (1 + ... + 49) = 4,900 pulses in 98 ms each way; 15,200 remain for 152 ms: 348 ms in all.
+    """
+    default(bench, board, 100_000, 1_000_000)
+    tell(bench, board, 0x33, *i32(25_000))
+    rest(bench, board)
+
+    times = pulse_times(board)
+    motor = board.axes["motor"]
+    assert motor.position == len(times) == 25_000
+    began = motor.train.stroke.start_ns
+    assert times[-1] - began == 348 * MS
+    assert sum(t - began <= 98 * MS for t in times) == 4_900
+    assert sum(t - began <= 250 * MS for t in times) == 20_100
+
+
+def test_a_short_move_is_a_triangle(bench, board):
+    """1,000 pulses: 15 levels fit twice (2 x 4 x 120 = 960 pulses); 40 remain at the 16th, 32,000 pps: 61.25 ms."""
+    default(bench, board, 100_000, 1_000_000)
+    tell(bench, board, 0xA3, 1)
+    tell(bench, board, 0x33, *i32(-1_000))
+    rest(bench, board)
+
+    times = pulse_times(board)
+    assert board.axes["motor"].position == -1_000
+    assert times[-1] - board.axes["motor"].train.stroke.start_ns == 61_250 * US
+    assert messages(bench, board) == []  # "no interrupt will be received"
+
+
+RESOLUTIONS = [
+    (0, Fraction(50, 3), 1),
+    (1, Fraction(5, 3), 10),
+    (2, Fraction(1, 6), 100),
+    (3, Fraction(1, 60), 1000),
+    (4, Fraction(5, 18), 60),
+    (5, Fraction(100, 3), 1),
+]
+
+
+@pytest.mark.parametrize(("x", "resolution", "units"), RESOLUTIONS)
+def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_asked(bench, board, x, resolution, units):
+    number = 12_345 * units if x in (0, 5) else 123 * units + 1
+    asked = Fraction(number, units)
+    tell(bench, board, 0x31, 0, x << 4, *i32(number), *i32(NO_TIME))
+    tell(bench, board, 0x32, 0)
+    bench.run(1)
+
+    stroke = board.axes["motor"].train.stroke
+    rate = stroke.profile.rate_at(bench.now - stroke.start_ns)
+    assert rate % resolution == 0
+    assert abs(rate - asked) <= resolution / 2
+    assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
+
+
+@pytest.mark.parametrize(("x", "maximum"), list(enumerate([546_133] * 5 + [1_092_266])))
+def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
+    """The maxima of the table, in the range's units: 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; ..."""
+    for velocity, reply in ((maximum, 0x91), (maximum + 1, None)):
+        define(bench, board, 0xC8, 1, velocity, 1, i32(1), ranges=x << 4)
+        data = ask(bench, board, 0x91, 1)
+        assert (data[0] if data else None) == reply
+        tell(bench, board, 0xD7, 1)
+
+
+@pytest.mark.parametrize(("y", "divisor"), [(0, 1), (1, 10), (2, 100)])
+def test_acceleration_ranges(bench, board, y, divisor):
+    """50,000 pps reached after 0.1 s at 500,000 pps²: 49 updates of 2 ms before the last one."""
+    tell(bench, board, 0x31, 0, y, *i32(50_000), *i32(500_000 * divisor))
+    tell(bench, board, 0xA3, 1)
+    tell(bench, board, 0xA1, 1)
+    tell(bench, board, 0x32, 0)
+    assert message(bench, board, 1)[0] == 0xA1
+    began = board.axes["motor"].train.stroke.start_ns
+    assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
+    assert bench.now - began == 98 * MS
+
+
+def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
+    """1,000 pps² in range 0: 2 pps per update against 16.667 pps; never more than half a resolution off."""
+    default(bench, board, 1_000, 1_000)
+    tell(bench, board, 0x32, 0)
+    bench.run(2)
+    stroke = board.axes["motor"].train.stroke
+    rates = [segment.rate for segment in stroke.profile.segments]
+    assert rates == sorted(rates)
+    assert all(rate % Fraction(50, 3) == 0 for rate in rates)
+    for ns in range(0, 1000 * MS, 10 * MS):
+        assert abs(stroke.profile.rate_at(ns) - ns / MS) <= Fraction(50, 6) + 12
+
+
+def test_the_start_stop_velocity(bench, board):
+    """Begun at 1,000 pps: the first pulse after 1 ms; a move below it has no ramp at all."""
+    tell(bench, board, 0xD6, *i32(1_000))
+    default(bench, board, 10_000, 100_000)
+    tell(bench, board, 0x33, *i32(5_000))
+    rest(bench, board)
+    motor = board.axes["motor"]
+    times = pulse_times(board)
+    assert times[0] - motor.train.stroke.start_ns == 1 * MS
+    assert times[-1] - times[-2] == 1 * MS
+    assert motor.position == 5_000
+
+    default(bench, board, 500, 1)
+    tell(bench, board, 0x33, *i32(100))
+    rest(bench, board)
+    assert pulse_times(board)[-1] - motor.train.stroke.start_ns == 200 * MS
+
+
+def test_a_move_is_under_way_within_5_ms_when_calculated_and_within_15_when_not(bench, board):
+    motor = board.axes["motor"]
+    default(bench, board, 100_000, 1_000_000)
+    for command, most in (((0x33, *i32(1_000)), 15), ((0x40, 1), 5)):
+        define(bench, board, 0xC8, 1, 100_000, 1_000_000, i32(1_000))
+        bench.run(0.1)
+        asked = bench.now
+        tell(bench, board, *command)
+        bench.run_until(lambda: motor.velocity, 1)
+        assert 0 < bench.now - asked < most * MS
+        rest(bench, board)
+
+
+def test_moves_are_crunched_one_after_the_other(bench, board):
+    assert ask(bench, board, 0x93)[1] == 0xFF
+    for number in range(1, 6):
+        define(bench, board, 0xC8, number, 1_000, 1_000, i32(1))
+    assert ask(bench, board, 0x93)[1] == 0x00
+    bench.run(0.1)
+    assert ask(bench, board, 0x93)[1] == 0xFF
+
+
+def test_a_definition_is_reported_as_it_was_sent(bench, board):
+    define(bench, board, 0xC8, 0x12, 262_144, 1_000_000, i32(-70_000))
+    define(bench, board, 0xCB, 0x13, 1, 2, i32(0x3FFF_FFFF), ranges=0x52)
+    define(bench, board, 0xCE, 0x14, 3, 4, (0x7F,), ranges=0x41)
+    default(bench, board, 5, 6, 0x31)
+    assert ask(bench, board, 0x91, 0x12) == bytes([0x91, 0xC8, 0x12, 0, 0, 4, 0, 0, 0, 0x0F, 0x42, 0x40]) + bytes(
+        i32(-70_000)
+    )
+    assert ask(bench, board, 0x91, 0x13)[1:4] == b"\xcb\x13\x52"
+    assert ask(bench, board, 0x91, 0x14) == bytes([0x91, 0xCE, 0x14, 0x41, *i32(3), *i32(4), 0x7F, 0, 0, 0])
+    assert ask(bench, board, 0x91, 0x00) == bytes([0x91, 0xCE, 0x00, 0x31, *i32(5), *i32(6), 0, 0, 0, 0])
+    assert ask(bench, board, 0x91, 0x15) == b""
+
+
+@pytest.mark.parametrize(
+    ("opcode", "number", "ranges", "velocity", "acceleration", "target"),
+    [
+        (0xC8, 0, 0, 100, 100, i32(5)),
+        (0xC8, 1, 0x60, 100, 100, i32(5)),
+        (0xC8, 1, 0x03, 100, 100, i32(5)),
+        (0xC8, 1, 0, -100, 100, i32(5)),
+        (0xC8, 1, 0, 100, -100, i32(5)),
+        (0xC8, 1, 0, 100, 100, (0x80, 0, 0, 0)),
+        (0xCB, 1, 0, 100, 100, (0x40, 0, 0, 0)),
+        (0xCB, 1, 0, 100, 100, (0xC0, 0, 0, 0)),
+    ],
+)
+def test_a_definition_out_of_range_is_ignored(bench, board, opcode, number, ranges, velocity, acceleration, target):
+    define(bench, board, opcode, number, velocity, acceleration, target, ranges)
+    assert ask(bench, board, 0x91, number) == b""
+
+
+def test_fifty_moves_are_kept(bench, board):
+    """X2: definitions up to FF are accepted by their syntax; 40h reaches 50 of them."""
+    for number in (0x32, 0x33, 0xFF):
+        define(bench, board, 0xC8, number, 100, 100, i32(5))
+    assert ask(bench, board, 0x91, 0x32)
+    assert not ask(bench, board, 0x91, 0x33)
+    assert not ask(bench, board, 0x91, 0xFF)
+
+
+def test_absolute_moves_and_positions(bench, board):
+    default(bench, board, 500_000, NO_TIME)
+    tell(bench, board, 0x33, *i32(3_000))
+    rest(bench, board)
+    tell(bench, board, 0x30)
+    tell(bench, board, 0x34, *i32(-1_000))
+    rest(bench, board)
+    assert position(bench, board, 0x83) == -1_000
+    assert position(bench, board, 0x82) == 2_000
+    assert position(bench, board, 0x80) == -1_000
+    assert position(bench, board, 0x81) == 0
+    assert board.axes["motor"].position == 2_000
+    tell(bench, board, 0x2E, *i32(-0x8000_0000))
+    assert position(bench, board, 0x83) == -0x8000_0000
+    tell(bench, board, 0x34, *i32(0))  # "one must perform a relative move"
+    bench.run(0.1)
+    assert board.axes["motor"].position == 2_000
+
+
+def test_continuous_moves_change_speed_and_direction(bench, board):
+    motor = board.axes["motor"]
+    define(bench, board, 0xCE, 1, 10_000, 1_000_000, (0,))
+    define(bench, board, 0xCE, 2, 40_000, 1_000_000, (0,))
+    define(bench, board, 0xCE, 3, 20_000, 1_000_000, (1,))
+    bench.run(0.1)
+    for number, velocity in ((1, 10_000), (2, 40_000), (1, 10_000), (3, -20_000)):
+        tell(bench, board, 0x40, number)
+        bench.run(0.2)
+        assert motor.velocity == velocity
+    tell(bench, board, 0x33, *i32(5))  # a preset move needs the motor at rest
+    bench.run(0.2)
+    assert motor.velocity == -20_000
+    tell(bench, board, 0x70)
+    bench.run(0.1)
+    assert motor.velocity == 0
+    assert position(bench, board) == motor.position == motor.pulses
+
+
+@pytest.mark.parametrize("opcode", [0x70, 0x78])
+def test_a_stop_during_a_reversal_is_the_end_of_it(bench, board, opcode):
+    define(bench, board, 0xCE, 1, 50_000, 100_000, (0,))
+    define(bench, board, 0xCE, 2, 50_000, 100_000, (1,))
+    tell(bench, board, 0xA1, 1)
+    tell(bench, board, 0x40, 1)
+    bench.run(1)
+    tell(bench, board, 0x40, 2)
+    bench.run(0.2)
+    tell(bench, board, opcode)
+    bench.run(2)
+    assert board.axes["motor"].velocity == 0
+    assert messages(bench, board) == ["a1 00", "a1 00"]
+
+
+def test_a_continuous_move_is_refused_during_a_ramp_and_during_a_preset_move(bench, board):
+    define(bench, board, 0xCE, 1, 50_000, 50_000, (0,))
+    define(bench, board, 0xCE, 2, 10_000, 50_000, (1,))
+    define(bench, board, 0xC8, 3, 10_000, 1_000_000, i32(10_000))
+    bench.run(0.1)
+    tell(bench, board, 0x40, 1)
+    bench.run(0.5)
+    tell(bench, board, 0x40, 2)
+    bench.run(1)
+    assert board.axes["motor"].velocity == 50_000
+    tell(bench, board, 0x78)
+    tell(bench, board, 0x40, 3)
+    bench.run(0.5)
+    tell(bench, board, 0x40, 2)
+    rest(bench, board)
+    assert position(bench, board, 0x80) == 10_000
+
+
+def test_the_sense_of_direction(bench, board):
+    """After 14h the same + move runs CCW; CW is positive at the motor."""
+    default(bench, board, 10_000, NO_TIME)
+    tell(bench, board, 0x33, *i32(100))
+    rest(bench, board)
+    assert board.pins["direction"].level
+    tell(bench, board, 0x14, 1)
+    tell(bench, board, 0x33, *i32(30))
+    rest(bench, board)
+    assert not board.pins["direction"].level
+    assert board.axes["motor"].position == 70
+    assert position(bench, board) == 130
+    assert ask(bench, board, 0x84)[1] == 0
+
+
+@pytest.mark.parametrize(("sign", "pin"), [(+1, "cw_limit"), (-1, "ccw_limit")])
+def test_a_limit_ends_the_pulses_within_200_us_and_lets_none_begin_in_its_direction(bench, board, sign, pin):
+    motor = board.axes["motor"]
+    default(bench, board, 100_000, NO_TIME)
+    tell(bench, board, 0x33, *i32(sign * 50_000))
+    bench.run(0.1)
+    board.pins[pin].drive(True)
+    bench.run(0.00007)
+    assert motor.velocity
+    bench.run(0.00013)
+    assert motor.velocity == 0
+    stopped = motor.position
+    assert ask(bench, board, 0x89)[1] == (0xF0 if sign > 0 else 0x0F)
+    tell(bench, board, 0x33, *i32(sign * 100))
+    bench.run(0.1)
+    assert motor.position == stopped
+    tell(bench, board, 0x33, *i32(-sign * 100))
+    rest(bench, board)
+    assert motor.position == stopped - sign * 100
+
+
+def test_limit_switches_at_positions(bench):
+    board = ready(bench, motor={"limits": (-500, 1_000)})
+    default(bench, board, 10_000, NO_TIME)
+    tell(bench, board, 0x33, *i32(5_000))
+    bench.run(1)
+    assert 1_000 < board.axes["motor"].position <= 1_003  # within 200 us at 10,000 pps
+    assert position(bench, board, 0x81) == 5_000 - board.axes["motor"].position
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    distance=st.integers(-20_000, 20_000),
+    velocity=st.integers(1, 546_133),
+    slope=st.integers(1, 0x7FFF_FFFF),
+    start_stop=st.integers(0, 10_000),
+)
+def test_pulses_issued_are_the_distance_commanded(distance, velocity, slope, start_stop):
+    bench = Bench()
+    board = ready(bench)
+    tell(bench, board, 0xD6, *i32(start_stop))
+    tell(bench, board, 0x31, 0, 0, *i32(max(velocity, 17)), *i32(slope))
+    tell(bench, board, 0x33, *i32(distance))
+    bench.run(100_000)
+    motor = board.axes["motor"]
+    assert motor.position == motor.pulses == position(bench, board) == distance
+    assert motor.velocity == 0

@@ -1,0 +1,159 @@
+"""Chapters Reading and writing, Control byte and status byte, Interrupts."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.errors import UsageError
+from axistwin.units import MS
+
+from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, message, messages, ready, tell, write
+
+
+def test_power_up_takes_about_one_second_and_leaves_50h(bench):
+    board = bench.add("1811")
+    assert board.bus.read(1) == 0x40
+    bench.run(0.9)
+    assert board.bus.read(1) == 0x40
+    bench.run(0.11)
+    assert board.bus.read(1) == 0x50
+
+
+def test_bit_four_clears_with_the_command_and_is_set_again_about_a_millisecond_later(bench, board):
+    write(board, 0x01, 0x07)
+    assert board.bus.read(1) == 0x40
+    bench.run(0.0009)
+    assert board.bus.read(1) == 0x40
+    bench.run(0.0002)
+    assert board.bus.read(1) == 0x50
+
+
+def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
+    write(board, 0x01, 0x07)
+    bench.run(0.01)
+    assert board.bus.read(1) == 0x58
+    assert bytes(board.bus.read(0) for _ in range(16)) == bytes([0x01, 0x07]) + bytes(14)
+    assert board.bus.read(1) == 0x58
+    board.bus.write(1, TAKEN)
+    assert board.bus.read(1) == 0x50
+
+
+def test_asking_takes_about_five_milliseconds(bench, board):
+    began = bench.now
+    assert ask(bench, board, 0x8C)[:2] == b"\x8c\x00"
+    assert 5 * MS <= bench.now - began < 6 * MS
+
+
+def test_bytes_that_were_not_read_are_overwritten_by_the_next_message(bench, board):
+    tell(bench, board, 0x01, 0x11)
+    tell(bench, board, 0x01, 0x22)
+    bench.run(0.02)
+    assert board.bus.read(0) == 0x01
+    board.bus.write(1, TAKEN)
+    assert not board.bus.read(1) & 0x08
+    assert message(bench, board)[:2] == b"\x01\x22"
+
+
+def test_messages_come_out_one_at_a_time_in_order(bench, board):
+    for identifier in range(10):
+        tell(bench, board, 0x01, identifier)
+    assert messages(bench, board) == [f"01 {identifier:02x}" for identifier in range(10)]
+
+
+def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
+    for command in ((0x08, 0x05), (0x90,), (0x08, 0x02)):
+        tell(bench, board, *command)
+    assert board.bus.read(1) & 0x07 == 5
+    assert message(bench, board)[:2] == b"\x90\x50"
+    bench.run(0.0001)
+    assert board.bus.read(1) & 0x07 == 2
+
+
+@pytest.mark.parametrize("bits", range(8))
+def test_user_bits_are_seen_in_the_status_byte(bench, board, bits):
+    tell(bench, board, 0x08, bits)
+    assert board.bus.read(1) == 0x50 | bits
+
+
+def test_interrupts_need_bit_six_of_every_control_byte(bench, board):
+    """ "The interrupt mask bit is always the negative of the current value of the interrupt enable bit"."""
+    write(board, 0x01, 0x07, control=ENABLE)
+    bench.run(0.01)
+    assert board.bus.interrupt
+    assert board.bus.read(1) == 0x98
+    board.bus.write(1, 0)
+    assert not board.bus.interrupt
+    assert board.bus.read(1) == 0x58
+    board.bus.write(1, ENABLE)
+    assert board.bus.interrupt
+    board.bus.write(1, TAKEN | ENABLE)
+    assert not board.bus.interrupt
+    assert board.bus.read(1) == 0x10
+
+
+def test_the_input_ready_interrupt_is_cleared_by_bit_four(bench):
+    board = ready(bench, interrupts=("input_ready",))
+    seen = []
+    board.bus.interrupt_line.watch(lambda pin: seen.append(pin.level))
+    board.bus.write(1, ENABLE)
+    write(board, 0x00, control=ENABLE)
+    bench.run(0.01)
+    assert seen == [True, False, True]
+
+
+def test_the_first_interrupt_masks_those_after_it_until_it_is_cleared(bench):
+    board = ready(bench, interrupts=("message_ready", "input_ready"))
+    board.bus.write(1, ENABLE)
+    seen = []
+    board.bus.interrupt_line.watch(lambda pin: seen.append(pin.level))
+    tell_with_interrupts = (0x01, 0x07)
+    write(board, *tell_with_interrupts, control=ENABLE)
+    bench.run(0.02)
+    assert seen == [False, True]  # ready for input again; the message makes no difference
+    board.bus.write(1, TAKEN | ENABLE)
+    assert seen == [False, True]
+
+
+@pytest.mark.parametrize("by", ["register", "bus", "power"])
+def test_a_reset_forgets_everything(bench, board, by):
+    tell(bench, board, 0x08, 0x07)
+    tell(bench, board, 0x0C, 1)
+    tell(bench, board, 0x31, 0, 0, *(0, 0, 1, 0) * 2)
+    if by == "register":
+        board.bus.write(1, RESET)
+    elif by == "bus":
+        board.bus.init()
+    else:
+        board.power_cycle()
+    assert board.bus.read(1) == 0x40
+    assert board.pins["output1"].level
+    bench.run(1.01)
+    assert board.bus.read(1) == 0x50
+    assert ask(bench, board, 0x91, 0) == b""
+
+
+def test_a_board_without_power_does_not_drive_the_bus(bench, board):
+    board.power(False)
+    board.bus.write(0, 1)
+    board.bus.write(1, COMMAND_READY)
+    assert (board.bus.read(0), board.bus.read(1)) == (0xFF, 0xFF)
+
+
+def test_a_fifo_holds_sixteen_bytes(bench, board):
+    """The seventeenth is lost: the command is still well formed."""
+    write(board, 0x01, 0x07, *(0,) * 14, 0x55)
+    assert message(bench, board)[:2] == b"\x01\x07"
+
+
+def test_one_who_asks_the_wrong_plug_is_told(bench, board):
+    with pytest.raises(UsageError, match="bus"):
+        _ = board.serial
+    with pytest.raises(UsageError, match="serial"):
+        _ = Bench().add("if1").bus
+    with pytest.raises(UsageError, match="line"):
+        bench.add("1810", line="9600 8N2")
+    with pytest.raises(UsageError, match="0 to 1"):
+        board.bus.read(2)
+    with pytest.raises(UsageError, match="0 to 255"):
+        board.bus.write(0, 256)
+    with pytest.raises(UsageError, match="message_ready"):
+        bench.add("1811", interrupts=("nonsense",))

@@ -1,0 +1,106 @@
+"""The two C programs of the manual's appendix D, read from the manual and made to compile.
+
+The listings themselves are not here: they are taken from the manual's text when a test asks for them.  Of each
+function the I/O mapped version is taken; the memory mapped one of the same name stands beside it.  Remarks are left
+out: scanning has torn their ends from their beginnings.  What else had to be changed is in the table, each with its
+reason.
+"""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+MANUAL = Path(__file__).parents[3] / "shared" / "seeds" / "000_82164efb254bb5df.txt"
+
+PROGRAMS = {"1810U.C": ("SNDCMD", "RCVCMD", "STAT WAIT"), "FIFO.C": ("I FIFO", "O FIFO")}
+"""Which functions each program has."""
+
+
+class Change(NamedTuple):
+    """In this function (or in all) `found` becomes `wanted`; it must stand there."""
+
+    function: str
+    found: str
+    wanted: str
+    reason: str
+
+
+SPACE = "the underscore in a name is printed as a blank"
+COLON = "the ; that ends the declaration is printed as :"
+BRACE = "the brace that opens the function's body is lost, the one that closes it is there"
+SLIP = "the loops count down n, which nothing declares or sets; nbr_bytes is what is meant: the listing's own slip"
+
+CHANGES = (
+    *(Change("DEFINES", name, name.replace(" ", "_"), SPACE) for name in (
+        "ENB INT", "MSG RED", "MSG RDY", "BFR RDY", "INT MSK",
+    )),
+    Change("DEFINES", "#define PASS", "#define PASS 0", "the 0 is printed on the line before"),
+    Change("SNDCMD", "stat wait", "stat_wait", SPACE),
+    Change("SNDCMD", "STAT ADDR", "STAT_ADDR", SPACE),
+    Change("SNDCMD", "BFR RDY", "BFR_RDY", SPACE),
+    Change("SNDCMD", "cmd arr", "cmd_arr", SPACE),
+    Change("SNDCMD", "nbr bytes", "nbr_bytes", SPACE),
+    Change("SNDCMD", "nbr_bytes:", "nbr_bytes;", COLON),
+    Change("SNDCMD", "  if (stat_wait", "{ if (stat_wait", BRACE),
+    Change("RCVCMD", "stat wait", "stat_wait", SPACE),
+    Change("RCVCMD", "STAT ADDR", "STAT_ADDR", SPACE),
+    Change("RCVCMD", "CTRL ADDR", "CTRL_ADDR", SPACE),
+    Change("RCVCMD", "MSG RDY", "MSG_RDY", SPACE),
+    Change("RCVCMD", "MSG RED", "MSG_RED", SPACE),
+    Change("RCVCMD", "cmd arr", "cmd_arr", SPACE),
+    Change("RCVCMD", "nbr bytes", "nbr_bytes", SPACE),
+    Change("RCVCMD", "*address:", "*address;", COLON),
+    Change("RCVCMD", "  if (stat_wait", "{ if (stat_wait", BRACE),
+    Change("STAT WAIT", "stat wait", "stat_wait", SPACE),
+    Change("STAT WAIT", "MAX READS", "MAX_READS", SPACE),
+    Change("STAT WAIT", "char *address;", "char *address; int mask;", "a declaration is lost; its remark is there"),
+    Change("I FIFO", "nbr bytes", "nbr_bytes", SPACE),
+    Change("I FIFO", "cmd arr", "cmd_arr", SPACE),
+    Change("I FIFO", " while (n", "{ while (n", BRACE),
+    Change("I FIFO", "(n ", "(nbr_bytes ", SLIP),
+    Change("I FIFO", " n--", " nbr_bytes--", SLIP),
+    Change("O FIFO", "o fifo", "o_fifo", SPACE),
+    Change("O FIFO", "nbr bytes", "nbr_bytes", SPACE),
+    Change("O FIFO", "cmd arr", "cmd_arr", SPACE),
+    Change("O FIFO", " while (n != 0)", "{ while (n != 0) {", BRACE + "; so is the one that opens the loop's"),
+    Change("O FIFO", "(n ", "(nbr_bytes ", SLIP),
+    Change("O FIFO", " n--", " nbr_bytes--", SLIP),
+    Change("O FIFO", " }\n", " }\n}\n", "the brace that closes the function is lost"),
+)  # fmt: skip
+
+FORWARD = "char stat_wait();"
+"""Before the functions that call it: compilers of today want to know that a function is no int before it is called."""
+
+
+def programs() -> dict[str, str]:
+    """The source of each program, ready for a compiler."""
+    text = MANUAL.read_text(encoding="utf-8")
+    listing = text[text.index("Program #1: 1810U.C") : text.index("ADDENDUM TO 1810/11")]
+    found = {name: "\n".join(_function(listing, function) for function in has) for name, has in PROGRAMS.items()}
+    defines = "\n".join(re.findall(r"^#define .*$", listing[: listing.index("SNDCMD - ")], re.MULTILINE))
+    found["1810U.C"] = "\n".join((_repaired("DEFINES", _bare(defines)), FORWARD, found["1810U.C"]))
+    return found
+
+
+def _function(listing: str, function: str) -> str:
+    return _repaired(function, _bare(_section(listing, function)))
+
+
+def _section(listing: str, function: str) -> str:
+    begin = re.search(rf"I/O mapped version, {function}", listing)
+    end = re.compile(rf"Memory mapped version, {function}|^/\*{{2,}}", re.MULTILINE).search(listing, begin.end())
+    return listing[begin.end() : end.start()]
+
+
+def _bare(text: str) -> str:
+    """Without remarks and what the printed pages have around them."""
+    text = re.sub(r"/\*.*$|\*/|```", "", text, flags=re.MULTILINE)
+    return re.sub(r"[ \t]+$\n?", "\n", text, flags=re.MULTILINE)
+
+
+def _repaired(function: str, text: str) -> str:
+    for change in CHANGES:
+        if change.function == function:
+            assert change.found in text, change
+            text = text.replace(change.found, change.wanted)
+    return text

@@ -1,0 +1,147 @@
+"""C programs on the bus: those of the manual's appendix D, and the rest of `axistwin_bus.h`."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+
+from axistwin.host import C_FILES
+
+from . import appendix_d
+from .serving import Served
+
+pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="there is no C compiler")
+OLD_C = ("-std=gnu89", "-w")
+STRICT = ("-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror")
+
+MOVE = """
+#include <stdio.h>
+
+static char *board = (char *)0x60;
+static char reply[16];
+
+static int ask(command)
+int command;
+{
+    char one = command;
+    return sndcmd(board, &one, 1) || rcvcmd(board, reply, 16);
+}
+
+main()
+{
+    static char speed[] = {0x31, 0, 0, 0, 0, 0x61, 0xA8, 0, 3, 0xD0, 0x90};
+    static char go[] = {0x33, 0, 0, 0x61, 0xA8};
+    static char tell_end[] = {0xA4, 1};
+    int i;
+
+    if (sndcmd(board, speed, 11) || sndcmd(board, tell_end, 2) || sndcmd(board, go, 5))
+        return 1;
+    if (rcvcmd(board, reply, 1))
+        return 2;
+    printf("%02x\\n", reply[0] & 255);
+    if (ask(0x83))
+        return 3;
+    for (i = 0; i < 16; i++)
+        printf("%02x ", reply[i] & 255);
+    return 0;
+}
+"""
+
+WHOLE_HEADER = """
+#include <stdio.h>
+#include <string.h>
+#include "axistwin_bus.h"
+
+int main(void)
+{
+    static const unsigned char hello[] = {0x01, 0x2A};
+    unsigned char message[300];
+
+    while (!(in(0x0FFF) & 0x10))
+        ;
+    if (wait_interrupt(0))
+        return 1;
+    out_block(0x0FFE, hello, 2);
+    out(0x0FFF, 0x50);
+    if (!wait_interrupt(10000) || !interrupt_line())
+        return 2;
+    in_block(0x0FFE, message, 300);
+    out(0x0FFF, 0x1C0 | 0x40);
+    if (interrupt_line() || wait_interrupt(1))
+        return 3;
+    printf("%02x %02x", message[0], message[1]);
+    return 0;
+}
+"""
+
+
+@pytest.fixture
+def bus(served):
+    """An 1811 with the interrupts of a factory-new board and one jumper."""
+    return served.open(served.add_board(), "bus://:0")
+
+
+@pytest.fixture
+def served():
+    with Served() as served:
+        yield served
+
+
+def compiled(directory, options, **sources):
+    """A program made of these and of the file that the package ships."""
+    files = []
+    for name, text in sources.items():
+        files.append(directory / f"{name}.c")
+        files[-1].write_text(text)
+    program = directory / "host"
+    words = ["gcc", *options, f"-I{C_FILES}", *files, C_FILES / "axistwin_bus.c", "-o", program]
+    made = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=50)
+    assert made.returncode == 0, made.stderr
+    return program
+
+
+def run(program, bus):
+    return subprocess.run(
+        [str(program)], env={**os.environ, "AXISTWIN_BUS": bus}, capture_output=True, text=True, timeout=30
+    )
+
+
+@pytest.mark.skipif(not appendix_d.MANUAL.exists(), reason="the manual is not here")
+def test_the_programs_of_appendix_d_drive_a_move(served, bus, tmp_path):
+    """SNDCMD and RCVCMD of 1810U.C with I_FIFO and O_FIFO of FIFO.C, at base address 60h."""
+    listings = appendix_d.programs()
+    program = compiled(tmp_path, OLD_C, utility=listings["1810U.C"], fifo=listings["FIFO.C"], move=MOVE)
+    done = run(program, bus.address)
+    assert (done.returncode, done.stderr) == (0, "")
+    ended, position = done.stdout.splitlines()
+    assert ended == "a4"
+    assert bytes.fromhex(position) == bytes.fromhex("83 00 00 00 00 61 a8").ljust(16, b"\0")
+    motor = served.bench["1811"].axes["motor"]
+    assert (motor.position, len(motor.pulse_times())) == (25_000, 25_000)
+
+
+def test_the_whole_header(bus, tmp_path):
+    done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), bus.address)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "01 2a", "")
+
+
+@pytest.mark.parametrize(
+    ("where", "words"),
+    [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "nobody answers")],
+)
+def test_a_bus_that_is_not_there_ends_the_program(tmp_path, where, words):
+    done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), where)
+    assert done.returncode == 3
+    assert words in done.stderr
+
+
+def test_a_bus_that_another_host_has(served, bus, tmp_path):
+    import socket
+
+    with socket.create_connection((bus.host, bus.port), timeout=5) as first:
+        first.sendall(b"i\n")
+        assert first.recv(10) == b"0\n"
+        done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), bus.address)
+    assert done.returncode == 3
+    assert "another host has the bus" in done.stderr
