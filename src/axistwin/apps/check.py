@@ -14,12 +14,12 @@ import click
 
 from axistwin.apps import conversation
 from axistwin.apps.conversation import Act, Do, Say
+from axistwin.apps.programs import no_program
 from axistwin.apps.typist import command_lines
+from axistwin.apps.visible import CHARACTERS, Codec, codec_of
 from axistwin.bench import product
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
 from axistwin.errors import ProgramError, UsageError
-
-_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character as a conversation has it, once it has been read
 
 
 @click.command(short_help="Find what is wrong with a program.")
@@ -30,7 +30,8 @@ def check(model: str, program: Path, as_json: bool) -> int:
     """Find what a MODEL would refuse in PROGRAM, and what can hardly be meant, without running it.
 
     PROGRAM is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
-    terminal (.if1).  For each finding one line is printed, in order of place:
+    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x).  For each finding one line is printed,
+    in order of place:
 
     \b
       moves.if1:3:5: error: unknown character 'x': commands are upper case (manual: Full command list)
@@ -43,11 +44,12 @@ def check(model: str, program: Path, as_json: bool) -> int:
     Examples:
       axistwin check if1 moves.if1
       axistwin check if2 tests/session.talk --json
+      axistwin check 1811 moves.181x
     """
-    checker = product(model).check
-    if checker is None:
-        raise UsageError(f"programs for {model} cannot be checked")
-    found = diagnose(program, checker)
+    made = product(model)
+    if made.check is None:
+        raise UsageError(f"programs for {made.model} cannot be checked")
+    found = diagnose(program, made.check, codec_of(made))
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
     if as_json:
         listed = [{"file": str(program), **asdict(diagnostic)} for diagnostic in found]
@@ -58,26 +60,29 @@ def check(model: str, program: Path, as_json: bool) -> int:
     return 1 if errors else 0
 
 
-def diagnose(program: Path, checker: Checker) -> list[Diagnostic]:
+def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
     """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
     text = conversation.load_text(program)
     try:
-        hosts = list(_hosts(program, text))
+        unread: list[Diagnostic] = []
+        hosts = list(_hosts(program, text, codec, unread))
     except ProgramError as error:
         if not error.line:
             raise
         return [Diagnostic(error.line, error.column or 1, Severity.ERROR, error.message)]
-    return sorted(diagnostic for sessions in hosts for diagnostic in checker(sessions))
+    return sorted([*unread, *(diagnostic for sessions in hosts for diagnostic in checker(sessions))])
 
 
-def _hosts(program: Path, text: str) -> Iterable[Sequence[Session]]:
-    """What is sent to each controller."""
+def _hosts(program: Path, text: str, codec: Codec, unread: list[Diagnostic]) -> Iterable[Sequence[Session]]:
+    """What is sent to each controller; lines of commands that cannot be read go to `unread`."""
     match program.suffix:
         case ".talk":
-            return _conversation(conversation.parse(text, str(program)).acts, text.splitlines())
+            return _conversation(conversation.parse(text, str(program), codec).acts, text.splitlines(), codec)
+        case ".181x":
+            return _commands(text, str(program), codec, unread)
         case ".if1":
             return _typed(command_lines(text, str(program)))
-    raise ProgramError("no kind of program: name a conversation .talk, command lines .if1", file=str(program))
+    raise no_program(program)
 
 
 @dataclass
@@ -93,7 +98,7 @@ class _Host:
         self.characters, self.initialised = [], False
 
 
-def _conversation(acts: Iterable[Act], lines: Sequence[str]) -> Iterator[Sequence[Session]]:
+def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
     hosts: dict[str, _Host] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _Host())
@@ -101,7 +106,7 @@ def _conversation(acts: Iterable[Act], lines: Sequence[str]) -> Iterator[Sequenc
             line = lines[act.line - 1].rstrip()
             begin = re.compile(r"[^>]*>\s*").match(line)
             assert begin is not None
-            places = (found.start() + 1 for found in _WRITTEN.finditer(line, begin.end()))
+            places = (begin.end() + column + 1 for column in codec.places(line[begin.end() :]))
             host.characters += map(Sent, act.data, [act.line] * len(act.data), places)
         _power(act, host)
     for host in hosts.values():
@@ -116,6 +121,23 @@ def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
         if isinstance(act, Say):
             host.characters += [Sent(byte, act.line, column) for column, byte in enumerate(act.data + b"\r", start=1)]
         _power(act, host)
+    host.switch_off()
+    yield host.sessions
+
+
+def _commands(text: str, file: str, codec: Codec, unread: list[Diagnostic]) -> Iterator[Sequence[Session]]:
+    """Commands for a board on a bus, in hex or by name, one per line."""
+    host = _Host(initialised=True)
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition(";")[0].rstrip()
+        try:
+            if words.lstrip().startswith(("+", "!")):
+                _power(conversation.parse_line(words, number, file), host)
+            elif words:
+                data = codec.read(words)
+                host.characters += map(Sent, data, [number] * len(data), (at + 1 for at in codec.places(words)))
+        except ProgramError as error:
+            unread.append(Diagnostic(number, error.column or 1, Severity.ERROR, error.message))
     host.switch_off()
     yield host.sessions
 
