@@ -25,6 +25,14 @@ class PulseAxis(Protocol):
     def halt(self) -> None:
         """No more pulses."""
 
+    @property
+    def encoder_count(self) -> int | None:
+        """Encoder pulses after quadrature, from anywhere; None: it has no encoder."""
+
+    @property
+    def on_push(self) -> list[Callable[[], None]]:
+        """Called when the encoder has moved by itself."""
+
 
 class Store(Protocol):
     """What keeps its contents without power."""
