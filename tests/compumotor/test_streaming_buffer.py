@@ -341,3 +341,17 @@ def test_reports_while_streaming(bench, board):
     bench.run(0.2)
     assert ask(bench, board, 0x88)[1] & 0xF8 == 0
     assert position(bench, board, 0x80) == board.axes["motor"].position == 1_200
+
+
+def test_what_a_velocity_leads_to_at_once_may_end_the_performance(bench):
+    """A stall is seen as zero velocity is given out, 3 ms at 3,500 pulses/s after the start: ten pulses, one tooth."""
+    board = ready(bench, motor={"encoder": {"counts_per_rev": 400}})
+    for command in ((0xB0, 0, 1, 0, 1), (0xB1, 0, 0, 1, 0x90), (0xB2, 0, 0, 0, 0), (0xB4, 0, 0, 0, 50), (0x19, 1)):
+        tell(bench, board, *command)
+    enter(bench, board, 0x52, 3, 1, rate=3)
+    velocities(bench, board, 5_250, 0, 5_250)
+    board.axes["motor"].jam()
+    tell(bench, board, 0x42)
+    bench.run(1)
+    assert moving_at(board, 0)
+    assert free(bench, board) == 600 - 5 * 2

@@ -8,18 +8,19 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 
 import click
 
 from axistwin.apps import conversation
-from axistwin.apps.conversation import Act, Do, Say
+from axistwin.apps.conversation import Act, Do, Say, parse_line
+from axistwin.apps.programs import no_program
 from axistwin.apps.typist import command_line
+from axistwin.apps.visible import CHARACTERS, Codec, codec_of
 from axistwin.bench import product
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
 from axistwin.errors import ProgramError, UsageError
-
-_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character as a conversation has it, once it has been read
 
 
 @click.command(short_help="Find what is wrong with a program.")
@@ -30,7 +31,8 @@ def check(model: str, program: Path, as_json: bool) -> int:
     """Find what a MODEL would refuse in PROGRAM, and what can hardly be meant, without running it.
 
     PROGRAM is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
-    terminal (.if1).  For each finding one line is printed, in order of place:
+    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x).  For each finding one line is printed,
+    in order of place:
 
     \b
       moves.if1:3:5: error: unknown character 'x': commands are upper case (manual: Full command list)
@@ -43,11 +45,12 @@ def check(model: str, program: Path, as_json: bool) -> int:
     Examples:
       axistwin check if1 moves.if1
       axistwin check if2 tests/session.talk --json
+      axistwin check 1811 moves.181x
     """
-    checker = product(model).check
-    if checker is None:
-        raise UsageError(f"programs for {model} cannot be checked")
-    found = diagnose(program, checker)
+    made = product(model)
+    if made.check is None:
+        raise UsageError(f"programs for {made.model} cannot be checked")
+    found = diagnose(program, made.check, codec_of(made))
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
     if as_json:
         listed = [{"file": str(program), **asdict(diagnostic)} for diagnostic in found]
@@ -58,12 +61,12 @@ def check(model: str, program: Path, as_json: bool) -> int:
     return 1 if errors else 0
 
 
-def diagnose(program: Path, checker: Checker) -> list[Diagnostic]:
+def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
     """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
     text = conversation.load_text(program)
     lines, unread = text.splitlines(), []
     acts: list[Act] = []
-    read = _reader(program)
+    read = _reader(program, codec)
     for number, line in enumerate(lines, start=1):
         try:
             act = read(line, number, str(program))
@@ -71,18 +74,39 @@ def diagnose(program: Path, checker: Checker) -> list[Diagnostic]:
             unread.append(Diagnostic(number, error.column or 1, Severity.ERROR, error.message))
         else:
             acts += [act] if act is not None else []
-    hosts = _typed(acts) if program.suffix == ".if1" else _conversation(acts, lines)
+    hosts = _hosts(program, acts, lines, codec)
     return sorted([*unread, *(diagnostic for sessions in hosts for diagnostic in checker(sessions))])
 
 
-def _reader(program: Path) -> Callable[[str, int, str], Act | None]:
+def _reader(program: Path, codec: Codec) -> Callable[[str, int, str], Act | None]:
     """What reads a line of such a program."""
     match program.suffix:
         case ".talk":
-            return lambda line, number, file: conversation.parse_line(line, number, file) if line.strip() else None
+            return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
+        case ".181x":
+            return partial(_command, codec)
         case ".if1":
             return command_line
-    raise UsageError(f"{program} is no kind of program: name a conversation .talk, command lines .if1")
+    raise no_program(program)
+
+
+def _command(codec: Codec, line: str, number: int, file: str) -> Act | None:
+    """A command for a board on a bus, in hex or by name."""
+    words = line.partition(";")[0].rstrip()
+    if words.lstrip().startswith(("+", "!")):
+        return parse_line(words, number, file)
+    return Say(codec.read(words), line=number) if words else None
+
+
+def _hosts(program: Path, acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterable[Sequence[Session]]:
+    """What is sent to each controller."""
+    match program.suffix:
+        case ".talk":
+            return _conversation(acts, lines, codec)
+        case ".181x":
+            return _commands(acts, lines, codec)
+        case _:
+            return _typed(acts)
 
 
 @dataclass
@@ -98,7 +122,7 @@ class _Host:
         self.characters, self.initialised = [], False
 
 
-def _conversation(acts: Iterable[Act], lines: Sequence[str]) -> Iterator[Sequence[Session]]:
+def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
     hosts: dict[str, _Host] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _Host())
@@ -106,7 +130,7 @@ def _conversation(acts: Iterable[Act], lines: Sequence[str]) -> Iterator[Sequenc
             line = lines[act.line - 1].rstrip()
             begin = re.compile(r"[^>]*>\s*").match(line)
             assert begin is not None
-            places = (found.start() + 1 for found in _WRITTEN.finditer(line, begin.end()))
+            places = (begin.end() + column + 1 for column in codec.places(line[begin.end() :]))
             host.characters += map(Sent, act.data, [act.line] * len(act.data), places)
         _power(act, host)
     for host in hosts.values():
@@ -120,6 +144,18 @@ def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
     for act in acts:
         if isinstance(act, Say):
             host.characters += [Sent(byte, act.line, column) for column, byte in enumerate(act.data + b"\r", start=1)]
+        _power(act, host)
+    host.switch_off()
+    yield host.sessions
+
+
+def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
+    """Commands for a board on a bus, one per line."""
+    host = _Host(initialised=True)
+    for act in acts:
+        if isinstance(act, Say):
+            words = lines[act.line - 1].partition(";")[0].rstrip()
+            host.characters += map(Sent, act.data, [act.line] * len(act.data), (at + 1 for at in codec.places(words)))
         _power(act, host)
     host.switch_off()
     yield host.sessions

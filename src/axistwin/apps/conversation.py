@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 
-from axistwin.apps.visible import CHARACTERS, Codec
+from axistwin.apps.visible import CHARACTERS, Codec, codec_of
+from axistwin.bench import FAMILIES, product
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S
 
@@ -83,6 +84,8 @@ class Conversation:
 
     acts: tuple[Act, ...]
     file: str = ""
+    codec: Codec = CHARACTERS
+    """How what is said is written in it."""
 
     @property
     def headers(self) -> dict[str, str]:
@@ -96,7 +99,7 @@ class Conversation:
         return found
 
 
-def load(path: Path, codec: Codec = CHARACTERS) -> Conversation:
+def load(path: Path, codec: Codec | None = None) -> Conversation:
     """Read a conversation from a file."""
     return parse(load_text(path), str(path), codec)
 
@@ -115,15 +118,36 @@ def load_text(path: Path) -> str:
         raise ProgramError("is not a text file in UTF-8", file=str(path)) from None
 
 
-def parse(text: str, file: str = "", codec: Codec = CHARACTERS) -> Conversation:
-    """Read a conversation.  Raises ProgramError with file, line and column."""
-    lines = enumerate(text.splitlines(), start=1)
-    return Conversation(tuple(parse_line(line, number, file, codec) for number, line in lines if line.strip()), file)
+def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:
+    """Read a conversation.  Raises ProgramError with file, line and column.
+
+    `codec` None: what is said is written as its `; model:` has it, or else as `model` has it.
+    """
+    lines = text.splitlines()
+    codec = codec or _codec(_model(lines) or model)
+    acts = (parse_line(line, number, file, codec) for number, line in enumerate(lines, start=1) if line.strip())
+    return Conversation(tuple(acts), file, codec)
 
 
-def write(conversation: Iterable[Act], codec: Codec = CHARACTERS) -> str:
-    """The acts as text, one line each."""
-    return "".join(f"{_written(act, codec)}\n" for act in conversation)
+def _model(lines: Iterable[str]) -> str:
+    """The model that the first comments name, if they name one."""
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith(";"):
+            break
+        header = _HEADER.fullmatch(line.strip("; \t"))
+        if header and header["key"] == "model":
+            return header["value"].strip()
+    return ""
+
+
+def _codec(model: str) -> Codec:
+    return codec_of(product(model)) if model.lower() in FAMILIES else CHARACTERS
+
+
+def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:
+    """The acts as text, one line each; of mere acts, what is said is characters unless `codec` says otherwise."""
+    whole = conversation if isinstance(conversation, Conversation) else Conversation(tuple(conversation))
+    return "".join(f"{_written(act, codec or whole.codec)}\n" for act in whole.acts)
 
 
 def seconds(ns: int) -> str:
@@ -164,7 +188,7 @@ def _say(text: str, codec: Codec, line: int, controller: str) -> Act:
 
 
 def _hear(text: str, codec: Codec, line: int, controller: str) -> Act:
-    return Hear(codec.read(text), line=line, controller=controller)
+    return Hear(codec.hear(text), line=line, controller=controller)
 
 
 def _do(text: str, _codec: Codec, line: int, controller: str) -> Act:

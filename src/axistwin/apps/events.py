@@ -1,4 +1,4 @@
-"""What can be observed on a bench from outside: characters on the lines, and levels that change."""
+"""What can be observed on a bench from outside: characters on lines, messages on a bus, and levels that change."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -12,7 +12,7 @@ from axistwin.sim.serial import LineError
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A host has something to transmit, from `time_ns` on."""
+    """A host has something to transmit, from `time_ns` on; on a bus, it has handed over a command."""
 
     time_ns: int
     controller: str
@@ -21,7 +21,7 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A host has received a character."""
+    """A host has received a character; on a bus, a message lies ready for it."""
 
     time_ns: int
     controller: str
@@ -66,7 +66,9 @@ def observing(bench: Bench, sink: Callable[[Event], None]) -> Iterator[None]:
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
-    """All that has a level: the pins, and the control lines of the serial connection."""
+    """All that has a level: the pins, and the control lines of the serial connection or the bus."""
+    if controller.product.attend is not None:
+        return {**controller.pins, "interrupt": controller.bus.interrupt_line}
     port = controller.serial
     lines = {"dtr": port.dtr_line, "rts": port.rts_line, "host.dtr": port.host.dtr_line, "host.rts": port.host.rts_line}
     return {**controller.pins, **lines}
@@ -78,8 +80,13 @@ def _observe(bench: Bench, controller: Controller, sink: Callable[[Event], None]
     def changed(pin_name: str, pin: Pin) -> None:
         sink(Changed(clock.now, name, pin_name, pin.level, pin.driven, pin.flashing))
 
-    stack.callback(controller.serial.listen(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(controller.serial.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
-    stack.callback(controller.serial.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+    if controller.product.attend is not None:
+        stack.callback(controller.bus.listen(lambda data: sink(Said(clock.now, name, data))))
+        stack.callback(controller.bus.hear(lambda data: sink(Heard(clock.now, name, data))))
+    else:
+        port = controller.serial
+        stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
+        stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
+        stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
     for pin_name, pin in terminals(controller).items():
         stack.callback(pin.watch(partial(changed, pin_name)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from axistwin.apps.events import Changed, Event, Heard, Said, observing, terminals
+from axistwin.apps.machine import on_a_bus
 from axistwin.bench import Bench
 from axistwin.motion.train import Stroke
 from axistwin.sim.serial import LineError
@@ -32,11 +33,13 @@ class Utterance:
     data: bytearray
     last_ns: int
     errors: LineError = LineError.NONE
+    whole: bool = False
+    """Whether it has been said at once, as commands and messages on a bus are."""
 
     @property
     def over(self) -> bool:
         """Whether its terminator has come."""
-        return bytes(self.data[-1:]) in (b"\r", b"\n")
+        return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
     def ends_before(self, time_ns: int, data: bytes) -> bool:
         """Whether what is said now is something new."""
@@ -110,7 +113,7 @@ class History:
             if utterance.over:
                 self._open.pop((event.controller, True), None)
         elif isinstance(event, Said):
-            for line in _LINES.findall(event.data):
+            for line in [event.data] if self._on_a_bus(event) else _LINES.findall(event.data):
                 self._say(event, line, by_host=True)
 
     @property
@@ -135,11 +138,15 @@ class History:
         utterance = self._open.get(key)
         if utterance is None or utterance.ends_before(event.time_ns, data):
             utterance = Utterance(event.time_ns, event.controller, by_host, bytearray(), event.time_ns)
+            utterance.whole = self._on_a_bus(event)
             self._open[key] = utterance
             self.said.append(utterance)
         utterance.data += data
         utterance.last_ns = event.time_ns
         return utterance
+
+    def _on_a_bus(self, event: Event) -> bool:
+        return on_a_bus(self.bench[event.controller])
 
 
 @contextmanager

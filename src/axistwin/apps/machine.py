@@ -1,6 +1,6 @@
 """What a conversation can do to a controller and ask of it, by the names people use."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation
 from functools import partial
 
@@ -28,10 +28,25 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
     axis, _, what = target.partition(".")
     if axis in controller.axes and what in ("jam", "load", "push"):
         return _axis_action(controller.axes[axis], what, value)
+    if target == "power":
+        return partial(controller.power, _level(value))
+    return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
+
+
+def on_a_bus(controller: Controller) -> bool:
+    """Whether it has registers on a bus instead of a serial port."""
+    return controller.product.attend is not None
+
+
+def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    if target == "init":
+        return controller.bus.init if _level(value) else lambda: None
+    raise _nothing_called(target, (*controller.pins, "power", "init", "AXIS.jam", "AXIS.load", "AXIS.push"))
+
+
+def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
     port = controller.serial
     match target:
-        case "power":
-            return partial(controller.power, _level(value))
         case "dtr":
             return partial(port.host.dtr_line.set, _level(value))
         case "rts":
@@ -41,22 +56,26 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
         case "line":
             return partial(setattr, port.host, "format", _line(value, controller))
     others = ("power", "dtr", "rts", "break", "line", "AXIS.jam", "AXIS.load", "AXIS.push")
-    raise ProgramError(f"nothing called {target!r} here: there are {', '.join((*controller.pins, *others))}")
+    raise _nothing_called(target, (*controller.pins, *others))
+
+
+def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
+    return ProgramError(f"nothing called {name!r} here: there are {', '.join(known)}")
 
 
 def question(controller: Controller, subject: str) -> Callable[[], Value]:
     """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
-    if subject in ("dtr", "rts"):
-        return lambda: bool(getattr(controller.serial, subject))
+    lines = ("interrupt",) if on_a_bus(controller) else ("dtr", "rts")
+    if subject in lines:
+        port = controller.bus if on_a_bus(controller) else controller.serial
+        return lambda: bool(getattr(port, subject))
     name, _, attribute = subject.partition(".")
     if name in controller.axes and attribute in ATTRIBUTES:
         return _axis_question(controller.axes[name], attribute)
     axes = (f"{name}.{attribute}" for name in controller.axes for attribute in ATTRIBUTES)
-    raise ProgramError(
-        f"nothing called {subject!r} here: there are {', '.join(('clock', *controller.pins, 'dtr', 'rts', *axes))}"
-    )
+    raise _nothing_called(subject, ("clock", *controller.pins, *lines, *axes))
 
 
 def agrees(value: Value, wanted: str) -> bool:

@@ -12,11 +12,11 @@ from functools import partial
 from itertools import takewhile
 
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
+from axistwin.apps.host import Host, host_of
 from axistwin.apps.machine import Value, action, agrees, question, shown
-from axistwin.apps.visible import CHARACTERS, Codec
+from axistwin.apps.visible import Codec
 from axistwin.bench import Bench, Controller
 from axistwin.errors import PlacedError, ProgramError, UsageError
-from axistwin.sim.serial import LineError
 from axistwin.units import S, to_seconds
 
 PATIENCE_S = 10.0
@@ -49,13 +49,13 @@ Played = Callable[[], object]
 """Does an act; what it returns is a Difference or means nothing."""
 
 
-def play(conversation: Conversation, bench: Bench, codec: Codec = CHARACTERS) -> Difference | None:
+def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -> Difference | None:
     """Do what the conversation says; returns the first difference, None if there is none.
 
     Raises ProgramError, before anything is done, if it names what the bench does not have.
     """
     with ExitStack() as stack:
-        player = _Player(conversation, bench, codec)
+        player = _Player(conversation, bench, codec or conversation.codec)
         player.listen(stack)
         for act in [player.prepare(act) for act in conversation.acts]:
             if isinstance(difference := act(), Difference):
@@ -67,14 +67,13 @@ class _Player:
     def __init__(self, conversation: Conversation, bench: Bench, codec: Codec) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, codec
         self.heard: dict[str, bytearray] = {name: bytearray() for name in bench.controllers}
+        self.hosts: dict[str, Host] = {}
         self.patience_s = self._patience()
 
     def listen(self, stack: ExitStack) -> None:
-        for name in self.heard:
-            stack.callback(self.bench[name].serial.hear(partial(self._heard, name)))
-
-    def _heard(self, name: str, byte: int, _: LineError) -> None:
-        self.heard[name].append(byte)
+        for name, heard in self.heard.items():
+            self.hosts[name] = stack.enter_context(host_of(self.bench[name]))
+            self.hosts[name].hear(heard.extend)
 
     def prepare(self, act: Act) -> Played:
         """The act as something to call; whatever is wrong with it is found here."""
@@ -90,7 +89,7 @@ class _Player:
             case Wait():
                 return partial(self._wait, act.ns)
             case Say():
-                return partial(self._controller(act).serial.write, act.data)
+                return partial(self.hosts[self._controller(act).name].write, act.data)
             case Hear():
                 return partial(self._hear, act, self._controller(act))
             case Do():
@@ -140,7 +139,7 @@ class _Player:
     def _something_else(self, act: Hear, controller: Controller, heard: bytearray) -> Difference:
         """The wrong character has come; let it finish its words, so that one can see what it meant."""
         now_ns = self.bench.now
-        pause_s = to_seconds(3 * controller.serial.host.format.frame_ns)
+        pause_s = to_seconds(self.hosts[controller.name].pause_ns)
         while len(heard) < len(act.data) + 32 and self._more(heard, pause_s):
             pass
         return self._difference(act.line, "the controller says something else", act.data, bytes(heard), now_ns)

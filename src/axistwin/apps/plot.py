@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from axistwin.apps import curves
-from axistwin.apps.history import History, Move
-from axistwin.apps.visible import CHARACTERS
+from axistwin.apps.history import History, Move, Utterance
+from axistwin.apps.visible import codec_of
 from axistwin.errors import UsageError
 from axistwin.units import S
 
@@ -140,7 +140,7 @@ class _Picture:
         for by_host, place, mark in ((True, 1.0, ">"), (False, 0.0, "<")):
             said = [utterance for utterance in self.words if utterance.by_host is by_host]
             row.vlines([u.time_ns / S for u in said], place, place + 0.2, color=INK, linewidth=0.7)
-            texts = [(u.time_ns, f"{mark} {CHARACTERS.show(bytes(u.data))}") for u in said]
+            texts = [(u.time_ns, f"{mark} {self._shown(u)}") for u in said]
             for at_ns, level, text in self._fitting(texts):
                 row.text(
                     at_ns / S, place + 0.22 + 0.3 * level, text,
@@ -151,6 +151,9 @@ class _Picture:
         row.tick_params(axis="y", length=0)
         row.grid(axis="x", color=PALE, linewidth=0.5)
         row.set_xlabel("seconds")
+
+    def _shown(self, utterance: Utterance) -> str:
+        return codec_of(self.history.bench[utterance.controller].product).show(bytes(utterance.data))
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
         """Where there is room for a text: from when on, and in which of the rows."""

@@ -1,7 +1,8 @@
 """Programs that can be run from the command line, told apart by the suffix of their file.
 
-`.talk` is a conversation.  `.if1` are IF1/IF2 command lines as typed at a terminal: `;` starts a comment, the
-initialisation is done first, and a conversation's `+seconds` and `! input1 high` lines may stand between them.
+`.talk` is a conversation.  `.if1` are IF1/IF2 command lines as typed at a terminal; the initialisation is done first.
+`.181x` are commands for an 1810 or 1811, in hex or by name.  In both `;` starts a comment, and a conversation's
+`+seconds` and `! input1 high` lines may stand between them.
 """
 
 import shlex
@@ -11,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from axistwin.apps.conversation import Act, Conversation, load_text, parse
+from axistwin.apps.operator import command_strings, language_of, send_commands
 from axistwin.apps.player import Difference, play
 from axistwin.apps.typist import command_lines, settle, type_lines
 from axistwin.bench import Bench
@@ -37,15 +39,24 @@ class Program:
     options: tuple[str, ...] = ()
 
 
-def load(path: Path) -> Program:
-    """The program in a file.  Raises ProgramError if it cannot be read or is of no known kind."""
+def load(path: Path, target: str = "") -> Program:
+    """The program in a file, for a MODEL or a scene.  Raises ProgramError if it cannot be read."""
     match path.suffix:
         case ".talk":
-            conversation = parse(load_text(path), str(path))
+            conversation = parse(load_text(path), str(path), model=target)
             return Program(partial(_converse, conversation), options(conversation))
         case ".if1":
             return Program(partial(_type, tuple(command_lines(load_text(path), str(path))), str(path)))
-    raise UsageError(f"{path} is no kind of program: name a conversation .talk, command lines .if1")
+        case ".181x":
+            acts = tuple(command_strings(load_text(path), language_of(target), str(path)))
+            return Program(partial(_send, acts, str(path)))
+    raise no_program(path)
+
+
+def no_program(path: Path) -> UsageError:
+    """What to tell about a file of no known kind."""
+    kinds = "name a conversation .talk, command lines .if1, commands for an 1811 .181x"
+    return UsageError(f"{path} is no kind of program: {kinds}")
 
 
 def options(conversation: Conversation) -> tuple[str, ...]:
@@ -64,7 +75,15 @@ def _converse(conversation: Conversation, bench: Bench, until_ns: int | None) ->
 
 def _type(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
     deadline_ns = BOUND_NS if until_ns is None else until_ns
-    note = type_lines(bench, acts, deadline_ns, file)
+    return _settled(bench, type_lines(bench, acts, deadline_ns, file), until_ns, deadline_ns)
+
+
+def _send(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
+    deadline_ns = BOUND_NS if until_ns is None else until_ns
+    return _settled(bench, send_commands(bench, acts, deadline_ns, file), until_ns, deadline_ns)
+
+
+def _settled(bench: Bench, note: str | None, until_ns: int | None, deadline_ns: int) -> Outcome:
     if until_ns is not None:
         bench.clock.run_to(max(until_ns, bench.now))
     elif not settle(bench, deadline_ns):

@@ -11,6 +11,7 @@ from pathlib import Path
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
 from axistwin.apps.events import Broke, Changed, Event, Heard, Said, observing
 from axistwin.apps.machine import level_name
+from axistwin.apps.visible import CHARACTERS, codec_of
 from axistwin.bench import Bench, line_format
 from axistwin.errors import UsageError
 from axistwin.plant.stepper import StepperAxis
@@ -70,11 +71,13 @@ class Recorder:
 
     def conversation(self) -> Conversation:
         """What has been recorded."""
-        return Conversation(tuple(self.acts))
+        codec = codec_of(next(iter(self.bench.controllers.values())).product) if self.bench.controllers else CHARACTERS
+        return Conversation(tuple(self.acts), codec=codec)
 
     def _heard(self, event: Heard) -> None:
         """Characters are one act as long as they are one message: up to its terminator."""
-        ended = bytes(self._words[-1:]) in (b"\r", b"\n") and event.data != b"\n"
+        ended = event.controller not in self._formats
+        ended = ended or (bytes(self._words[-1:]) in (b"\r", b"\n") and event.data != b"\n")
         if event.controller != self._speaker or ended or event.time_ns - self._last_ns > PAUSE_NS:
             self._told()
             self._pass_silence(event.time_ns)
@@ -86,7 +89,8 @@ class Recorder:
         """The host does something with its line, in the format that it has now."""
         self._told()
         self._wait_until(time_ns)
-        self._note_format(controller)
+        if controller in self._formats:
+            self._note_format(controller)
         self._add(act)
 
     def _told(self) -> None:

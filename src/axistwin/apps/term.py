@@ -9,6 +9,7 @@ from threading import Thread
 import click
 
 from axistwin.apps import typist
+from axistwin.apps.machine import on_a_bus
 from axistwin.apps.screen import Screen
 from axistwin.apps.target import read_options
 from axistwin.apps.term_commands import LocalCommands
@@ -43,14 +44,16 @@ def term(
     PORT is a URL or a device as pyserial has them.  What you type is sent on Enter; what the controller says is shown
     as it comes, control characters in words.  `:help` tells the terminal's own commands.
 
-    A virtual IF1 or IF2 is initialised first.  Lines may come through a pipe: each is sent when the one before has
-    been dealt with.
+    A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are told in
+    words.  A virtual IF1 or IF2 is initialised first.  Lines may come through a pipe: each is sent when the one before
+    has been dealt with.
 
     \b
     Examples:
       axistwin term if1
       axistwin term if1 --speed 10 --option X.limits=[-100,5000]
       printf 'X1000$\\nE\\n:axes\\n' | axistwin term if1 --speed max
+      axistwin term 1811
       axistwin term socket://127.0.0.1:5001
       axistwin term rfc2217://127.0.0.1:2217 --line '2400 7E1'
       axistwin term /dev/ttyUSB0
@@ -68,13 +71,17 @@ def term(
 
 
 async def _virtual(bench: Bench, speed: float | None, end: bytes, initialise: bool) -> int:
-    from axistwin.apps.term_virtual import VirtualEnd
+    from axistwin.apps.term_virtual import BoardEnd, SerialEnd, VirtualEnd
 
     screen, (controller,) = _screen(), bench.controllers.values()
     _greet(controller.product.title)
     if initialise and FAMILIES[controller.product.model] == "digiplan":
         _initialise(bench, controller, screen)
-    other = VirtualEnd(bench, controller, speed, screen.heard)
+    other: VirtualEnd
+    if on_a_bus(controller):
+        other = BoardEnd(bench, controller, speed, screen.tell)
+    else:
+        other = SerialEnd(bench, controller, speed, screen.heard)
     try:
         return await _talk(screen, LocalCommands(other, screen, other), _typed(), end)
     finally:
@@ -125,7 +132,10 @@ async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: byte
             if not await commands.obey(line.decode(errors="replace")):
                 break
         else:
-            commands.end.send(line + end)
+            try:
+                commands.end.send(line + end)
+            except ProgramError as error:
+                screen.tell(error.message)
         if not screen.person:
             await commands.end.settle()
         screen.prompt()

@@ -19,7 +19,9 @@ from types import TracebackType
 from typing import Self
 
 from axistwin.apps.events import Broke, Changed, Event, Heard, Said, observing, terminals
+from axistwin.apps.machine import on_a_bus
 from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, Sink, Write, sink_for
+from axistwin.apps.visible import codec_of
 from axistwin.bench import Bench, Controller
 from axistwin.errors import UsageError
 from axistwin.motion.train import Stroke, Train
@@ -85,7 +87,7 @@ class Tracer:
         for pin_name, pin in terminals(controller).items():
             self._levels[name, pin_name] = add(name, pin_name.replace(".", "_"), LEVEL, int(pin.level))
         for by_host, who in ((True, "host_says"), (False, "controller_says")):
-            self._speakers[name, by_host] = _Speaker(add(name, who, TEXT, 0))
+            self._speakers[name, by_host] = _Speaker(add(name, who, TEXT, 0), on_a_bus(controller))
         for axis_name, axis in controller.axes.items():
             self._axes.append(_AxisTrace(self.sink, f"{name}.{axis_name}", axis.train, self.bench.now))
 
@@ -117,8 +119,13 @@ class Tracer:
     def _speak(self, event: Said | Heard) -> None:
         by_host = isinstance(event, Said)
         speaker = self._speakers[event.controller, by_host]
-        speaker.say(event.time_ns, event.data)
+        speaker.say(event.time_ns, self._visible(event))
         self._speakers[event.controller, not by_host].listen(event.time_ns, speaker.over)
+
+    def _visible(self, event: Said | Heard) -> bytes:
+        """Characters as they are; what is said on a bus in hex."""
+        controller = self.bench[event.controller]
+        return codec_of(controller.product).show(event.data).encode() if on_a_bus(controller) else event.data
 
     def catch_up(self) -> None:
         """Write what has happened before now."""
@@ -137,15 +144,16 @@ class Tracer:
 
 
 class _Speaker:
-    """The message that one end of a serial connection is saying."""
+    """The message that one end of a serial connection is saying; `whole`: it is said at once, as on a bus."""
 
-    def __init__(self, write: Write) -> None:
+    def __init__(self, write: Write, whole: bool) -> None:
         self._write, self._message, self._shown = write, b"", b""
+        self._whole = whole
 
     @property
     def over(self) -> bool:
         """Whether the terminator has been said."""
-        return self._message.endswith((b"\r", b"\n"))
+        return self._whole or self._message.endswith((b"\r", b"\n"))
 
     def say(self, time_ns: int, data: bytes) -> None:
         """More characters, or the first of the next message."""

@@ -6,7 +6,7 @@ from typing import Any
 from axistwin.apps.events import Changed
 from axistwin.apps.history import History, Move, Utterance
 from axistwin.apps.machine import level_name
-from axistwin.apps.visible import CHARACTERS
+from axistwin.apps.visible import Codec, codec_of
 from axistwin.sim.serial import LineError
 from axistwin.units import to_seconds
 
@@ -20,10 +20,11 @@ Happening = Utterance | Move | Changed
 def text(history: History) -> Iterator[str]:
     """Lines in order of time: `>` the host says, `<` the controller says, `!` somebody does, `=` it becomes so."""
     several = len(history.bench.controllers) > 1
+    codecs = _codecs(history)
     told: list[Happening] = [*history.said, *filter(_worth_telling, history.changes), *history.moves()]
     for item in sorted(told, key=_time_ns):  # what somebody does stands before the move that it causes
         name = f"{item.controller}: " if several else ""
-        yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item)}"
+        yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
 
 
 def summary(history: History) -> Iterator[str]:
@@ -43,8 +44,9 @@ def summary(history: History) -> Iterator[str]:
 
 def as_dict(history: History) -> dict[str, Any]:
     """The same for `--json`; times in integer nanoseconds, rates in pulses/s."""
+    codecs = _codecs(history)
     return {
-        "said": [_said(utterance) for utterance in history.said],
+        "said": [_said(utterance, codecs[utterance.controller]) for utterance in history.said],
         "moves": [_moved(move) for move in history.moves()],
         "changes": [
             {"time_ns": c.time_ns, "controller": c.controller, "pin": c.pin, "level": c.level, "driven": c.driven}
@@ -60,13 +62,18 @@ def as_dict(history: History) -> dict[str, Any]:
     }
 
 
-def _said(utterance: Utterance) -> dict[str, Any]:
+def _codecs(history: History) -> dict[str, Codec]:
+    return {name: codec_of(controller.product) for name, controller in history.bench.controllers.items()}
+
+
+def _said(utterance: Utterance, codec: Codec) -> dict[str, Any]:
     return {
         "time_ns": utterance.time_ns,
         "end_ns": utterance.last_ns,
         "controller": utterance.controller,
         "by": "host" if utterance.by_host else "controller",
-        "text": CHARACTERS.show(bytes(utterance.data)),
+        "text": codec.show(bytes(utterance.data)),
+        **({"words": words} if (words := codec.words(bytes(utterance.data), utterance.by_host)) else {}),
         "errors": _errors(utterance.errors),
     }
 
@@ -87,17 +94,26 @@ def _time_ns(item: Happening) -> int:
     return item.start_ns if isinstance(item, Move) else item.time_ns
 
 
-def _words(item: Happening) -> str:
+def _words(item: Happening, codec: Codec) -> str:
     match item:
         case Utterance():
             errors = f"   ({', '.join(_errors(item.errors))})" if item.errors else ""
-            return f"{'>' if item.by_host else '<'} {CHARACTERS.show(bytes(item.data))}{errors}"
+            return f"{'>' if item.by_host else '<'} {_utterance(item, codec)}{errors}"
         case Changed():
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
     path = f"  {item.axis} {item.origin} → {item.target}, up to {float(item.top_rate):g} pulses/s"
     if item.end_ns is None:
         return f"{path}, still going on at {to_seconds(item.now_ns):.6f}"
     return f"{path}, until {to_seconds(item.end_ns):.6f}"
+
+
+def _utterance(item: Utterance, codec: Codec) -> str:
+    data = bytes(item.data)
+    words = codec.words(data, item.by_host)
+    if not words:
+        return codec.show(data)
+    shown = codec.show(data if item.by_host else data.rstrip(b"\0") or data[:1])
+    return f"{shown}   {words}"
 
 
 def _errors(errors: LineError) -> list[str]:

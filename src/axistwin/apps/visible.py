@@ -1,13 +1,20 @@
-r"""How characters on a serial line are shown to people: printable text, and `\r \n \\ \xNN` for the rest."""
+r"""How what is said is shown to people.
+
+Characters on a serial line: printable text, and `\r \n \\ \xNN` for the rest.  Commands and messages on a bus: hex.
+"""
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Protocol
 
+from axistwin.controllers.product import Language, Product
 from axistwin.errors import ProgramError
 
 _SHOWN = {ord("\r"): r"\r", ord("\n"): r"\n", ord("\\"): r"\\"}
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
+_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character, once it has been read
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
 
@@ -18,7 +25,16 @@ class Codec(Protocol):
         """Bytes as text."""
 
     def read(self, text: str) -> bytes:
-        """Text as bytes.  Raises ProgramError with the column."""
+        """What a host says, as bytes.  Raises ProgramError with the column."""
+
+    def hear(self, text: str) -> bytes:
+        """What a controller says, as bytes.  Raises ProgramError with the column."""
+
+    def places(self, text: str) -> Iterator[int]:
+        """The column from 0 of each byte that a host says."""
+
+    def words(self, data: bytes, by_host: bool) -> str:
+        """What it means, if that cannot be seen."""
 
 
 class Characters:
@@ -49,6 +65,43 @@ class Characters:
                 raise ProgramError(rf"{text[at]!r} is no printable ASCII character: write \xNN", column=at + 1)
         return bytes(out)
 
+    hear = read
+
+    def places(self, text: str) -> Iterator[int]:
+        """Where each character is written."""
+        return (found.start() for found in _WRITTEN.finditer(text))
+
+    def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
+        """Characters speak for themselves."""
+        return ""
+
+
+@dataclass(frozen=True)
+class Hex:
+    """Commands and messages of a board on a bus, one on a line; a command also by its name."""
+
+    language: Language
+
+    def show(self, data: bytes) -> str:
+        """Two hex digits for each byte."""
+        return data.hex(" ").upper()
+
+    def read(self, text: str) -> bytes:
+        """A command."""
+        return self.language.read(text)
+
+    def hear(self, text: str) -> bytes:
+        """A message; zeros at its end need not be written."""
+        return self.language.message(text)
+
+    def places(self, text: str) -> Iterator[int]:
+        """Where each byte is written."""
+        return (placed.column for placed in self.language.placed(text))
+
+    def words(self, data: bytes, by_host: bool) -> str:
+        """The command or message in words."""
+        return self.language.explain(data) if by_host else self.language.explain_message(data)
+
 
 def _show(byte: int) -> str:
     if byte in _SHOWN:
@@ -68,3 +121,8 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
 
 
 CHARACTERS = Characters()
+
+
+def codec_of(product: Product) -> Codec:
+    """How what is said to and by this product is written."""
+    return CHARACTERS if product.language is None else Hex(product.language)

@@ -1,6 +1,6 @@
 """What a bench needs to know of a product, and what a product is given.  The same for every family."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -24,6 +24,14 @@ class PulseAxis(Protocol):
 
     def halt(self) -> None:
         """No more pulses."""
+
+    @property
+    def encoder_count(self) -> int | None:
+        """Encoder pulses after quadrature, from anywhere; None: it has no encoder."""
+
+    @property
+    def on_push(self) -> list[Callable[[], None]]:
+        """Called when the encoder has moved by itself."""
 
 
 class Store(Protocol):
@@ -63,6 +71,54 @@ class BusDevice(Device, Protocol):
     bus: RegisterPort
 
 
+class Placed(Protocol):
+    """A byte, and the column from 0 at which it is written."""
+
+    @property
+    def byte(self) -> int:
+        """The byte."""
+
+    @property
+    def column(self) -> int:
+        """Its column."""
+
+
+class Language(Protocol):
+    """How commands and messages that are bytes stand in a text for people."""
+
+    def read(self, text: str) -> bytes:
+        """A command.  Raises ProgramError with the column, from 1."""
+
+    def placed(self, text: str) -> Sequence[Placed]:
+        """The same, with the place of each byte."""
+
+    def message(self, text: str) -> bytes:
+        """A whole message."""
+
+    def explain(self, command: bytes) -> str:
+        """A command in words."""
+
+    def explain_message(self, message: bytes) -> str:
+        """A message in words."""
+
+
+class BusHost(Protocol):
+    """Somebody who sends commands to a board and takes its messages, with the handshakes they need."""
+
+    @property
+    def pending(self) -> int:
+        """Commands that the board has not taken yet."""
+
+    def write(self, command: bytes) -> None:
+        """Send a command as soon as the board takes it."""
+
+    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `hearer` with each message.  Returns what ends it."""
+
+    def close(self) -> None:
+        """Leave the registers alone."""
+
+
 @dataclass(frozen=True)
 class Product:
     """One model: how to build it and what it understands."""
@@ -83,3 +139,7 @@ class Product:
     closed_level: bool = True
     """The level of those pins while their switches are closed."""
     home_pin: str | None = None
+    language: Language | None = None
+    """How its commands are written, where they are not characters on a line."""
+    attend: Callable[[RegisterPort], BusHost] | None = None
+    """Makes a host for its registers, where it sits on a bus."""

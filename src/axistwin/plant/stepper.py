@@ -1,6 +1,7 @@
 """An axis with a stepper motor: pulses in, position out.
 
-The controller knows an axis by `start`, `replace`, `halt` and `moving`; everything else is the machine's own truth.
+The controller knows an axis by `start`, `replace`, `halt`, `encoder_count` and `on_push`; everything else is the
+machine's own truth.
 """
 
 from collections.abc import Callable
@@ -32,6 +33,8 @@ class EncoderView:
     def displace(self, counts: int) -> None:
         """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
         self._encoder.displace(counts)
+        for action in self._axis.on_push:
+            action()
 
 
 class StepperAxis:
@@ -50,6 +53,8 @@ class StepperAxis:
         self.clock, self.name, self.train = clock, name, Train(history)
         self.on_motion: list[Callable[[], None]] = []
         """Called when a stroke begins or takes another course."""
+        self.on_push: list[Callable[[], None]] = []
+        """Called when the load has been pushed."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
         self._outside_torque, self._jammed = 0.0, False
@@ -75,6 +80,11 @@ class StepperAxis:
     def halt(self) -> None:
         """No more pulses, at once."""
         self.replace(self.train.stroke.profile.cut(self.clock.now - self.train.stroke.start_ns))
+
+    @property
+    def encoder_count(self) -> int | None:
+        """Encoder counts after quadrature; None: there is no encoder."""
+        return self._encoder.count if self._encoder else None
 
     @property
     def moving(self) -> bool:

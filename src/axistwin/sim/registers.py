@@ -4,7 +4,8 @@
     0        output data buffer (FIFO)     input data buffer (FIFO)
     1        status byte                   control byte
 
-The port is the hardware only; what the bits mean is the device's affair.
+The port is the hardware only; what the bits mean is the device's affair.  The device tells when a whole command has
+been handed over and when a whole message lies ready, for those who listen in.
 """
 
 from collections import deque
@@ -32,6 +33,11 @@ class Fifo:
     def __len__(self) -> int:
         return len(self._bytes)
 
+    @property
+    def contents(self) -> bytes:
+        """All bytes; they stay."""
+        return bytes(self._bytes)
+
     def push(self, value: int) -> None:
         """One byte in."""
         if len(self._bytes) < self.depth:
@@ -56,9 +62,13 @@ class RegisterPort:
     """The host's side (`read`, `write`, `interrupt`, `init`) and the device's (everything else)."""
 
     def __init__(self, clock: Clock) -> None:
+        self.clock = clock
         self.powered = False
         self.input, self.output = Fifo(), Fifo()
-        self.status = 0
+        self._status = 0
+        self._watchers: list[Callable[[], None]] = []
+        self._listeners: list[Callable[[bytes], None]] = []
+        self._hearers: list[Callable[[bytes], None]] = []
         self.interrupt_line = Pin(clock, "interrupt")
         """The line to the host, for those who want to watch it; high: active."""
         self.on_control: Callable[[int], None] = lambda value: None
@@ -87,10 +97,53 @@ class RegisterPort:
         else:
             self.on_control(value)
 
+    @property
+    def status(self) -> int:
+        """The status byte, as the device has set it."""
+        return self._status
+
+    @status.setter
+    def status(self, value: int) -> None:
+        if value != self._status:
+            self._status = value
+            _call(self._watchers)
+
+    # For those who listen in
+
+    def watch(self, watcher: Callable[[], None]) -> Callable[[], None]:
+        """Call `watcher` whenever the status byte has changed.  Returns what ends it."""
+        return _join(self._watchers, watcher)
+
+    def listen(self, listener: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `listener` with each command that the host hands over.  Returns what ends it."""
+        return _join(self._listeners, listener)
+
+    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `hearer` with each message that lies ready for the host.  Returns what ends it."""
+        return _join(self._hearers, hearer)
+
+    def told(self, command: bytes) -> None:
+        """From the device: the host has handed over this command."""
+        _call(self._listeners, command)
+
+    def said(self, message: bytes) -> None:
+        """From the device: this message lies ready."""
+        _call(self._hearers, message)
+
     def init(self) -> None:
         """The bus's reset line is activated."""
         if self.powered:
             self.on_init()
+
+
+def _join(those: list[Callable[..., None]], one: Callable[..., None]) -> Callable[[], None]:
+    those.append(one)
+    return lambda: those.remove(one)
+
+
+def _call(those: list[Callable[..., None]], *words: bytes) -> None:
+    for one in tuple(those):
+        one(*words)
 
 
 def _check(what: str, value: object, highest: int) -> None:

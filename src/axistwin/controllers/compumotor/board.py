@@ -26,6 +26,7 @@ from axistwin.controllers.compumotor.registers import Handshake
 from axistwin.controllers.compumotor.sequence import Sequencer, Sequences, Stored
 from axistwin.controllers.compumotor.stop import Triggers
 from axistwin.controllers.compumotor.streaming import Stream
+from axistwin.controllers.compumotor.tracking import ClosedLoop
 from axistwin.controllers.product import PulseAxis
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.pins import Pin
@@ -90,8 +91,10 @@ class Board:
         )
         self.joystick, self.shutdown = Joystick(dict(pins), self.pulses), Shutdown(self)
         self.outputs = Outputs(self)
+        has_encoder = any(isinstance(c, Opcode) and Accept.ENCODER in c.accepted for c in commands)
+        self.loop = ClosedLoop(self, axis if has_encoder else None)
         self._closing = [
-            *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown)),
+            *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown, self.loop)),
             pins["remote_enable"].watch(lambda pin: self.refresh()),
             pins["at_zero"].watch(self._joystick_moves),
         ]
@@ -242,12 +245,12 @@ class Board:
     @property
     def maintaining(self) -> bool:
         """Whether the position is maintained in a closed loop (18h)."""
-        return False
+        return self.loop.on
 
     @property
     def in_deadband(self) -> bool:
         """Whether the closed-loop error is within the deadband (B5h)."""
-        return False
+        return self.loop.in_deadband
 
     @property
     def absolute(self) -> int:
@@ -279,11 +282,13 @@ class Board:
 
     def refresh(self) -> None:
         """Something may have changed that outputs show."""
+        self.loop.look()
         self.outputs.refresh()
         self.shutdown.refresh()
 
     def _phase_changed(self, phase: Phase) -> None:
-        if phase is Phase.REST:
+        self.loop.phase_changed(phase)
+        if phase is Phase.REST and not self.loop.owns_course:
             self.events.happened(Happening.END, self.motion.begun)
         elif phase is Phase.CONSTANT and self.pulses.of_move:
             self.events.happened(Happening.CONSTANT, self.motion.begun)

@@ -1,11 +1,15 @@
 """The board as it sits in its slot: connectors and registers, which are there with and without power (appendix C)."""
 
 from collections.abc import Mapping
+from functools import partial
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
+from axistwin.controllers.compumotor.check import check
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811
+from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.words import Words
 from axistwin.controllers.product import Product, PulseAxis, Store
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
@@ -91,6 +95,9 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         limit_pins=("ccw_limit", "cw_limit"),
         closed_level=False,
         home_pin="home",
+        check=partial(check, commands),
+        language=Words(commands),
+        attend=Host,
     )
 
 

@@ -117,6 +117,7 @@ def set_direction_sense(board: "Board", ccw_is_plus: bool) -> None:
     """Command 14h: CW is + (00) or CCW is +.  Moves keep their signs, positions their values.  Ignored while moving."""
     if not board.occupied:
         board.pulses.cw_is_plus = not ccw_is_plus
+        board.loop.encoder.face(-1 if ccw_is_plus else +1)
 
 
 def request_joystick(board: "Board") -> bytes:

@@ -30,6 +30,9 @@ class Kind(IntEnum):
     ABSOLUTE_ENCODER = 0xD5
 
 
+CLOSED_LOOP = (Kind.RELATIVE_ENCODER, Kind.ABSOLUTE_ENCODER)
+
+
 @dataclass(frozen=True)
 class Move:
     """A move as it was defined.  `target`: pulses, a position, or for continuous moves the direction byte."""
@@ -167,8 +170,10 @@ def define_position(board: "Board", position: int) -> None:
 
 
 def define_zero(board: "Board") -> None:
-    """Command 30h: here is absolute zero.  Ignored while moving or with the joystick enabled."""
+    """Command 30h: here is absolute zero, for both counts.  Ignored while moving or with the joystick enabled."""
     define_position(board, 0)
+    if not board.occupied:
+        board.loop.define(0)
 
 
 # Performing
@@ -179,7 +184,7 @@ def go_relative(board: "Board", distance: int) -> Procedure:
 
     Ignored if there is no default move (31h), while moving, shut down or maintaining position.
     """
-    yield from _default(board, Kind.RELATIVE, distance)
+    yield from perform_default(board, Kind.RELATIVE, distance)
 
 
 def go_absolute(board: "Board", position: int) -> Procedure:
@@ -187,15 +192,16 @@ def go_absolute(board: "Board", position: int) -> Procedure:
 
     Ignored as 33h, and if the present position is outside of that range.
     """
-    yield from _default(board, Kind.ABSOLUTE, position)
+    yield from perform_default(board, Kind.ABSOLUTE, position)
 
 
 def go_on(board: "Board", minus: bool) -> Procedure:
     """Command 32h: the default move as a continuous one.  Ignored without default move (31h)."""
-    yield from _default(board, Kind.CONTINUOUS, int(minus))
+    yield from perform_default(board, Kind.CONTINUOUS, int(minus))
 
 
-def _default(board: "Board", kind: Kind, target: int) -> Procedure:
+def perform_default(board: "Board", kind: Kind, target: int) -> Procedure:
+    """A move at default velocity and acceleration.  Ignored without default move (31h)."""
     default = board.library.default
     if default is not None:
         move = Move(kind, default.ranges, default.velocity, default.acceleration, target)
@@ -215,7 +221,10 @@ def perform(board: "Board", move: Move, calculation_ns: int) -> Procedure:
     if speed is None or not may_perform(board, move):
         return
     yield board.occupy(calculation_ns + board.start_ns)
-    if move.kind is Kind.CONTINUOUS:
+    board.loop.give_way()
+    if move.kind in CLOSED_LOOP:
+        yield from board.loop.perform(move, speed)
+    elif move.kind is Kind.CONTINUOUS:
         yield from _perform_continuous(board, move, speed)
     elif (distance := preset_distance(board, move)) and speed.rate:
         end = board.pulses.position + distance
@@ -228,6 +237,8 @@ def may_perform(board: "Board", move: Move) -> bool:
         return False
     if move.kind is Kind.CONTINUOUS:
         return board.pulses.phase not in RAMPS
+    if move.kind in CLOSED_LOOP:
+        return not board.pulses.moving or board.loop.correcting
     return not board.pulses.moving and not board.maintaining
 
 

@@ -50,6 +50,10 @@ class Outputs:
             self._tracked[bit] = STATES[state], active_high
             self.refresh()
 
+    def shows(self, state: int) -> bool:
+        """Whether a bit shows this state."""
+        return any(shown is STATES[state] for shown, _ in self._tracked.values())
+
     def refresh(self) -> None:
         """Something may have changed: the bits that show a state show it."""
         for bit, (state, active_high) in self._tracked.items():

@@ -125,6 +125,11 @@ class PulseGenerator:
         return self._profile.pulse_ns(count) + 1 - self._elapsed_ns
 
     @property
+    def course(self) -> Course:
+        """The present or most recent course."""
+        return self._course
+
+    @property
     def step_level(self) -> bool:
         """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
         width_ns = int(S / (2 * self._course.clock))
@@ -159,12 +164,15 @@ class PulseGenerator:
         self.axis.replace(self._profile)
         self._follow(course)
 
-    def run(self, course: Course, sign: int) -> None:
-        """Another velocity at once, in any direction; in the same one the fraction of a pulse is kept."""
+    def run(self, course: Course, sign: int, *, further: bool = False) -> None:
+        """Another velocity at once, in any direction; in the same one the fraction of a pulse is kept.
+
+        `further`: it counts as part of the excursion before.
+        """
         if sign != self.sign:
             self.kill()
         if not self.moving:
-            self.start(course, sign)
+            self.start(course, sign, further=further)
         elif len(self._profile.segments) < MOST_SEGMENTS:
             self.change(course)
         else:

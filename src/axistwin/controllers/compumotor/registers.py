@@ -118,6 +118,7 @@ class Handshake:
         if Control.MESSAGE_TAKEN in control:
             self._message_taken()
         if Control.COMMAND_READY in control and Status.INPUT_READY in self._status:
+            self.port.told(self.port.input.contents)
             self._change(Status.INPUT_READY, Status(0))
             told, self._told = self._told, self.clock.event()
             told.succeed()
@@ -149,7 +150,9 @@ class Handshake:
     def _load(self) -> None:
         self._loading = False
         if self._messages:
-            self.port.output.load(self._messages.popleft())
+            message = self._messages.popleft()
+            self.port.output.load(message)
+            self.port.said(message)
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)
 
     def _message_taken(self) -> None:

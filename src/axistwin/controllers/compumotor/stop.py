@@ -30,7 +30,7 @@ def stop_motion(board: "Board") -> None:
     """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, as 78h."""
     pulses, speed = board.pulses, board.motion.speed
     board.motion.stopped = True
-    if board.streaming or speed is None:
+    if board.streaming or board.loop.correcting or speed is None:
         kill_motion(board)
     elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
         board.stops += 1

@@ -154,7 +154,8 @@ class Stream:
         """The performance ends before its time; the motor goes on as it does."""
         process, self._process = self._process, None
         if process is not None:
-            kill(process)
+            if process is not self._board.clock.active_process:  # else it sees that it is no longer the one
+                kill(process)
             self._board.refresh()
 
     def abandon(self) -> None:
@@ -176,6 +177,8 @@ class Stream:
             self._execute(marker)
             marker = None
             duration_ns = self._give_out(entry)
+            if not self.performing:  # what it has given out has led to its end
+                return
             if duration_ns is None:
                 break
             yield board.clock.timeout(duration_ns)

@@ -1,0 +1,249 @@
+"""Commands as people write them, and messages in words.
+
+A command is written in hex, `33 00 00 61 A8`, or by the name it has in the table: `go_relative 25000`.  Values are
+decimal, or hex after 0x; ranges are their two digits, such as 00 or 51; a switch is 0 or 1, off or on, + or -.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any, NamedTuple
+
+from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.compumotor.commands import COMMANDS_1811
+from axistwin.controllers.compumotor.language import (
+    LONGEST,
+    DontCare,
+    Number,
+    Opcode,
+    Ranges,
+    Switch,
+    decode,
+    i32,
+    u8,
+    u16,
+    u32,
+)
+from axistwin.errors import ProgramError
+
+SWITCHES = {"0": 0, "1": 1, "off": 0, "on": 1, "+": 0, "-": 1, "low": 0, "high": 1}
+_HEX = re.compile(r"(?:[0-9A-Fa-f]{2})+")
+_DIGITS = re.compile(r"[+-]?(?:0[xX][0-9A-Fa-f]+|[0-9]+)")
+_SIGNS = {" + ": " plus ", " - ": " minus "}
+
+
+class Placed(NamedTuple):
+    """A byte, and the column from 0 at which it is written."""
+
+    byte: int
+    column: int
+
+
+def name_of(command: Opcode) -> str:
+    """The name under which a command is written: `go relative, encoder` is `go_relative_encoder`."""
+    name = command.name.lower()
+    for sign, word in _SIGNS.items():
+        name = name.replace(sign, word)
+    return re.sub(r"[^a-z0-9]+", "_", name.replace("'", "")).strip("_")
+
+
+@dataclass(frozen=True)
+class Words:
+    """The language of a model."""
+
+    commands: CommandSet
+
+    def read(self, text: str) -> bytes:
+        """A command in hex or by its name.  Raises ProgramError with the column, from 1."""
+        return bytes(placed.byte for placed in self.placed(text))
+
+    def placed(self, text: str) -> list[Placed]:
+        """The same, with the place of each byte."""
+        words = list(re.finditer(r"\S+", text.partition(";")[0]))
+        if not words:
+            raise ProgramError("a command is wanted: 33 00 00 61 A8, or go_relative 25000", column=1)
+        found = _hex(words) if _HEX.fullmatch(words[0][0]) else self._named(words)
+        if len(found) > LONGEST:
+            raise ProgramError(f"a command has at most {LONGEST} bytes", column=found[LONGEST].column + 1)
+        return found
+
+    def message(self, text: str) -> bytes:
+        """A message in hex, filled up with zeros as the board does it."""
+        words = list(re.finditer(r"\S+", text.partition(";")[0]))
+        data = bytes(placed.byte for placed in _hex(words))
+        if len(data) > LONGEST:
+            raise ProgramError(f"a message has {LONGEST} bytes", column=1)
+        return data.ljust(LONGEST, b"\0") if data else b""
+
+    def explain(self, command: bytes) -> str:
+        """A command in words."""
+        found = decode(self.commands, command)
+        if found is None:
+            return "means nothing"
+        return _sentence(found[0].name, _told(found[0].fields, command[1:]))
+
+    def explain_message(self, message: bytes) -> str:
+        """A message in words."""
+        return explain_message(message)
+
+    def _named(self, words: list[re.Match[str]]) -> list[Placed]:
+        command = self._find(words[0])
+        fields = [field for field in command.fields if not isinstance(field, DontCare)]
+        if len(words) - 1 != len(fields):
+            wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
+            raise ProgramError(f"{words[0][0]} takes {wanted}: {len(words) - 1} given", column=words[0].start() + 1)
+        values = iter(words[1:])
+        found = [Placed(command.opcode, words[0].start())]
+        for field in command.fields:
+            word = words[0] if isinstance(field, DontCare) else next(values)
+            data = bytes(field.size) if isinstance(field, DontCare) else _value(field, word)
+            found += [Placed(byte, word.start()) for byte in data]
+        return found
+
+    def _find(self, word: re.Match[str]) -> Opcode:
+        names = {name_of(command): command for command in self.commands if isinstance(command, Opcode)}
+        if word[0] in names:
+            return names[word[0]]
+        near = get_close_matches(word[0], names, 3)
+        hint = f"did you mean {' or '.join(near)}?" if near else "axistwin commands lists them"
+        raise ProgramError(f"no command {word[0]!r}: {hint}", column=word.start() + 1)
+
+
+def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
+    found = []
+    for word in words:
+        if not _HEX.fullmatch(word[0]):
+            raise ProgramError(f"{word[0]!r} is no byte: write two hex digits", column=word.start() + 1)
+        found += [Placed(byte, word.start() + 2 * number) for number, byte in enumerate(bytes.fromhex(word[0]))]
+    return found
+
+
+def _value(field: Number, word: re.Match[str]) -> bytes:
+    value = _read(field, word[0])
+    if value is None:
+        raise ProgramError(f"{field.name}: {word[0]!r} is none: {_wanted(field)}", column=word.start() + 1)
+    return field.encode(value)
+
+
+def _read(field: Number, text: str) -> Any:
+    if isinstance(field, Ranges):
+        return field.decode(bytes.fromhex(text)) if re.fullmatch(r"[0-9A-Fa-f]{2}", text) else None
+    if isinstance(field, Switch):
+        return SWITCHES.get(text.lower())
+    if not _DIGITS.fullmatch(text):
+        return None
+    value = int(text, 16) if "x" in text.lower() else int(text)
+    return value if field.allows(value) else None
+
+
+def _wanted(field: Number) -> str:
+    if isinstance(field, Ranges):
+        return "velocity range 0 to 5 and acceleration range 0 to 2, such as 00"
+    if isinstance(field, Switch):
+        return f"one of {', '.join(SWITCHES)}"
+    return f"a number, {field}"
+
+
+# Messages
+
+
+def _position(name: str, size: int, unit: str = "pulses") -> tuple[Number, ...]:
+    return (Number(name, unit, size=size, signed=True),)
+
+
+_RANGES = Ranges("ranges")
+_TRIGGER = (u8("trigger"),)
+
+LAYOUTS: dict[int, tuple[Number, ...]] = {
+    0x01: (u8("identifier"),),
+    **dict.fromkeys((*range(0x74, 0x78), *range(0x7C, 0x80), 0xAC), _TRIGGER),
+    0x80: _position("position", 4),
+    0x81: _position("short of the end", 4),
+    0x82: _position("position", 6),
+    0x83: _position("position", 6),
+    0x85: (_RANGES, u32("velocity")),
+    0x86: (_RANGES, u32("acceleration")),
+    0x98: _position("count", 4, "encoder pulses"),
+    0x99: _position("error", 4, "encoder pulses"),
+    0x9A: _position("count", 4, "encoder pulses"),
+    0x9B: (u32("slip", unit="rotor teeth"),),
+    0x9C: (u16("motor pulses"), u16("encoder pulses")),
+    0x9D: (u32("resolution", unit="pulses/rev"),),
+    0x9E: (i32("sigma", unit="motor steps"),),
+    0x9F: (u8("algorithm"), u8("constant"), _RANGES, u32("maximum velocity")),
+    0xE2: (u32("bytes"),),
+}
+"""Messages that are numbers, by the opcode they begin with."""
+
+STATUS = ("+ limit", "- limit", "home", "direction -", "moving", "constant velocity", "accelerating", "decelerating")
+LIMITS = {0x00: "none", 0x0F: "-", 0xF0: "+", 0xFF: "both"}
+
+
+def _bits(names: Iterable[str], byte: int) -> str:
+    return ", ".join(name for number, name in enumerate(names) if byte >> number & 1 and name) or "none"
+
+
+def _yes_no(data: bytes) -> str:
+    return "yes" if data[0] else "no"
+
+
+def _sense(data: bytes) -> str:
+    return "-" if data[0] else "+"
+
+
+def _of_a_command(data: bytes) -> str:
+    return Words(COMMANDS_1811).explain(data) if data[0] else "end of the list"
+
+
+def _text(data: bytes) -> str:
+    return data.rstrip(b"\0").decode("ascii", "replace")
+
+
+SPECIAL: dict[int, Callable[[bytes], str]] = {
+    **dict.fromkeys((0x84, 0x8B), _sense),
+    0x88: lambda data: _bits(STATUS, data[0]),
+    0x89: lambda data: LIMITS.get(data[0], f"{data[0]:02X}"),
+    **dict.fromkeys((0x8A, 0x8C, 0x8D, 0x8E, 0x8F, 0x93, 0x95, 0x96), _yes_no),
+    0x90: _of_a_command,
+    0x91: _of_a_command,
+    0x92: _of_a_command,
+    0x94: lambda data: f"{_bits(('', '', '2', '3', '4', '5'), data[0])} high",
+    0x97: lambda data: f"{_bits(('', '1', '2'), data[0])} set",
+    0xFD: _text,
+}
+"""Those that are not."""
+
+
+def explain_message(message: bytes) -> str:
+    """A message in words.  Velocities are told as in indexer mode."""
+    opcode, data = message[0], message[1:]
+    command = COMMANDS_1811.get(opcode)
+    if not isinstance(command, Opcode):
+        return "means nothing"
+    if opcode in SPECIAL:
+        return f"{command.name}: {SPECIAL[opcode](data)}"
+    fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
+    return _sentence(command.name, _told(fields, data))
+
+
+def _told(fields: Iterable[Number], data: bytes) -> Iterable[str]:
+    at = 0
+    for field in fields:
+        part = data[at : at + field.size]
+        at += field.size
+        if not isinstance(field, DontCare):
+            yield f"{field.name} {_shown(field, part)}{' ' + field.unit if field.unit else ''}"
+
+
+def _shown(field: Number, data: bytes) -> str:
+    if isinstance(field, Ranges):
+        return data.hex()
+    if isinstance(field, Switch):
+        return "0" if not data[0] else "1"
+    return str(int.from_bytes(data, "big", signed=field.signed))
+
+
+def _sentence(name: str, parts: Iterable[str]) -> str:
+    told = ", ".join(parts)
+    return f"{name}: {told}" if told else name

@@ -1,0 +1,94 @@
+"""Commands by their names, and messages in words."""
+
+import pytest
+
+from axistwin.bench import product
+from axistwin.controllers.compumotor.language import Opcode
+from axistwin.controllers.compumotor.words import LAYOUTS, SPECIAL, Words, explain_message, name_of
+from axistwin.errors import ProgramError
+
+WORDS = Words(product("1811").commands)
+
+
+@pytest.mark.parametrize(
+    ("text", "command"),
+    [
+        ("33 00 00 61 A8", "33 00 00 61 a8"),
+        ("33000061a8 ; a revolution", "33 00 00 61 a8"),
+        ("go_relative 25000", "33 00 00 61 a8"),
+        ("go_relative -1", "33 ff ff ff ff"),
+        ("go_relative 0x61A8", "33 00 00 61 a8"),
+        ("stop", "70"),
+        ("default_velocity_and_acceleration 51 1000 2000", "31 00 51 00 00 03 e8 00 00 07 d0"),
+        ("define_continuous_move 7 00 1 2 1", "ce 07 00 00 00 00 01 00 00 00 02 01"),
+        ("define_home high 1 20 -", "38 01 01 14 01"),
+        ("repeat 3 500", "20 03 01 f4"),
+        ("go_relative_encoder 4", "35 00 00 00 04"),
+        ("interrupt_at_next_hit_of_plus_limit on", "a8 01"),
+    ],
+)
+def test_a_command(text, command):
+    assert WORDS.read(text) == bytes.fromhex(command)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message"),
+    [
+        ("", 1, "a command is wanted"),
+        ("33 0", 4, "'0' is no byte"),
+        ("33 00 gg", 7, "'gg' is no byte"),
+        ("go_relativ 3", 1, "did you mean go_relative"),
+        ("jump", 1, "no command 'jump'"),
+        ("go_relative", 1, "go_relative takes distance: 0 given"),
+        ("stop 1", 1, "stop takes nothing: 1 given"),
+        ("go_relative far", 13, "distance: 'far' is none"),
+        ("perform_move 51", 14, "move: '51' is none: a number, move 1…50"),
+        ("define_relative_move 1 60 1 1 1", 24, "velocity range 0 to 5"),
+        ("write_user_bits 8", 17, "bits: '8' is none"),
+        (" ".join(["00"] * 17), 49, "at most 16 bytes"),
+    ],
+)
+def test_what_is_no_command(text, column, message):
+    with pytest.raises(ProgramError) as error:
+        WORDS.read(text)
+    assert message in str(error.value)
+    assert error.value.column == column
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ("01 2a", "interrupt: identifier 42"),
+        ("74 06", "stop on trigger: trigger 6"),
+        ("80 ff ff ff ff", "position from start of move: position -1 pulses"),
+        ("83 ff ff ff ff 9e 58", "position from absolute zero: position -25000 pulses"),
+        ("84 ff", "direction: -"),
+        ("85 10 00 00 61 a8", "velocity: ranges 10, velocity 25000"),
+        ("88 31", "move status: + limit, moving, constant velocity"),
+        ("89 f0", "limits: +"),
+        ("8c ff", "moving: yes"),
+        ("90 50", "mode: indexer mode"),
+        ("92 2a 00 02", "list sequence: wait seconds: time 2 s"),
+        ("92", "list sequence: end of the list"),
+        ("94 14", "triggers: 2, 4 high"),
+        ("97 04", "outputs: 2 set"),
+        ("a4", "interrupt at next end of motion"),
+        ("51 01 04 00 00 00 64", "velocity-distance streaming mode: base clock 1, divisor 4, alarm 100 bytes"),
+        ("e2 00 00 02 58", "free bytes: bytes 600"),
+        ("fd 39 34", "part number: 94"),
+        ("02", "means nothing"),
+    ],
+)
+def test_a_message(message, words):
+    assert explain_message(bytes.fromhex(message).ljust(16, b"\0")) == words
+
+
+def test_names_are_different_and_no_hex():
+    names = [name_of(command) for command in WORDS.commands if isinstance(command, Opcode)]
+    assert len(set(names)) == len(names) == len(WORDS.commands)
+    assert not [name for name in names if set(name) <= set("0123456789abcdef")]
+
+
+def test_every_message_can_be_told():
+    for opcode in (*LAYOUTS, *SPECIAL):
+        assert explain_message(bytes([opcode]).ljust(16, b"\xff"))
