@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Iterable
+from shutil import get_terminal_size
 
 import click
 
@@ -12,6 +13,8 @@ from axistwin.bench import product
 from axistwin.controllers.commandset import Command
 
 HEADINGS = ("code", "hex", "name", "syntax", "parameters", "chapter", "implemented")
+NARROWEST = 100
+"""A terminal of fewer columns has no room for the table: one line per command wraps better."""
 
 
 @click.command(short_help="List every command of a model.")
@@ -33,7 +36,7 @@ def commands(model: str, as_json: bool) -> None:
     if as_json:
         listed = [command.as_dict() for command in made.commands]
         click.echo(json.dumps({"model": made.model, "title": made.title, "commands": listed}, ensure_ascii=False))
-    elif sys.stdout.isatty():
+    elif sys.stdout.isatty() and get_terminal_size().columns >= NARROWEST:
         _print_table(made.title, made.commands)
     else:
         for line in columns([HEADINGS, *map(_row, made.commands)]):
