@@ -12,6 +12,7 @@ the start, with fraction) is known exactly at any time, and the time of the n-th
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
+from copy import copy
 from fractions import Fraction
 from math import gcd, lcm
 from typing import TYPE_CHECKING, NamedTuple
@@ -46,16 +47,22 @@ class Profile:
         self.phase, self.before = phase, before
         self.segments: Sequence[Segment] = tuple(segment for segment in segments if segment.seconds != 0)
         self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
-        per_rate = lcm(phase.denominator, *(s.rate.denominator for s in self.segments))
-        self.parts = per_rate * self.ticks
-        self.rates = [s.rate.numerator * (per_rate // s.rate.denominator) for s in self.segments]  # parts per tick
+        self.per_rate = lcm(phase.denominator, *(s.rate.denominator for s in self.segments))
+        self.parts = self.per_rate * self.ticks
+        self.rates: list[int] = []  # parts per tick
         self.starts, self.phases = [0], [int(phase * self.parts)]
-        for segment, rate in zip(self.segments, self.rates, strict=True):
-            if segment.seconds is None:
+        self._lay_out(self.segments)
+
+    def _lay_out(self, segments: Sequence[Segment]) -> None:
+        """Add segments to the tables of integers."""
+        for rate, seconds in segments:
+            number = rate.numerator * (self.per_rate // rate.denominator)
+            self.rates.append(number)
+            if seconds is None:
                 break
-            ticks = segment.seconds.numerator * (self.ticks // segment.seconds.denominator)
+            ticks = seconds.numerator * (self.ticks // seconds.denominator)
             self.starts.append(self.starts[-1] + ticks)
-            self.phases.append(self.phases[-1] + rate * ticks)
+            self.phases.append(self.phases[-1] + number * ticks)
         self.endless = len(self.starts) == len(self.segments)
         self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts
         """How many pulses there are in all; None: for ever."""
@@ -117,8 +124,22 @@ class Profile:
         if self.over(elapsed_ns):
             return self
         j = self._segment_at(elapsed_ns * self.ticks)
-        so_far = Fraction(elapsed_ns, S) - Fraction(self.starts[j], self.ticks)
-        return Profile((*self.segments[:j], Segment(self.segments[j].rate, so_far), *then), self.phase, self.before)
+        so_far = Fraction(elapsed_ns * self.ticks - self.starts[j] * S, S * self.ticks)
+        added = tuple(segment for segment in (Segment(self.segments[j].rate, so_far), *then) if segment.seconds != 0)
+        return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
+
+    def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
+        """The first segments with others behind them, if those fit the denominators: nothing is calculated again."""
+        if any(self.per_rate % rate.denominator for rate, _ in added) or any(
+            seconds is not None and self.ticks % seconds.denominator for _, seconds in added
+        ):
+            return None
+        profile = copy(self)
+        profile.segments = (*self.segments[:kept], *added)
+        profile.rates = self.rates[:kept]
+        profile.starts, profile.phases = self.starts[: kept + 1], self.phases[: kept + 1]
+        profile._lay_out(added)
+        return profile
 
     def scaled(self, ratio: Fraction) -> "Profile":
         """Every rate times `ratio`, as a rate multiplier makes it; the times stay."""
