@@ -108,7 +108,7 @@ class ClosedLoop:
         # The present or most recent move
         self._began, self._ended = (0, 0), 0
         self._at_rest = True
-        self._closed = self._stalled = self._lent = False
+        self._closed = self._stalled = self._lent = self._held = False
         self._correction: Course | None = None
         self._ticking = False
         if axis is not None:
@@ -249,7 +249,7 @@ class ClosedLoop:
 
     def _may_correct(self) -> bool:
         board = self._board
-        occupied = board.occupied and not self.correcting
+        occupied = self._held or (board.occupied and not self.correcting)
         return self._wants_to_correct() and not (occupied or board.shut_down or board.streaming)
 
     def _maintain(self) -> None:
@@ -266,6 +266,11 @@ class ClosedLoop:
             self.give_way()
         self._correction = course
         pulses.run(course, sign, further=True)
+
+    def hold(self, on: bool) -> None:
+        """No correction while a search is going on, even between its motions."""
+        self._held = on
+        self.give_way()
 
     def give_way(self) -> None:
         """No correction at this moment: all is well, or a move begins."""
