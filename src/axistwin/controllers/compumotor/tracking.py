@@ -8,7 +8,6 @@ Nothing is looked at while there is neither motion to watch nor an error to corr
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING
 
@@ -146,8 +145,9 @@ class ClosedLoop:
         """How many rotor teeth so many motor pulses and encoder pulses differ by, beyond the backlash."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
-        beyond = abs(pulses - counts * Fraction(*self.ratio)) - (self.sigma or 0)
-        return max(0, int(beyond * self.teeth / self.resolution))
+        motor, encoder = self.ratio
+        beyond = abs(pulses * encoder - counts * motor) - (self.sigma or 0) * encoder
+        return max(0, beyond * self.teeth // (self.resolution * encoder))
 
     @property
     def watches(self) -> bool:
