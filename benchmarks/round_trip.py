@@ -45,20 +45,20 @@ def initialise(connection: socket.socket) -> None:
         assert got == answer, got
 
 
-def rate(connections: list[socket.socket]) -> float:
-    """Round trips per second, one under way on every connection."""
+def rate(connections: list[socket.socket], ask: bytes = ASK, answered: bytes = ASK) -> float:
+    """Round trips per second, one under way on every connection; `answered`: what comes back, or as much."""
     with selectors.EpollSelector() as selector:
         for connection in connections:
             selector.register(connection, selectors.EVENT_READ)
         began = time.perf_counter()
         for connection in connections:
-            connection.send(ASK)
+            connection.send(ask)
         left = ROUND_TRIPS
         while left > 0:
             for key, _ in selector.select():
                 answer = key.fileobj.recv(16)
-                assert len(answer) == len(ASK)
-                key.fileobj.send(ASK)
+                assert len(answer) == len(answered)
+                key.fileobj.send(ask)
                 left -= 1
         took = time.perf_counter() - began
         for connection in connections:  # the last answers

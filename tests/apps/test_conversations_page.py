@@ -5,13 +5,14 @@ from pathlib import Path
 
 from axistwin import Bench
 from axistwin.apps.conversation import parse
+from axistwin.apps.operator import command_strings, language_of, send_commands
 from axistwin.apps.player import play
 from axistwin.apps.typist import command_lines, type_lines
 from axistwin.units import S
 
 PAGE = (Path(__file__).parents[2] / "docs" / "conversations.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
-CONVERSATION, DIFFERENCE, COMMAND_LINES = (text for language, text in BLOCKS if not language)
+CONVERSATION, BOARD, DIFFERENCE, COMMAND_LINES, COMMANDS = (text for language, text in BLOCKS if not language)
 RECORDING, PLAYING = (text for language, text in BLOCKS if language == "python")
 
 
@@ -38,6 +39,18 @@ def test_the_command_lines_run():
     assert type_lines(bench, command_lines(COMMAND_LINES), 60 * S) is None
     assert if1.axes["X"].pulse_times().size == 2000
     assert if1.axes["X"].position == 0
+
+
+def test_the_conversation_with_a_board_holds(bench):
+    bench.add("1811")
+    assert play(parse(BOARD), bench) is None
+
+
+def test_the_commands_run():
+    bench = Bench()
+    motor = bench.add("1811").axes["motor"]
+    assert send_commands(bench, command_strings(COMMANDS, language_of("1811")), 60 * S) is None
+    assert (motor.position, motor.pulse_times().size) == (0, 50_000)
 
 
 def test_a_difference_looks_like_this(bench):

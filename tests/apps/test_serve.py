@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 import serial
@@ -221,3 +222,21 @@ def test_the_lines_fit_the_port(url, expected):
     shown = "\n".join(lines("if1", url, LINE))
     for part in expected:
         assert part in shown
+
+
+def test_a_board_on_its_bus_and_what_a_c_host_needs():
+    with started("1811", "--speed", "max", "--show-hosts") as (program, [(name, url)]):
+        assert (name, url.scheme) == ("1811", "bus")
+        shown = "".join(program.stdout.readline() for _ in range(3))
+        assert f"AXISTWIN_BUS={url.address}" in shown
+        header = Path(re.search(r"-I(\S+)", shown)[1]) / "axistwin_bus.h"
+        assert "int in(" in header.read_text()
+        with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as host:
+            host.sendall(b"i\n")
+            assert host.recv(10) == b"0\n"
+        assert ended(program, signal.SIGTERM)[0] == 0
+
+
+def test_a_board_has_no_serial_port():
+    code, words = failed("1811", "--tcp", ":0")
+    assert (code, "reached through its `bus`" in words) == (2, True)

@@ -261,6 +261,19 @@ def test_no_correction_while_shut_down(bench, board):
     assert number(bench, board, 0x99) == 0
 
 
+def test_a_search_for_home_is_not_disturbed(bench, board):
+    """Pushed while the processor calculates: the correction would be in the other direction, and waits."""
+    tell(bench, board, 0x38, 1, 0, 100, 0)
+    board.pins["home"].drive(False)
+    tell(bench, board, 0x39, 0)
+    push(board, 100)
+    bench.run(1)
+    assert board.axes["motor"].velocity == 5_000
+    tell(bench, board, 0x78)
+    bench.run(1)
+    assert number(bench, board, 0x99) == 0
+
+
 def test_the_joystick_takes_the_motor_where_it_wants(bench, board):
     tell(bench, board, 0x11)
     bench.run(0.01)
@@ -335,6 +348,7 @@ def test_whatever_happens_the_encoder_comes_to_the_sum_of_what_was_commanded(doi
     bench = Bench()
     board = tracked(bench, backlash=backlash)
     default(bench, board, 20_000, 100_000)
+    tell(bench, board, 0xB3, 1, 100, 0x00, *i32(50_000))
     tell(bench, board, 0x18, 1)
     desired = 0
     for doing, counts in doings:
@@ -344,7 +358,7 @@ def test_whatever_happens_the_encoder_comes_to_the_sum_of_what_was_commanded(doi
             desired = counts if doing == "to" else desired + counts
             tell(bench, board, 0x36 if doing == "to" else 0x35, *i32(counts))
         bench.run(5)
-    bench.run(10)
+    assert bench.run_until(lambda: bench.clock.next_event_ns() is None, 200)
     assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (desired, 0)
     assert position(bench, board) == board.axes["motor"].pulses
     bench.run(0.01)

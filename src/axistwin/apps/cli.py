@@ -17,7 +17,7 @@ from axistwin.errors import AxistwinError, LinkError, UsageError
 
 COMMANDS = {
     "demo": "A short session that needs nothing but the package.",
-    "serve": "Put controllers on real ports: TCP, pty, RFC2217, serial.",
+    "serve": "Put controllers on real ports: TCP, pty, RFC2217, serial, bus.",
     "run": "Run a program or a conversation at full speed.",
     "check": "Find what is wrong with a program.",
     "commands": "List every command of a model.",

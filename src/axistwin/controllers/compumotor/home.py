@@ -214,8 +214,11 @@ def _go(board: "Board", minus: bool, definition: HomeDefinition, mark: Mark) -> 
     move = Move(Kind.CONTINUOUS, default.ranges, default.velocity, default.acceleration, int(minus))
     board.begin_move(move, speed, None)
     search = Search(board, definition, move, speed, mark)
+    board.loop.hold(True)
     try:
         yield from search.perform(-1 if minus is board.pulses.cw_is_plus else +1)
     except Interrupt:
         board.pulses.hold()
         raise
+    finally:
+        board.loop.hold(False)

@@ -8,7 +8,6 @@ Nothing is looked at while there is neither motion to watch nor an error to corr
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING
 
@@ -108,7 +107,7 @@ class ClosedLoop:
         # The present or most recent move
         self._began, self._ended = (0, 0), 0
         self._at_rest = True
-        self._closed = self._stalled = self._lent = False
+        self._closed = self._stalled = self._lent = self._held = False
         self._correction: Course | None = None
         self._ticking = False
         if axis is not None:
@@ -146,8 +145,9 @@ class ClosedLoop:
         """How many rotor teeth so many motor pulses and encoder pulses differ by, beyond the backlash."""
         if self.ratio is None or not (self.resolution and self.teeth):
             return 0
-        beyond = abs(pulses - counts * Fraction(*self.ratio)) - (self.sigma or 0)
-        return max(0, int(beyond * self.teeth / self.resolution))
+        motor, encoder = self.ratio
+        beyond = abs(pulses * encoder - counts * motor) - (self.sigma or 0) * encoder
+        return max(0, beyond * self.teeth // (self.resolution * encoder))
 
     @property
     def watches(self) -> bool:
@@ -249,7 +249,7 @@ class ClosedLoop:
 
     def _may_correct(self) -> bool:
         board = self._board
-        occupied = board.occupied and not self.correcting
+        occupied = self._held or (board.occupied and not self.correcting)
         return self._wants_to_correct() and not (occupied or board.shut_down or board.streaming)
 
     def _maintain(self) -> None:
@@ -266,6 +266,11 @@ class ClosedLoop:
             self.give_way()
         self._correction = course
         pulses.run(course, sign, further=True)
+
+    def hold(self, on: bool) -> None:
+        """No correction while a search is going on, even between its motions."""
+        self._held = on
+        self.give_way()
 
     def give_way(self) -> None:
         """No correction at this moment: all is well, or a move begins."""

@@ -1,0 +1,248 @@
+"""Manual, chapter Programming: B Reading and writing, C Control and status bytes, D Interrupts, E Modes, F Syntax."""
+
+from itertools import cycle, repeat
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.units import MS
+
+from .driving import relative, sequence
+from .talking import CONTROL, DATA, ENABLE, INPUT_READY, MESSAGE, TAKEN, ask, message, messages, ready, tell, write
+
+
+def test_writing_in_three_steps(bench, board):
+    """B.1: "1) read the SB and check bit four; 2) write the command string into the IDB; 3) write to the CB, bit 4"."""
+    assert board.bus.read(CONTROL) & INPUT_READY
+    board.bus.write(DATA, 0x09)
+    board.bus.write(DATA, 0x02)
+    bench.run(0.1)
+    assert board.bus.read(CONTROL) == 0x50, "nothing happens before bit four says so"
+    board.bus.write(CONTROL, 0x10)
+    assert board.bus.read(CONTROL) == 0x40
+    bench.run(0.1)
+    assert board.bus.read(CONTROL) == 0x54
+
+
+def test_reading_in_six_steps(bench, board):
+    """B.2, steps four to six: SB bit three, the message of the ODB, CB bit seven."""
+    write(board, 0x97)
+    assert bench.run_until(lambda: board.bus.read(CONTROL) & MESSAGE, 0.1)
+    assert bytes(board.bus.read(DATA) for _ in range(16)) == bytes([0x97, 0x06]).ljust(16, b"\0")
+    assert board.bus.read(CONTROL) & MESSAGE, "the board can not know before it is told"
+    board.bus.write(CONTROL, TAKEN)
+    bench.run(0.01)
+    assert board.bus.read(CONTROL) == 0x50
+
+
+def test_a_message_that_waits_comes_when_the_first_is_taken(bench, board):
+    """B.2: "If the Motor Controller has been waiting to send additional messages ... it will do so then"."""
+    tell(bench, board, 0x01, 0x11)
+    tell(bench, board, 0x01, 0x22)
+    bench.run(0.1)
+    assert board.bus.read(DATA) == 0x01  # of sixteen bytes only two are read
+    assert board.bus.read(DATA) == 0x11
+    board.bus.write(CONTROL, TAKEN)
+    assert message(bench, board)[:3] == b"\x01\x22\x00"
+
+
+def test_the_state_of_the_triggers_is_two_bytes_and_fourteen_zeros(bench, board):
+    """B.3: "requesting the state of the Trigger bits nets a response only two bytes long"."""
+    for trigger in (2, 3, 4, 5):
+        board.pins[f"trigger{trigger}"].drive(trigger in (2, 5))
+    assert ask(bench, board, 0x94) == bytes([0x94, 0b00100100, *(0,) * 14])
+
+
+def test_status_after_power_up(bench):
+    """C.2, the table: all bits cleared but 4 and 6; "power-up initialization takes about one second"."""
+    board = bench.add("1811")
+    bench.run(0.5)
+    assert not board.bus.read(CONTROL) & INPUT_READY
+    assert bench.run_until(lambda: board.bus.read(CONTROL) & INPUT_READY, 1)
+    assert board.bus.read(CONTROL) == 0x50
+
+
+@pytest.mark.parametrize("value", [0x00, 0x40, 0x80, 0xC0, 0x0F, 0x4F])
+def test_bit_six_of_the_status_is_the_inverse_of_the_one_written(bench, board, value):
+    """C.2: "Bit 6 of the SB reflects the inverse of bit 6 of the CB"; bits 0 to 3 of the CB are unused."""
+    board.bus.write(CONTROL, value)
+    assert board.bus.read(CONTROL) & 0x40 == ~value & 0x40
+    bench.run(0.1)
+    assert board.bus.read(CONTROL) == 0x10 | ~value & 0x40
+
+
+@pytest.mark.parametrize("how", ["bit five", "bus", "power"])
+def test_the_three_resets_are_equivalent(bench, board, how):
+    """C.1: "equivalent to cycling power to the board or activating the Multibus reset line"."""
+    tell(bench, board, *relative(3, 1000, 1000, 100))
+    tell(bench, board, 0x08, 5)
+    tell(bench, board, 0x0D, 0)
+    sequence(bench, board, 2, (0x40, 3))
+    if how == "bit five":
+        board.bus.write(CONTROL, 0x20)
+    elif how == "bus":
+        board.bus.init()
+    else:
+        board.power_cycle()
+    bench.run(0.5)
+    assert not board.bus.read(CONTROL) & INPUT_READY
+    bench.run(0.6)
+    assert board.bus.read(CONTROL) == 0x50
+    assert ask(bench, board, 0x97)[1] == 6
+    tell(bench, board, 0x40, 3)
+    tell(bench, board, 0x41, 2)
+    bench.run(0.5)
+    assert board.axes["motor"].pulses == 0
+
+
+def test_the_masked_interrupt(bench, board):
+    """D: the assembly lines keep the interrupt enable bit: with 50h it stays set, with 10h it is gone."""
+    write(board, 0x90, control=ENABLE)
+    bench.run(0.05)
+    assert board.bus.interrupt
+    assert board.bus.read(CONTROL) == 0x98
+    board.bus.write(CONTROL, ENABLE | TAKEN)
+    bench.run(0.05)
+    assert (board.bus.interrupt, board.bus.read(CONTROL)) == (False, 0x10)
+    write(board, 0x90)
+    bench.run(0.05)
+    assert not board.bus.interrupt
+
+
+def test_message_ready_is_the_only_interrupt_of_a_board_with_its_jumper_alone(bench, board):
+    """D: jumper JU18 alone; the IDB is empty all the time."""
+    board.bus.write(CONTROL, ENABLE)
+    bench.run(0.1)
+    assert not board.bus.interrupt
+
+
+def test_input_ready_interrupts_whenever_the_idb_is_empty(bench):
+    """D: "whenever these conditions are met and the IDB is empty ... To clear the interrupt, you must set bit four"."""
+    board = ready(bench, interrupts=("input_ready",))
+    assert not board.bus.interrupt
+    board.bus.write(CONTROL, ENABLE)
+    assert board.bus.interrupt
+    write(board, 0x09, 0, control=ENABLE)
+    assert not board.bus.interrupt
+    bench.run(0.01)
+    assert board.bus.interrupt
+    assert board.bus.read(CONTROL) & 7 == 1
+
+
+def test_the_input_buffer_is_ready_again_in_about_a_millisecond(bench, board):
+    """D, the listing's comment: "In about one millisecond the buffer will become available"."""
+    write(board, 0x00)
+    began = bench.now
+    assert bench.run_until(lambda: board.bus.read(CONTROL) & INPUT_READY, 0.1)
+    assert 0.5 * MS <= bench.now - began <= 2 * MS
+
+
+def test_both_strings_accomplish_the_same(bench, board):
+    """F: "perform move number 5" as `40 05` and as `40 05` with zeros to the end."""
+    tell(bench, board, *relative(5, 10_000, 100_000, 1_000))
+    for string in ((0x40, 5), (0x40, 5, *(0,) * 14)):
+        before = board.axes["motor"].position
+        tell(bench, board, *string)
+        bench.run(1)
+        assert board.axes["motor"].position - before == 1_000
+
+
+@pytest.mark.parametrize("string", [(0x40, 5, 0, 7), (0x40,), (0x40, 5, *(0,) * 13, 1)])
+def test_missing_or_surplus_bytes_are_no_command(bench, board, string):
+    """F: "Using any other character will cause the command to be ignored"; B: "missing parameter bytes"."""
+    tell(bench, board, *relative(5, 10_000, 100_000, 1_000))
+    tell(bench, board, *string)
+    bench.run(1)
+    assert board.axes["motor"].pulses == 0
+    assert messages(bench, board) == []
+
+
+def test_a_command_without_its_attribute_stays_out_of_the_sequence(bench, board):
+    """E.2: "Attempting to place a command without this attribute into a sequence buffer will cause [it] to be ignored".
+
+    30, 41, 48, 70, 71, 78, 80 and D6 are not valid within a sequence.
+    """
+    alien = [(0x30,), (0x41, 1), (0x48,), (0x70,), (0x71,), (0x78,), (0x80,), (0xD6, 0, 0, 0, 1)]
+    sequence(bench, board, 1, *alien, (0x09, 1), *alien)
+    tell(bench, board, 0x92, 1)
+    assert messages(bench, board) == ["92 09 01", "92 00"]
+
+
+def test_a_singular_command_is_not_for_the_host_while_a_sequence_is_performed(bench, board):
+    """E.2: "a SINGULAR command cannot be performed outside of a sequence buffer during sequence buffer execution"."""
+    tell(bench, board, *relative(1, 10_000, 100_000, 500))
+    sequence(bench, board, 1, (0x28, 0), (0x09, 0))
+    tell(bench, board, 0x41, 1)
+    tell(bench, board, 0x40, 1)
+    tell(bench, board, 0x0C, 1)  # concurrent with a sequence
+    bench.run(0.5)
+    assert board.axes["motor"].pulses == 0
+    assert not board.pins["output1"].level
+    tell(bench, board, 0x48)
+    tell(bench, board, 0x40, 1)
+    bench.run(0.5)
+    assert board.axes["motor"].pulses == 500
+
+
+COMMANDS = st.sampled_from(
+    [
+        (0x01, 0x5A), (0x08, 5), (0x09, 1), (0x0A, 0), (0x0C, 1), (0x0F, 1, 1, 1), (0x30,), (0x80,), (0x83,), (0x85,),
+        (0x88,), (0x90,), (0x91, 0), (0x91, 7), (0x97,), (0xA5, 1), (0xAF,), (0xD6, 0, 0, 1, 0), (0xE2,), (0xFD,),
+        (0x31, 0, 0, 0, 0, 0x27, 0x10, 0, 1, 0x86, 0xA0), (0x33, 0, 0, 1, 0), (0x33, 0xFF, 0xFF, 0xFF, 0),
+        relative(7, 5_000, 50_000, -300), (0x40, 7), (0x70,), (0x78,), (0x73,),
+    ]
+)  # fmt: skip
+
+
+def hear(commands, gaps):
+    """The commands 20 ms apart, their bytes at any time in between; everything that came of it."""
+    bench = Bench()
+    board = ready(bench)
+    heard = []
+    for command in commands:
+        due = bench.now + 20 * MS
+        for value in command:
+            bench.run(next(gaps) / 1_000_000)
+            board.bus.write(DATA, value)
+        bench.run((due - bench.now) / 1_000_000_000)
+        board.bus.write(CONTROL, 0x10)
+        if data := message(bench, board, 0.01):
+            heard.append((bench.now, data))
+    bench.run(1)
+    return heard, messages(bench, board), board.bus.read(CONTROL), [int(t) for t in board.axes["motor"].pulse_times()]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(COMMANDS, max_size=12), st.lists(st.integers(0, 1_300), min_size=1, max_size=40))
+def test_the_pace_of_the_bytes_does_not_matter(commands, gaps):
+    """B.1: the board goes to the IDB when bit four is written, and not before."""
+    assert hear(commands, repeat(0)) == hear(commands, cycle(gaps))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 1), st.booleans(), st.one_of(st.integers(0, 255), COMMANDS), st.integers(0, 4_000)),
+        max_size=60,
+    )
+)
+def test_whatever_is_written_or_read_whenever(acts):
+    """Any bytes on either register, any reads, any time: the status stays a status and a reset makes it as new."""
+    bench = Bench()
+    board = bench.add("1811", interrupts=("message_ready", "input_ready", "failed"))
+    for offset, look, value, wait_us in acts:
+        if isinstance(value, tuple):
+            for byte in value:
+                board.bus.write(DATA, byte)
+            value = 0x50
+        board.bus.write(offset, value)
+        if look:
+            assert 0 <= board.bus.read(DATA) <= 255
+            assert 0 <= board.bus.read(CONTROL) <= 255
+        bench.run(wait_us / 1_000_000)
+    board.bus.write(CONTROL, 0x20)
+    bench.run(1.01)
+    assert board.bus.read(CONTROL) == 0x50
+    assert ask(bench, board, 0x83) == bytes([0x83]).ljust(16, b"\0")
