@@ -174,8 +174,9 @@ def test_a_port_that_goes_away_is_told():
 class Person:
     """Somebody at a terminal, which is a pty."""
 
-    def __init__(self, *arguments: str) -> None:
+    def __init__(self, *arguments: str, columns: int = 120) -> None:
         self.master, slave = pty.openpty()
+        termios.tcsetwinsize(slave, (40, columns))
         words = [*PROGRAM, *arguments]
         self.program = subprocess.Popen(
             words,
@@ -210,8 +211,8 @@ class Person:
 def person():
     people: list[Person] = []
 
-    def sit_down(*arguments: str) -> Person:
-        people.append(Person(*arguments))
+    def sit_down(*arguments: str, columns: int = 120) -> Person:
+        people.append(Person(*arguments, columns=columns))
         return people[-1]
 
     yield sit_down
@@ -246,6 +247,11 @@ def test_a_person_looks_at_the_commands_and_at_a_check(person: Callable[..., Per
     me = person("commands", "if1")
     me.see("Digiplan IF1 stepper motor interface")
     me.see("All are implemented.")
+    assert me.leave() == 0
+
+    me = person("commands", "if1", columns=60)  # no room for a table
+    assert "Digiplan" not in me.see("code  hex  name")
+    me.see("acceleration rate data")
     assert me.leave() == 0
 
     (tmp_path / "a.if1").write_text("X1000$\n\tx$\n")
