@@ -183,6 +183,7 @@ class Person:
             stdin=slave,
             stdout=slave,
             stderr=slave,
+            env={name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")},
             start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # so that Ctrl-C is an interrupt
         )
