@@ -5,6 +5,7 @@ Every printed clock is 13,107,200/3 Hz divided by a power of 10 or 16 (RULINGS 4
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 CRYSTAL = Fraction(13_107_200, 3)
 BASE_CLOCKS = {
@@ -24,12 +25,12 @@ class VelocityRange:
     unit: Fraction
     clock: Fraction
 
-    @property
+    @cached_property
     def resolution(self) -> Fraction:
         """The rates are multiples of this, in pulses/s."""
         return self.clock / FULL
 
-    @property
+    @cached_property
     def maximum(self) -> Fraction:
         """Pulses/s."""
         return self.clock / 2

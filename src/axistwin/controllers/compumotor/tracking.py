@@ -219,6 +219,8 @@ class ClosedLoop:
 
     def _busy(self) -> bool:
         board = self._board
+        if self.ratio is None:  # then nothing can be tracked
+            return board.outputs.shows(IN_DEADBAND) and board.moving
         if board.moving and not self.correcting:
             return self.watches or board.outputs.shows(IN_DEADBAND)
         return self.correcting or (self._wants_to_correct() and self.error != 0)
