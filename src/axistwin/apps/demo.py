@@ -1,4 +1,4 @@
-"""`axistwin demo`: a short session with an IF1 and an IF2: what was said, what moved, and a picture of it.
+"""`axistwin demo`: a short session with an IF1, an IF2 and an 1811: what was said, what moved, and a picture of it.
 
 The sessions are an example, too: to the controllers they do what `from axistwin import Bench` offers, and no more.
 """
@@ -37,7 +37,7 @@ NEXT = (
     help="Where to draw it: FILE.png or FILE.svg.",
 )
 def demo(plot: Path) -> None:
-    """See it work: an IF1 moves three motors, an IF2 survives a power cut.
+    """See it work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes.
 
     All of it is computed in virtual time, as fast as it goes.  A picture of what the IF1 moved is written to the
     current directory, or where --plot says.
@@ -56,6 +56,7 @@ def demo(plot: Path) -> None:
     with watching(bench) as history:
         three_motors(_Session(bench, if1))
     power_cut()
+    two_registers()
     _chapter("What the IF1 has moved")
     for line in transcript.summary(history):
         click.echo(f"    {line}")
@@ -134,6 +135,21 @@ def power_cut() -> None:
     if2.ask("E", "locked: it answers questions only")
 
 
+def two_registers() -> None:
+    """Move the motor of an 1811 through the two registers that its host has."""
+    bench = Bench()
+    board = _BoardSession(bench, bench.add("1811"))
+    _chapter("An 1811 has two registers on a Multibus, and speaks in opcodes")
+    board.wait(1.1)
+    board.say("31 00 00 00 00 61 A8 00 03 D0 90", "default move: 25,000 pulses/s, 250,000 pulses/s²")
+    board.say("33 00 00 C3 50", "go 50,000 pulses")
+    board.wait(1.0)
+    board.ask("80", "on its way: so many of them are out")
+    board.come_to_rest()
+    board.look("motor")
+    board.ask("83", "C3 50 hex are 50,000 pulses from absolute zero")
+
+
 class _Session:
     """Does things with a controller, and tells what is done and what comes of it."""
 
@@ -203,6 +219,33 @@ class _Session:
     def explain(self, note: str) -> None:
         """A word on what has just been said."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
+
+
+class _BoardSession(_Session):
+    """The same with a board on a bus, by the handshake of its manual."""
+
+    def say(self, text: str, note: str = "", end: str = "") -> None:
+        """The host writes a command string, and sets CB bit 4."""
+        bus = self.controller.bus
+        self._tell(">", text + end, note)
+        for byte in bytes.fromhex(text):
+            bus.write(0, byte)
+        bus.write(1, 0x10)
+        self.bench.run_until(lambda: bus.read(1) & 0x10, 1.0)
+
+    def hear(self, note: str) -> None:
+        """The host waits for SB bit 3, reads a message, and sets CB bit 7."""
+        bus = self.controller.bus
+        self.bench.run_until(lambda: bus.read(1) & 0x08, 1.0)
+        self.heard = bytes(bus.read(0) for _ in range(16))
+        bus.write(1, 0x80)
+        self._tell("<", self.heard.hex(" ").upper(), note)
+
+    def ask(self, question: str, note: str) -> str:
+        """A request and its message; returns it in hex."""
+        self.say(question)
+        self.hear(note)
+        return self.heard.hex()
 
 
 def _chapter(title: str) -> None:
