@@ -67,10 +67,11 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str] | None) -> int:
+    if sys.stdout is None:  # it was closed
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # for as long as the program runs
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        sys.stdout.flush()
     except click.exceptions.Abort:  # what click makes of Ctrl-C
         return 130
     except KeyboardInterrupt:

@@ -52,7 +52,7 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
         case "rts":
             return partial(port.host.rts_line.set, _level(value))
         case "break":
-            return partial(port.send_break, float(_number(value)))
+            return partial(port.send_break, float(_positive(value)))
         case "line":
             return partial(setattr, port.host, "format", _line(value, controller))
     others = ("power", "dtr", "rts", "break", "line", "AXIS.jam", "AXIS.load", "AXIS.push")
@@ -112,6 +112,13 @@ def _level(value: str, *others: str) -> bool:
         return LEVELS[value]
     except KeyError:
         raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, *others))}") from None
+
+
+def _positive(text: str) -> Decimal:
+    number = _number(text)
+    if number <= 0:
+        raise ProgramError(f"{text} is not above zero")
+    return number
 
 
 def _number(text: str) -> Decimal:

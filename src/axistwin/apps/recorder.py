@@ -3,6 +3,7 @@
 Behind each thing the controller says stands the time at which its last character had come (`= clock`).
 """
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
@@ -158,6 +159,8 @@ def recording_to(bench: Bench, path: Path, headers: Mapping[str, str] | None = N
         raise UsageError(f"{path} is no name for a conversation: end it in .talk")
     if not path.parent.is_dir():
         raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise UsageError(f"{path} cannot be written: permission denied")
     with recording(bench, headers) as recorder:
         yield
     try:

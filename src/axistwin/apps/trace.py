@@ -60,9 +60,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._tracer.catch_up()
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        failed = kind is not None and issubclass(kind, Exception)  # a Ctrl-C is no failure
-        if not failed:
-            self._tracer.finish()
+        failed = kind is not None and issubclass(kind, Exception)
+        if kind is None:
+            self._tracer.finish()  # after a Ctrl-C what has been written is kept as it is
         self._stack.close()
         if failed:
             self._beside.unlink()
