@@ -12,7 +12,7 @@ def cruise(
 ) -> None:
     """A continuous move, at constant velocity when this returns."""
     default(bench, board, velocity, acceleration)
-    tell(bench, board, 0x32, minus)
+    tell(bench, board, 0x32, int(minus))
     bench.run(velocity / acceleration + 0.05)
     assert board.axes["motor"].velocity == (-velocity if minus else velocity)
 

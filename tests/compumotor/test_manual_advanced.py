@@ -1,5 +1,7 @@
 """Manual, chapter Programming: E.1.a Indexer mode, G Advanced features (pre-defined moves, sequences, move zero)."""
 
+from itertools import pairwise
+
 import pytest
 
 from axistwin.units import MS
@@ -91,7 +93,7 @@ def test_the_sequence_of_the_example(bench, board):
     )
     assert {m[:2] for m in found} == {"83"}
     ends = [t for t, u in zip(steps(board), [*steps(board)[1:], 10**12], strict=True) if u - t > 1_000 * MS]
-    waits = [b - a for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    waits = [b - a for a, b in pairwise(ends)]
     assert len(waits) == 14
     # 100 pulses at 100,000 pps²: a triangle, twice the root of 100 / 100,000: 63 ms; and the two seconds
     assert all(about(2.063, w, 15) for w in waits)
@@ -171,7 +173,7 @@ def test_the_ramp_is_updated_every_two_milliseconds(bench, board):
         seen.append(board.axes["motor"].velocity)
         bench.run(0.002)
     assert bench.now - began == 120 * MS
-    changes = [b - a for a, b in zip(seen[:-1], seen[1:], strict=True) if b != a]
+    changes = [b - a for a, b in pairwise(seen) if b != a]
     assert changes == pytest.approx([200] * len(changes), abs=17)  # a resolution of 16.667 Hz
     assert 48 <= len(changes) <= 50
 
@@ -214,13 +216,13 @@ def test_the_start_stop_velocity(bench, board):
     tell(bench, board, 0x33, *i32(300))
     rest(bench, board)
     times = steps(board)
-    assert {b - a for a, b in zip(times[:-1], times[1:], strict=True)} <= {333_333, 333_334}
+    assert {b - a for a, b in pairwise(times)} <= {333_333, 333_334}
     start = bench.now
     default(bench, board, 10_000, 100_000)
     tell(bench, board, 0x33, *i32(2_000))
     rest(bench, board)
     times = steps(board, start)
-    periods = [b - a for a, b in zip(times[:-1], times[1:], strict=True)]
+    periods = [b - a for a, b in pairwise(times)]
     assert max(periods) <= 200_001, "never slower than 5,000 pps"
     assert position(bench, board) == 2_300
     # two ramps of 50 ms with 375 pulses each, 1,250 pulses in 125 ms

@@ -1,6 +1,7 @@
 """Manual, Appendix A: 00h to 14h (user bits, outputs, state bits, joystick, shutdown, direction), FDh and FFh."""
 
 import re
+from itertools import pairwise
 
 import pytest
 
@@ -293,7 +294,7 @@ def test_the_test_switch_function(bench, board, by):
     assert board.pins["led"].level
     times = steps(board)
     assert (len(times), board.axes["motor"].position) == (50_000, 0)
-    periods = {b - a for a, b in zip(times[:24_999], times[1:25_000], strict=True)}
+    periods = {b - a for a, b in pairwise(times[:25_000])}
     # 5,000 Hz to the nearest of 16.667 Hz is 5,000 Hz
     assert periods == {200_000}
     assert about(10, times[-1] - times[0], 50)

@@ -1,0 +1,317 @@
+"""Manual, Appendix A: 2Eh to 34h, 40h, 91h, C8h to D7h (definitions and moves)."""
+
+import pytest
+
+from axistwin.units import MS
+
+from .driving import about, continuous, cruise, relative, steps
+from .talking import ask, default, i32, messages, position, rest, tell
+
+AT_ONCE = 0x7FFF_FFFF
+
+
+def absolute(number, velocity, acceleration, place):
+    return (0xCB, number, 0, *i32(velocity), *i32(acceleration), *i32(place))
+
+
+def go(bench, board, *command):
+    """Where it is, from absolute zero, after a command."""
+    tell(bench, board, *command)
+    rest(bench, board)
+    return position(bench, board)
+
+
+def test_define_the_absolute_position(bench, board):
+    """2Eh: "the absolute position is set to the known offset of the sensor"; two's complement; not while moving."""
+    default(bench, board, 100_000, AT_ONCE)
+    for place in (-5, 0x7FFF_FFFF, -0x8000_0000, 1_234):
+        tell(bench, board, 0x2E, *i32(place))
+        assert position(bench, board) == place
+    assert go(bench, board, 0x34, *i32(1_000)) == 1_000
+    assert board.axes["motor"].position == -234
+    assert position(bench, board, 0x82) == -234, "the home reference is another matter"
+    tell(bench, board, 0x33, *i32(100_000))
+    tell(bench, board, 0x2E, *i32(0))
+    rest(bench, board)
+    assert position(bench, board) == 101_000
+
+
+def test_absolute_zero_is_here(bench, board):
+    """30h: "the absolute zero position and the position of the HOME limit switch are two independent locations"."""
+    default(bench, board, 10_000, AT_ONCE)
+    go(bench, board, 0x33, *i32(-77))
+    tell(bench, board, 0x30)
+    assert (position(bench, board), position(bench, board, 0x82)) == (0, -77)
+    tell(bench, board, 0x33, *i32(5_000))
+    bench.run(0.1)
+    tell(bench, board, 0x30)
+    rest(bench, board)
+    assert position(bench, board) == 5_000, "ignored while moving"
+
+
+def test_the_default_move_is_move_zero(bench, board):
+    """31h: reported by 91h with 00 as type CE; "set to zero" after power up; parameter one is don't care."""
+    tell(bench, board, 0x31, 0xAB, 0x21, *i32(0x0001_0203), *i32(0x0405_0607))
+    data = ask(bench, board, 0x91, 0)
+    assert data[:12] == bytes([0x91, 0xCE, 0, 0x21, 0, 1, 2, 3, 4, 5, 6, 7])
+    assert len(data) == 16
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        (0x31, 0, 0x60, *i32(1), *i32(1)),
+        (0x31, 0, 0x03, *i32(1), *i32(1)),
+        (0x31, 0, 0, *i32(-1), *i32(1)),
+        (0x31, 0, 0, *i32(1), *i32(-1)),
+        (0x31, 0, 0, *i32(1), 0, 0, 0),
+    ],
+)
+def test_a_default_out_of_range_is_ignored(bench, board, wrong):
+    """31h: "negative velocity and a negative acceleration are invalid parameters"."""
+    default(bench, board, 500, 600)
+    tell(bench, board, *wrong)
+    assert ask(bench, board, 0x91, 0)[3:12] == bytes([0, *i32(500), *i32(600)])
+
+
+@pytest.mark.parametrize("command", [(0x32, 0), (0x33, *i32(50)), (0x34, *i32(50)), (0x40, 1), (0x40, 51), (0x40, 0)])
+def test_without_a_definition_there_is_no_move(bench, board, command):
+    """32h: "If the default move has not been defined no move will be performed"; 40h."""
+    tell(bench, board, *command)
+    bench.run(0.5)
+    assert board.axes["motor"].pulses == 0
+    assert ask(bench, board, 0x8C)[1] == 0
+
+
+@pytest.mark.parametrize(("parameter", "velocity"), [(0, 10_000), (1, -10_000), (0xFF, -10_000)])
+def test_the_default_move_continuous(bench, board, parameter, velocity):
+    """32h: "in the + direction if the parameter byte is 00, otherwise, in the - direction"."""
+    default(bench, board, 10_000, 100_000)
+    tell(bench, board, 0x32, parameter)
+    bench.run(5)
+    assert board.axes["motor"].velocity == velocity
+    # 0.1 s of ramp with 500 pulses and 4.9 s at speed, less the time it takes to begin
+    assert abs(board.axes["motor"].position) == pytest.approx(49_500, abs=200)
+
+
+@pytest.mark.parametrize("distance", [1, -1, 2, 255, -256, 65_536, -1_000_000])
+def test_go_relative(bench, board, distance):
+    """33h: signed pulses from here, as often as one says so."""
+    default(bench, board, 500_000, 50_000_000)
+    for times in (1, 2, 3):
+        assert go(bench, board, 0x33, *i32(distance)) == times * distance
+        assert position(bench, board, 0x80) == distance
+        assert position(bench, board, 0x81) == 0
+
+
+@pytest.mark.parametrize("string", [(0x33, 0x80, 0, 0, 0), (0x34, 0x40, 0, 0, 0), (0x34, 0xC0, 0, 0, 0)])
+def test_distances_that_are_invalid(bench, board, string):
+    """33h: "A distance of 80000000h is invalid"; 34h: only C0000001h through 3FFFFFFFh."""
+    default(bench, board, 10_000, AT_ONCE)
+    tell(bench, board, *string)
+    bench.run(0.5)
+    assert board.axes["motor"].pulses == 0
+
+
+@pytest.mark.parametrize(
+    "string", [(0x33, 0x80, 0, 0, 1), (0x33, *i32(0x7FFF_FFFF)), (0x34, *i32(0x3FFF_FFFF)), (0x34, 0xC0, 0, 0, 1)]
+)
+def test_the_longest_distances(bench, board, string):
+    """33h, 34h: the bounds themselves are valid."""
+    default(bench, board, 10_000, AT_ONCE)
+    tell(bench, board, *string)
+    bench.run(0.5)
+    minus = string[1] >= 0x80
+    assert board.axes["motor"].velocity == (-10_000 if minus else 10_000)
+    tell(bench, board, 0x78)
+    done = board.axes["motor"].position
+    assert position(bench, board, 0x81) == abs(int.from_bytes(bytes(string[1:]), "big", signed=True)) - abs(done)
+
+
+def test_go_absolute(bench, board):
+    """34h: "X pulses away from the absolute zero position", from wherever."""
+    default(bench, board, 100_000, 10_000_000)
+    places = [100, -100, 0, 5_000, 5_000, -12_345]
+    assert [go(bench, board, 0x34, *i32(place)) for place in places] == places
+    assert board.axes["motor"].position == -12_345
+
+
+def test_no_absolute_move_from_outside_the_range(bench, board):
+    """34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"."""
+    default(bench, board, 100_000, AT_ONCE)
+    tell(bench, board, 0x2E, *i32(0x4000_0009))
+    tell(bench, board, 0x34, *i32(0x3FFF_FFFF))
+    bench.run(0.2)
+    assert board.axes["motor"].pulses == 0
+    assert go(bench, board, 0x33, *i32(-10)) == 0x3FFF_FFFF
+    assert go(bench, board, 0x34, *i32(0x3FFF_FFF0)) == 0x3FFF_FFF0
+
+
+def test_a_preset_move_needs_the_motor_to_stand(bench, board):
+    """C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored"."""
+    tell(bench, board, *relative(1, 10_000, 100_000, 2_000))
+    default(bench, board, 10_000, 100_000)
+    tell(bench, board, 0x40, 1)
+    bench.run(0.05)
+    for command in ((0x40, 1), (0x33, *i32(9)), (0x34, *i32(9)), (0x32, 0)):
+        tell(bench, board, *command)
+    rest(bench, board)
+    assert board.axes["motor"].position == 2_000
+    bench.run(1)
+    assert board.axes["motor"].position == 2_000
+    cruise(bench, board)
+    tell(bench, board, 0x40, 1)
+    tell(bench, board, 0x33, *i32(9))
+    bench.run(1)
+    assert board.axes["motor"].velocity == 10_000
+
+
+def test_a_continuous_move_needs_the_ramp_to_be_over(bench, board):
+    """CEh: "can only be performed if the motor is not accelerating or decelerating"."""
+    tell(bench, board, *continuous(1, 10_000, 50_000))
+    tell(bench, board, *continuous(2, 20_000, 100_000))
+    bench.run(0.1)
+    tell(bench, board, 0x40, 1)
+    bench.run(0.1)
+    tell(bench, board, 0x40, 2)
+    bench.run(1)
+    assert board.axes["motor"].velocity == 10_000
+    tell(bench, board, 0x40, 2)
+    bench.run(1)
+    assert board.axes["motor"].velocity == pytest.approx(20_000, rel=1e-3)
+
+
+def test_a_continuous_move_may_be_slower(bench, board):
+    cruise(bench, board)
+    tell(bench, board, *continuous(2, 5_000, 50_000))
+    tell(bench, board, 0x40, 2)
+    bench.run(0.05)
+    assert ask(bench, board, 0x8F)[1] == 0xFF
+    bench.run(0.2)
+    assert board.axes["motor"].velocity == 5_000
+    assert position(bench, board, 0x81) == 0, "the end position of a continuous move is undefined"
+
+
+RANGES = [(0, 1, 16.667), (1, 10, 1.6667), (2, 100, 0.16667), (3, 1000, 0.016667), (4, 60, 0.27778), (5, 1, 33.333)]
+
+
+@pytest.mark.parametrize(("x", "unit", "resolution"), RANGES)
+def test_velocity_ranges(bench, board, x, unit, resolution):
+    """C8h, the six ranges: one number means 1, 0.1, 0.01, 0.001 and 1/60 pulses per second."""
+    number = 500 * unit
+    tell(bench, board, *continuous(1, number, AT_ONCE, ranges=x << 4))
+    bench.run(0.05)
+    tell(bench, board, 0x40, 1)
+    bench.run(0.1)
+    assert board.axes["motor"].velocity == pytest.approx(500, abs=resolution / 2 + 1e-9)
+    assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
+
+
+@pytest.mark.parametrize(
+    ("x", "maximum"), [(0, 546_133), (1, 546_133), (2, 546_133), (3, 546_133), (4, 546_133), (5, 1_092_266)]
+)
+def test_the_fastest_of_each_range(bench, board, x, maximum):
+    """C8h: 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222, 1,092,266.67 Hertz, all in numbers of their units."""
+    hertz = {0: 546_133.3, 1: 54_613.33, 2: 5_461.333, 3: 546.1333, 4: 9_102.222, 5: 1_092_266.67}[x]
+    tell(bench, board, *continuous(1, maximum, AT_ONCE, ranges=x << 4))
+    bench.run(0.05)
+    tell(bench, board, 0x40, 1)
+    bench.run(0.1)
+    assert board.axes["motor"].velocity == pytest.approx(hertz, rel=1e-4)
+
+
+@pytest.mark.parametrize(("y", "number"), [(0, 10_000), (1, 100_000), (2, 1_000_000)])
+def test_acceleration_ranges(bench, board, y, number):
+    """C8h: velocity units per second, per ten and per hundred seconds: all of these are 10,000 pps², 0.5 s to 5,000."""
+    tell(bench, board, *continuous(1, 5_000, number, ranges=y))
+    bench.run(0.05)
+    tell(bench, board, 0x40, 1)
+    assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
+    began = bench.now
+    assert bench.run_until(lambda: board.axes["motor"].velocity == 5_000, 2)
+    assert about(0.5, bench.now - began)
+    assert ask(bench, board, 0x86)[:6] == bytes([0x86, y, *i32(number)])
+
+
+def test_a_definition_comes_back_as_it_was_sent(bench, board):
+    """91h: "the returned bytes match the format of the bytes that were sent"; one move of a number, of any type."""
+    for definition in (
+        relative(9, 1_000, 2_000, -3_000, ranges=0x11), absolute(9, 4_000, 5_000, 6_000), continuous(9, 7, 8, 1),
+    ):  # fmt: skip
+        tell(bench, board, *definition)
+        assert ask(bench, board, 0x91, 9) == bytes([0x91, *definition]).ljust(16, b"\0")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        relative(0, 1, 1, 1), relative(4, -1, 1, 1), relative(4, 1, -1, 1), relative(4, 1, 1, -0x8000_0000),
+        relative(4, 1, 1, 1, ranges=0x60), relative(4, 1, 1, 1, ranges=0x03), relative(4, 1, 1, 1)[:-1],
+        absolute(4, 1, 1, 0x4000_0000), absolute(4, 1, 1, -0x4000_0000), absolute(0, 1, 1, 1), continuous(0, 1, 1),
+        continuous(4, 1, 1)[:-1], continuous(4, -1, 1), continuous(4, 1, 1, ranges=0x1F),
+    ],
+)  # fmt: skip
+def test_definitions_out_of_range_are_ignored(bench, board, wrong):
+    """C8h: "If one fails to specify a defined range the move definition is invalid"; the old one stays."""
+    old = relative(4, 10_000, 100_000, 25)
+    tell(bench, board, *old)
+    tell(bench, board, *wrong)
+    assert ask(bench, board, 0x91, 4) == bytes([0x91, *old])
+    tell(bench, board, 0x40, 4)
+    rest(bench, board)
+    assert board.axes["motor"].position == 25
+
+
+def test_delete_a_move(bench, board):
+    """D7h; a deleted one is not performed."""
+    tell(bench, board, *relative(4, 10_000, 100_000, 25))
+    tell(bench, board, 0xD7, 5)
+    tell(bench, board, 0xD7, 4)
+    tell(bench, board, 0x40, 4)
+    bench.run(0.2)
+    assert board.axes["motor"].pulses == 0
+
+
+def test_an_absolute_move_by_number(bench, board):
+    """CBh: relative to absolute zero; not from outside the range."""
+    tell(bench, board, *absolute(2, 100_000, AT_ONCE, -500))
+    for _ in range(2):
+        assert go(bench, board, 0x40, 2) == -500
+    tell(bench, board, 0x2E, *i32(600))
+    assert go(bench, board, 0x40, 2) == -500
+    assert board.axes["motor"].position == -1_600
+    tell(bench, board, 0x2E, *i32(-0x4000_0001))
+    tell(bench, board, 0x40, 2)
+    bench.run(0.2)
+    assert board.axes["motor"].position == -1_600
+
+
+@pytest.mark.parametrize(("pin", "sign"), [("cw_limit", 1), ("ccw_limit", -1)])
+def test_limits(bench, board, pin, sign):
+    """Inputs: "stop any motor motion in the clockwise direction within 200 microseconds"; and no motion toward it."""
+    cruise(bench, board, 50_000, 1_000_000, minus=sign < 0)
+    hit = bench.now
+    board.pins[pin].drive(True)
+    bench.run(1)
+    assert max(steps(board)) <= hit + 0.2 * MS
+    stopped = board.axes["motor"].position
+    tell(bench, board, 0x33, *i32(sign * 10))
+    bench.run(0.2)
+    assert board.axes["motor"].position == stopped
+    tell(bench, board, 0x33, *i32(-sign * 10))
+    rest(bench, board)
+    assert board.axes["motor"].position == stopped - sign * 10
+    board.pins[pin].drive(False)
+    bench.run(0.01)
+    tell(bench, board, 0x33, *i32(sign * 10))
+    rest(bench, board)
+    assert board.axes["motor"].position == stopped
+    assert messages(bench, board) == []
+
+
+def test_the_limit_of_the_other_direction_does_not_stop_it(bench, board):
+    """Inputs: "stop any motor motion in the clockwise direction", no other."""
+    cruise(bench, board, minus=1)
+    board.pins["cw_limit"].drive(True)
+    bench.run(0.2)
+    assert board.axes["motor"].velocity == -10_000
