@@ -173,6 +173,45 @@ def test_an_interrupt_leaves_a_whole_file(tmp_path, bench):
     assert [file.name for file in tmp_path.iterdir()] == ["a.vcd"]
 
 
+def interrupt_in_the_middle_of_writing(bench: Bench, path: Path) -> None:
+    bench.add("if1")
+    with tracing(bench, path) as trace:
+        tell_and_run(bench, "X100$\r")
+        pulses = iter(range(1000))
+        trace._tracer._axes = [_Interrupted(axis, pulses) for axis in trace._tracer._axes]
+        tell_and_run(bench, "X100$\r")
+
+
+def test_an_interrupt_in_the_middle_of_writing_leaves_a_file_that_can_be_read(tmp_path, bench):
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_in_the_middle_of_writing(bench, tmp_path / "a.vcd")
+    times = [time_ns for time_ns, _ in of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")]
+    assert times == sorted(times)
+    assert 0 < len(times) < 200
+
+
+class _Interrupted:
+    """An axis at whose 30th change somebody presses Ctrl-C."""
+
+    def __init__(self, axis, left):
+        self._axis, self._left = axis, left
+
+    def count(self, *span):
+        return self._axis.count(*span)
+
+    def changes(self, *span):
+        for time_ns, write, value in self._axis.changes(*span):
+            yield time_ns, self._pressed(write), value
+
+    def _pressed(self, write):
+        def pressed(time_ns, value):
+            if next(self._left) == 30:
+                raise KeyboardInterrupt
+            write(time_ns, value)
+
+        return pressed
+
+
 def test_an_error_leaves_no_file(tmp_path, bench):
     with pytest.raises(ValueError, match="oh"):
         end_with(ValueError("oh"), bench, tmp_path / "a.vcd")

@@ -60,9 +60,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._tracer.catch_up()
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        failed = kind is not None and issubclass(kind, Exception)
-        if kind is None:
-            self._tracer.finish()  # after a Ctrl-C what has been written is kept as it is
+        failed = kind is not None and issubclass(kind, Exception)  # a Ctrl-C is no failure
+        if not failed:
+            self._tracer.finish()
         self._stack.close()
         if failed:
             self._beside.unlink()
@@ -76,6 +76,7 @@ class Tracer:
     def __init__(self, bench: Bench, sink: Sink) -> None:
         self.bench, self.sink = bench, sink
         self._upto_ns = bench.now
+        self._writing = False
         self._levels: dict[tuple[str, str], Write] = {}
         self._speakers: dict[tuple[str, bool], _Speaker] = {}
         self._axes: list[_AxisTrace] = []
@@ -105,8 +106,9 @@ class Tracer:
         self._stack.close()
 
     def finish(self) -> None:
-        """Write what has happened up to now, inclusive."""
-        self._write_pulses(self.bench.now + 1)
+        """Write what has happened up to now, inclusive; after a Ctrl-C in the middle of a piece, no more than that."""
+        if not self._writing:
+            self._write_pulses(self.bench.now + 1)
         self.sink.end(self.bench.now)
 
     def _take(self, event: Event) -> None:
@@ -138,9 +140,10 @@ class Tracer:
         for piece in range(1, pieces + 1):
             until_ns = since_ns + (before_ns - since_ns) * piece // pieces
             changes = chain.from_iterable(axis.changes(self._upto_ns, until_ns) for axis in self._axes)
+            self._writing = True
             for time_ns, write, value in sorted(changes, key=itemgetter(0)):
                 write(time_ns, value)
-            self._upto_ns = until_ns
+            self._upto_ns, self._writing = until_ns, False
 
 
 class _Speaker:
