@@ -272,3 +272,18 @@ def test_an_1811_without_an_encoder_counts_nothing(bench):
     rest(bench, board)
     assert number(bench, board, 0x9A) == 0
     assert message(bench, board) == b""
+
+
+@pytest.mark.parametrize("sense", [0x00, 0x01])
+def test_jumper_ju17_inverts_the_encoders_direction(bench, sense):
+    """Jumper options: "JU17 ... Invert encoder Direction bit".  25,000 pulses are 4000 counts, the other way now."""
+    encoder = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}
+    counts = []
+    for inverted in (False, True):
+        board = ready(bench, motor={"encoder": encoder}, invert_encoder=inverted)
+        tell(bench, board, 0x14, sense)
+        default(bench, board, 25_000, 250_000)
+        tell(bench, board, 0x33, *i32(25_000))
+        bench.run(2)
+        counts.append(number(bench, board, 0x9A))
+    assert counts == [4000, -4000]

@@ -39,6 +39,8 @@ class Options:
     """How long the home input must keep a level to be seen: "like TRIGGERS 2 through 5", whose worst case it is."""
     invert_z: bool = False
     """Jumper JU16: whether the encoder's channel Z is inverted."""
+    invert_encoder: bool = False
+    """Jumper JU17: whether the encoder's direction bit is inverted."""
     marker_ms: float = 3.0
     """From a marker in the stream until its command has been carried out: "approximately two to four milliseconds"."""
     buffer_bytes: int = 600
@@ -54,10 +56,9 @@ class Options:
         for name in self.interrupts:
             if name not in get_args(Interrupt):
                 raise UsageError(f"interrupts: no {name!r}: choose of {', '.join(get_args(Interrupt))}")
-        if not isinstance(self.test_switch, bool):
-            raise UsageError(f"test_switch={self.test_switch!r}: give true or false")
-        if not isinstance(self.invert_z, bool):
-            raise UsageError(f"invert_z={self.invert_z!r}: give true or false")
+        for flag in ("test_switch", "invert_z", "invert_encoder"):
+            if not isinstance(getattr(self, flag), bool):
+                raise UsageError(f"{flag}={getattr(self, flag)!r}: give true or false")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type in (float, "float"):

@@ -66,9 +66,9 @@ class Encoder:
     Without an encoder, and on an 1810, it stays at 0.
     """
 
-    def __init__(self, axis: PulseAxis | None) -> None:
-        self._axis = axis
-        self._sense, self._origin = +1, 0
+    def __init__(self, axis: PulseAxis | None, inverted: bool) -> None:
+        self._axis, self._wired = axis, (-1 if inverted else +1)
+        self._sense, self._origin = self._wired, 0
         self._origin = -self.count
 
     @property
@@ -79,7 +79,7 @@ class Encoder:
 
     def face(self, sense: int) -> None:
         """+1: CW is +.  The count stays."""
-        before, self._sense = self.count, sense
+        before, self._sense = self.count, sense * self._wired
         self._origin += before - self.count
 
 
@@ -88,7 +88,7 @@ class ClosedLoop:
 
     def __init__(self, board: "Board", axis: PulseAxis | None) -> None:
         self._board, self._axis = board, axis
-        self.encoder = Encoder(axis)
+        self.encoder = Encoder(axis, board.options.invert_encoder)
         # Parameters
         self.ratio: tuple[int, int] | None = None
         self.resolution: int | None = None
