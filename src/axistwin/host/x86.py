@@ -9,7 +9,7 @@ bench happen when they are due.  Unicorn is an optional extra: `pip install "axi
 from collections.abc import Mapping
 
 from axistwin.bench import Bench, Controller
-from axistwin.errors import UsageError
+from axistwin.errors import MissingExtraError
 from axistwin.sim.registers import NOBODY_DRIVES, RegisterPort
 from axistwin.units import US, to_ns
 
@@ -17,7 +17,7 @@ try:
     from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc
     from unicorn import x86_const as x86
 except ImportError:  # the module is of no use without it, and says how to get it
-    raise UsageError('an 8086 needs unicorn: pip install "axistwin[x86]"') from None
+    raise MissingExtraError("unicorn", "x86") from None
 
 MEMORY = 0x10_0000
 """Bytes: all that an 8086 can address."""
