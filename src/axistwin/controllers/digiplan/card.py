@@ -5,7 +5,7 @@ from functools import partial
 
 from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.faults import DRIVES, LIMITS
+from axistwin.controllers.digiplan.faults import CLOSED
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.product import Product, PulseAxis, Store
@@ -15,8 +15,6 @@ from axistwin.sim.serial import Uart, UartFormat
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
-CLOSED = ("estop", *LIMITS, *DRIVES)
-"""Terminals through which current flows on a bare card: closed switches, fault links fitted."""
 
 
 class NoBattery:

@@ -45,6 +45,8 @@ INPUT_BITS = {
 
 DRIVES = {"x_fault": "X", "y_fault": "Y"}
 LIMITS = {"limit_plus": +1, "limit_minus": -1}
+CLOSED = ("estop", *LIMITS, *DRIVES)
+"""Terminals through which current flows while all is well."""
 
 
 class Faults:
@@ -96,7 +98,7 @@ class Faults:
 
     def show(self) -> None:
         """The lamp: on until the bit is cleared and the input is normal again."""
-        normal = all(self.pins[name].level for name in ("estop", *DRIVES, *LIMITS))
+        normal = all(self.pins[name].level for name in CLOSED)
         self._show(bool(self.motion) or not normal)
 
     def blocked(self, directions: Mapping[str, int]) -> bool:

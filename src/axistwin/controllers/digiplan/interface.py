@@ -4,7 +4,7 @@ Three procedures run side by side: `_live` reads the input buffer character by c
 a move, a run or a sequence, for as long as that takes; the `RampGenerator` gives pulses to the axes by itself.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 
 from simpy import Interrupt
@@ -13,7 +13,7 @@ from axistwin.controllers.commandset import Command
 from axistwin.controllers.digiplan import initialise
 from axistwin.controllers.digiplan.battery_backup import Retained
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.faults import DRIVES, LIMITS, Faults, LineFault, MotionFault
+from axistwin.controllers.digiplan.faults import CLOSED, DRIVES, LIMITS, Faults, LineFault, MotionFault
 from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.digiplan.interpolation import out_of_range
 from axistwin.controllers.digiplan.language import Accept, Message, parse
@@ -89,7 +89,7 @@ class Interface:
         self._held: Event | None = None
         self._ramp_is_old = False
         self._deaf_until_ns = 0
-        self._unwatch = [pins[name].watch(action) for name, action in self._watched()]
+        self._unwatch = [pins[name].watch(self._fault_input) for name in CLOSED]
         pins["led"].set(True)
         lines.dtr.set(True)
         self._live_process = clock.process(self._live())
@@ -190,8 +190,7 @@ class Interface:
 
     def _obey_for_ever(self) -> Procedure:
         while True:
-            if self._deaf_until_ns > self.clock.now:
-                yield self.clock.timeout(self._deaf_until_ns - self.clock.now)
+            yield from self._until_heard_again()
             character = self.buffer.take()
             if character is None:
                 yield self.buffer.arrival()
@@ -249,7 +248,8 @@ class Interface:
             return self._resume()
         if message.start:
             return self._start(message)
-        return self._keep(message.steps[0])
+        self._keep(message.steps[0])
+        return None
 
     def _obey_locked(self, message: Message) -> Procedure | None:
         """Anything but a status request and `]` is ignored without a trace."""
@@ -262,12 +262,10 @@ class Interface:
         answer = command.handler(self)
         return self.transmitter.send(answer) if isinstance(answer, bytes) else None
 
-    def _keep(self, step: Step) -> Procedure | None:
+    def _keep(self, step: Step) -> None:
         """Parameters without `$`: they are kept, and used by the next move."""
-        if not self._in_range(step):
-            return None
-        self._settle(step)
-        return None
+        if self._in_range(step):
+            self._settle(step)
 
     def _in_range(self, step: Step, moving: bool = False) -> bool:
         """Whether what is set, or the move to be begun, is possible; otherwise that is an out-of-range fault."""
@@ -413,36 +411,28 @@ class Interface:
 
     # Inputs and outputs
 
-    def _watched(self) -> list[tuple[str, Callable[[Pin], None]]]:
-        return [
-            ("estop", self._emergency_stop),
-            *((name, self._drive_fault) for name in DRIVES),
-            *((name, self._limit) for name in LIMITS),
-        ]
-
-    def _emergency_stop(self, pin: Pin) -> None:
+    def _fault_input(self, pin: Pin) -> None:
+        """Current has ceased at the emergency stop, a limit switch or a drive; or it flows again."""
         if pin.level:
             self.faults.show()
-            return
-        self.faults.raise_motion(MotionFault.EMERGENCY_STOP)
-        self._stop()
+        elif pin.name in LIMITS:
+            self._limit(LIMITS[pin.name])
+        elif pin.name in DRIVES:
+            self._drive_fault(DRIVES[pin.name])
+        else:
+            self.faults.raise_motion(MotionFault.EMERGENCY_STOP)
+            self._stop()
 
-    def _drive_fault(self, pin: Pin) -> None:
+    def _drive_fault(self, axis: str) -> None:
         """A drive fault halts the interface; the axis itself has no time to decelerate."""
-        if pin.level:
-            self.faults.show()
-            return
         self.faults.raise_motion(MotionFault.DRIVE)
-        self.motion.drop(DRIVES[pin.name])
+        self.motion.drop(axis)
         self._stop()
 
-    def _limit(self, pin: Pin) -> None:
+    def _limit(self, direction: int) -> None:
         """A limit switch stops a motion towards it."""
-        if pin.level:
-            self.faults.show()
-            return
         self.faults.raise_motion(MotionFault.LIMIT)
-        if self.motion.running and LIMITS[pin.name] in self.motion.directions.values():
+        if self.motion.running and direction in self.motion.directions.values():
             self._stop()
 
     def _show_fault(self, on: bool) -> None:
