@@ -2,8 +2,9 @@
 
 import pytest
 
+from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
-from axistwin.sim.pins import Pin, connect
+from axistwin.sim.pins import Pin, UserPin, connect
 
 
 @pytest.fixture
@@ -109,3 +110,93 @@ def test_a_watched_flashing_pin_alone_leaves_the_clock_quiet(clock):
     pin.set(False)
     clock.run_to(200)
     assert (clock.quiet, clock.next_event_ns()) == (True, None)
+
+
+@pytest.fixture
+def user_pin(clock):
+    return UserPin(clock, "A")
+
+
+def test_an_open_user_pin_is_pulled_up(user_pin):
+    """Limit inputs "have 5KOhm pull-up resistors internally so a loss of connection" reads high (3.1)."""
+    assert (user_pin.level, user_pin.volts, user_pin.analog) == (True, 5.0, 1023)
+    assert (user_pin.driven, user_pin.is_output) == (False, False)
+
+
+def test_a_test_lead_beats_the_output_stage_beats_the_wire_beats_the_pull_up(user_pin):
+    user_pin.set(1.0)
+    assert user_pin.volts == 1.0
+    user_pin.output(True)
+    assert (user_pin.volts, user_pin.is_output) == (5.0, True)
+    user_pin.drive(0.5)
+    assert (user_pin.volts, user_pin.driven) == (0.5, True)
+    user_pin.release()
+    user_pin.input()
+    assert user_pin.volts == 1.0
+    user_pin.set(None)
+    assert user_pin.volts == 5.0
+
+
+def test_a_level_is_no_voltage(user_pin):
+    """`True == 1`, but a high level is 5 V and not 1 V."""
+    user_pin.drive(True)
+    assert user_pin.volts == 5.0
+    user_pin.drive(1)
+    assert user_pin.volts == 1.0
+    user_pin.drive(False)
+    assert user_pin.volts == 0.0
+    user_pin.set(True)
+    user_pin.release()
+    assert user_pin.volts == 5.0
+
+
+@pytest.mark.parametrize("before", [False, True])
+@pytest.mark.parametrize(
+    ("volts", "level"), [(0.0, False), (0.8, False), (0.81, None), (1.99, None), (2.0, True), (5.0, True)]
+)
+def test_between_the_thresholds_the_level_stays(user_pin, before, volts, level):
+    """1 is "2.0 Vdc or greater", 0 is "0.8 V dc" or less (6)."""
+    user_pin.drive(before)
+    user_pin.drive(volts)
+    assert user_pin.level is (before if level is None else level)
+
+
+@pytest.mark.parametrize(
+    ("volts", "number"),
+    [(0.0, 0), (5.0, 1023), (2.5, 512), (1.0, 205), (0.002, 0), (0.003, 1), (4.997, 1022), (4.998, 1023),
+     (5.5, 1023), (-0.5, 0)],
+)  # fmt: skip
+def test_the_converter_gives_the_nearest_of_1024_numbers(user_pin, volts, number):
+    """0 is 0 V and 1023 is 5.0 V (6.3): 2.5 V are 511.5, 1 V 204.6, and half a step 2.44 mV."""
+    user_pin.drive(volts)
+    assert user_pin.analog == number
+
+
+def test_watchers_of_the_level_and_of_the_voltage(user_pin):
+    levels, volts = [], []
+    end = user_pin.watch(lambda pin: levels.append(pin.level))
+    end_volts = user_pin.watch_volts(lambda pin: volts.append(pin.volts))
+    for value in (4.0, 4.0, 1.5, 0.5, False, 1.5, True):
+        user_pin.drive(value)
+    assert levels == [False, True]
+    assert volts == [4.0, 1.5, 0.5, 0.0, 1.5, 5.0]
+    end()
+    end_volts()
+    user_pin.drive(False)
+    assert (len(levels), len(volts)) == (2, 6)
+
+
+def test_a_wire_leads_to_and_from_a_user_pin(clock, user_pin):
+    lamp, button = Pin(clock, "lamp"), Pin(clock, "button")
+    connect(user_pin, lamp)
+    connect(button, user_pin)
+    assert (user_pin.volts, lamp.level) == (0.0, False)
+    button.set(True)
+    assert (user_pin.volts, lamp.level) == (5.0, True)
+
+
+@pytest.mark.parametrize("volts", [24, -1.0, float("nan"), float("inf")])
+def test_no_voltage_that_destroys_it(user_pin, volts):
+    with pytest.raises(UsageError, match="would destroy a user pin: give 0 to 5 V"):
+        user_pin.drive(volts)
+    assert user_pin.volts == 5.0

@@ -26,6 +26,8 @@ class Clock(simpy.Environment):
 
     def __init__(self) -> None:
         super().__init__()
+        self.patient = True
+        """Whether nobody outside minds if a nanosecond takes seconds to compute; who sees it in real time does."""
         self.background = 0
         """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
 

@@ -100,6 +100,12 @@ class Frame:
     bit_ns: Fraction
     cut_ns: int | None = None  # from here on the wire is open and reads as mark
     intact: tuple[UartFormat, int] | None = None  # what was sent, while nothing has disturbed it
+    own: bool = False  # the receiver's own transmitter sends it, on a pair that both share
+
+    @property
+    def end_ns(self) -> Fraction:
+        """From here on it leaves the wire at mark."""
+        return self.start_ns + len(self.bits) * self.bit_ns
 
     def level(self, time_ns: Fraction) -> bool:
         """What is on the wire at this time."""

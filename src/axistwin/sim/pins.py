@@ -2,11 +2,23 @@
 
 A pin has one level at a time.  What is connected to it (a controller's output stage, a switch, a wire) sets its
 `source`; a person with a test lead may `drive` it to another level until they `release` it.
+
+A `UserPin` has volts as well: a TTL terminal with a pull-up resistor that is input or output as its device wishes.
 """
 
 from collections.abc import Callable
 
+from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock, Event, Procedure
+
+PULLED_UP_VOLTS = 5.0
+"""What an open user pin is at, through its 5 kΩ resistor."""
+HIGH_VOLTS, LOW_VOLTS = 2.0, 0.8
+"""From here on it is high; up to here it is low.  Between them the level stays as it was."""
+LEAST_VOLTS, MOST_VOLTS = -0.5, 5.5
+"""Beyond these it would be destroyed."""
+FULL_SCALE = 1023
+"""What the analog-to-digital converter makes of 5.0 V."""
 
 
 class Pin:
@@ -97,6 +109,97 @@ class Pin:
             self.clock.background -= 1
             if self._flash_ns and self._flash_from == began and self._driven is None:
                 self._announce()
+
+
+class UserPin(Pin):
+    """A TTL terminal with a 5 kΩ pull-up: open it is at 5 V and high.  It may be read as a voltage, too.
+
+    Who decides about it, the strongest first: a test lead (`drive`), its own output stage (`output`), what is wired to
+    it (`set`), the pull-up resistor.
+    """
+
+    def __init__(self, clock: Clock, name: str) -> None:
+        super().__init__(clock, name, level=True)
+        self._lead: float | None = None
+        self._stage: float | None = None
+        self._wired: float | None = None
+        self._volts = PULLED_UP_VOLTS
+        self._volts_watchers: list[Callable[[UserPin], None]] = []
+
+    @property
+    def volts(self) -> float:
+        """The voltage at the terminal."""
+        return self._volts
+
+    @property
+    def analog(self) -> int:
+        """The voltage as a 10-bit converter has it: 0 for 0 V, 1023 for 5.0 V, the nearest number, halves upwards."""
+        return min(max(int(self._volts * FULL_SCALE / PULLED_UP_VOLTS + 0.5), 0), FULL_SCALE)
+
+    @property
+    def driven(self) -> bool:
+        """Whether it is forced from outside."""
+        return self._lead is not None
+
+    @property
+    def is_output(self) -> bool:
+        """Whether its output stage is on."""
+        return self._stage is not None
+
+    def drive(self, level: bool | float) -> None:
+        """Force the terminal from outside: True is 5 V, False 0 V, a number that many volts.
+
+        Raises UsageError for a voltage that no TTL terminal survives.
+        """
+        self._lead = _volts(level)
+        self._find_volts()
+
+    def release(self) -> None:
+        """Take the test lead away."""
+        self._lead = None
+        self._find_volts()
+
+    def set(self, level: bool | float | None) -> None:
+        """What is wired to the terminal from outside, a switch or a wire, is at this level or voltage; None: open."""
+        self._wired = None if level is None else _volts(level)
+        self._find_volts()
+
+    def output(self, level: bool) -> None:
+        """The output stage is on, and gives 5 V or 0 V."""
+        self._stage = PULLED_UP_VOLTS if level else 0.0
+        self._find_volts()
+
+    def input(self) -> None:
+        """The output stage is off."""
+        self._stage = None
+        self._find_volts()
+
+    def watch_volts(self, watcher: Callable[["UserPin"], None]) -> Callable[[], None]:
+        """Call `watcher(pin)` at every change of voltage.  Returns what ends the watching."""
+        self._volts_watchers.append(watcher)
+        return lambda: self._volts_watchers.remove(watcher)
+
+    def _find_volts(self) -> None:
+        level, before = self.level, self._volts
+        stated = (volts for volts in (self._lead, self._stage, self._wired) if volts is not None)
+        self._volts = next(stated, PULLED_UP_VOLTS)
+        if self._volts >= HIGH_VOLTS:
+            self._source = True
+        elif self._volts <= LOW_VOLTS:
+            self._source = False
+        self._settle(level)
+        if self._volts != before:
+            for watcher in tuple(self._volts_watchers):
+                watcher(self)
+
+
+def _volts(level: bool | float) -> float:
+    """A level or a voltage as a voltage.  A bool is a level, though Python takes it for a number."""
+    if isinstance(level, bool) or not isinstance(level, int | float):
+        return PULLED_UP_VOLTS if level else 0.0
+    if not LEAST_VOLTS <= level <= MOST_VOLTS:
+        raise UsageError(f"{level!r} V would destroy a user pin: give 0 to 5 V, or True or False")
+    return float(level)
 
 
 def connect(source: Pin, target: Pin, *, invert: bool = False, delay_ns: int = 0) -> None:

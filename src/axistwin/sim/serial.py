@@ -1,23 +1,34 @@
 """A serial connection as it is on the wire: frames of bits that take their time.
 
 A `Uart` is one end: a format, a transmitter with a holding register, a receiver.  A `Line` is the wire from one end's
-transmitter to the other end's receiver.  The receiver knows nothing of the sender's format: it waits for a falling
-edge and samples the middle of each bit in its *own* format, as the chip does, and so finds the parity and framing
-errors that a mismatch makes.  A `SerialPort` is the host's end of a connection, with its control lines.
+transmitter to the other end's receiver; a `Pair` is one that several ends share.  The receiver knows nothing of the
+sender's format: it waits for a falling edge and samples the middle of each bit in its *own* format, as the chip does,
+and so finds the parity and framing errors that a mismatch makes.  A `SerialPort` is the host's end of a connection,
+with its control lines.
 A character is received at the end of its first stop bit; the next one may begin after all stop bits.
+
+How the host's end is wired is told by a `Wiring`: `direct` to a device, through a `daisy_chain`, to a `shared_pair`.
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import pairwise
+from typing import Protocol
 
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.frames import MARK, SPACE, Break, Frame, LineError, Parity, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.units import to_ns
 
-__all__ = ["Break", "HostEnd", "Line", "LineError", "Parity", "SerialPort", "Uart", "UartFormat", "join"]
+__all__ = [
+    "Break", "HostEnd", "Line", "LineError", "Pair", "Parity", "SerialPort", "Uart", "UartFormat", "Wire", "Wiring",
+    "daisy_chain", "direct", "join", "shared_pair",
+]  # fmt: skip
+
+_MOMENT_NS = 1
+"""Before an edge; far less than a bit."""
 
 
 @dataclass
@@ -34,6 +45,31 @@ class _Disturbance:
     def any(self) -> bool:
         """Whether anything happens to the next character."""
         return bool(self.lost or self.doubled or self.flipped or self.cut)
+
+
+class Wire(Protocol):
+    """What a transmitter puts its characters on."""
+
+    @property
+    def instant(self) -> bool:
+        """Whether characters take no time on it."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether everybody who receives has room; a sender on a line that takes no time waits for that."""
+
+    def carry(self, sent: UartFormat, item: int | Break) -> int:
+        """Put a character or a break on it, now.  Returns how long it is taken by it."""
+
+
+class _Nowhere:
+    """A plug that nothing is connected to."""
+
+    instant, ready = False, True
+
+    def carry(self, sent: UartFormat, item: int | Break) -> int:
+        """It is lost."""
+        return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
 class Line:
@@ -71,6 +107,20 @@ class Line:
         self._trouble.cut = False
 
     # The transmitter's side
+
+    @property
+    def ready(self) -> bool:
+        """Whether the receiver has room."""
+        return self.receiver.has_room()
+
+    def occupy(self, sent: UartFormat, item: int | Break) -> None:
+        """The receiver's own transmitter is on the wire, too.  It does not hear itself, but garbles what comes."""
+        if self.instant:
+            return
+        if isinstance(item, Break):
+            self._append(Frame(self.clock.now, (SPACE,), Fraction(item.duration_ns), own=True))
+        else:
+            self._append(Frame(self.clock.now, sent.frame(item), sent.bit_ns, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
         """Put a character or a break on the wire, now.  Returns how long the wire is taken by it."""
@@ -124,13 +174,29 @@ class Line:
         """Wait for the next falling edge; known already, as frames are put on the wire whole."""
         self._listening = True
         frames = self._frames
-        while frames and frames[0].start_ns + len(frames[0].bits) * frames[0].bit_ns < self._idle_from:
+        while frames and frames[0].end_ns < self._idle_from:
             frames.popleft()
-        for frame in frames:
-            for edge_ns, level in frame.edges():
-                if level is SPACE and edge_ns >= self._idle_from and self._begin(frame, edge_ns):
-                    return
-        frames.clear()  # nothing in them began a character
+        for frame, edge_ns in self._falls():
+            if edge_ns >= self._idle_from and self._begin(frame, edge_ns):
+                return
+        self._frames = deque(frame for frame in frames if frame.own)  # nothing in the others began a character
+        while self._frames and self._frames[0].end_ns < self.clock.now:
+            self._frames.popleft()
+
+    def _falls(self) -> Iterator[tuple[Frame, Fraction]]:
+        """Each falling edge on the wire that somebody else has made, with its frame."""
+        frames = self._frames
+        found = [
+            (edge_ns, number, frame)
+            for number, frame in enumerate(frames)
+            if not frame.own
+            for edge_ns, level in frame.edges()
+            if level is SPACE
+        ]
+        if len(frames) > 1:
+            found = sorted(fall for fall in found if self._level(fall[0] - _MOMENT_NS) is MARK)
+        for edge_ns, _, frame in found:
+            yield frame, edge_ns
 
     def _begin(self, frame: Frame, edge_ns: Fraction) -> bool:
         """A start bit, perhaps.  A receiver without a format measures its length first (automatic baud rate)."""
@@ -149,8 +215,9 @@ class Line:
 
     def _sample(self, frame: Frame, edge_ns: Fraction, fmt: UartFormat) -> None:
         """The first stop bit is over: read the character off the wire."""
-        if frame.intact and frame.start_ns == edge_ns and frame.intact[0].shape == fmt.shape:
-            character: tuple[int, LineError] | None = frame.intact[1], LineError.NONE
+        intact = frame.intact if frame.start_ns == edge_ns and self._alone(frame, fmt) else None
+        if intact and intact[0].shape == fmt.shape:
+            character: tuple[int, LineError] | None = intact[1], LineError.NONE
         else:
             character = fmt.decode(lambda since_ns: self._level(edge_ns + since_ns))
         # The chip looks for the next start bit from the middle of the stop bit on.
@@ -161,7 +228,15 @@ class Line:
             self.receiver.take(*character)  # it may choose the format for what follows
         self._listen()
 
+    def _alone(self, frame: Frame, fmt: UartFormat) -> bool:
+        """Whether nobody else has been on the wire while a receiver in this format looked at it."""
+        until_ns = frame.start_ns + fmt.receive_ns
+        return all(
+            other is frame or other.start_ns >= until_ns or other.end_ns <= frame.start_ns for other in self._frames
+        )
+
     def _level(self, time_ns: Fraction) -> bool:
+        """Space if anybody says so."""
         return all(frame.level(time_ns) for frame in self._frames)
 
     def _receive_at_once(self, frame: Frame) -> None:
@@ -195,8 +270,9 @@ class Uart:
     """Called when the last character given has left."""
 
     def __post_init__(self) -> None:
-        self.line: Line | None = None  # set by `join`
-        self.peer: Uart | None = None
+        self.line: Wire = _Nowhere()
+        self.peers: tuple[Uart, ...] = ()
+        """Whose characters come here."""
         self.queue: deque[int | Break] = deque()
         self.sending = False
         self.held = False
@@ -229,8 +305,8 @@ class Uart:
         """Go on sending, if there is something to send and the wire is free."""
         line, queue = self.line, self.queue
         while queue and not self.sending and not self.held:
-            assert line is not None and self.format is not None
-            if line.instant and not line.receiver.has_room():
+            assert self.format is not None
+            if line.instant and not line.ready:
                 return
             taken_ns = line.carry(self.format, queue.popleft())
             if taken_ns:
@@ -242,13 +318,14 @@ class Uart:
 
     def pump_peer(self) -> None:
         """There is room again: on a line that takes no time the other end may go on."""
-        if self.peer is not None and self.peer.queue:
-            self.peer.pump()
+        for peer in self.peers:
+            if peer.queue:
+                peer.pump()
 
     @property
     def instant(self) -> bool:
         """Whether characters take no time on this connection."""
-        return self.line is not None and self.line.instant
+        return self.line.instant
 
     def when_empty(self) -> Event:
         """An event for the moment when the holding register is free; the last character may still be on its way."""
@@ -273,11 +350,81 @@ class Uart:
             event.succeed()
 
 
+def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
+    """Connect a transmitter to a receiver."""
+    line = Line(sender.clock, receiver, instant)
+    sender.line, receiver.peers = line, (sender,)
+    return line
+
+
 def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
     """Connect two ends, transmitter to receiver both ways."""
-    first.line = Line(first.clock, second, instant)
-    second.line = Line(first.clock, first, instant)
-    first.peer, second.peer = second, first
+    wire(first, second, instant)
+    wire(second, first, instant)
+
+
+class Pair:
+    """One pair of wires that several ends share, as in RS-485: everybody hears everybody else.
+
+    The wire is at space when anybody says so; who speaks while another does garbles both.  Nobody hears itself.
+    """
+
+    def __init__(self, ends: Sequence[Uart], instant: bool = False) -> None:
+        self.lines = tuple(Line(end.clock, end, instant) for end in ends)
+        """What arrives at each end, in their order."""
+        for end in ends:
+            end.line = _Tap(self.lines, end)
+            end.peers = tuple(other for other in ends if other is not end)
+
+
+class _Tap:
+    """Where one end's transmitter is connected to the pair."""
+
+    def __init__(self, lines: Sequence[Line], sender: Uart) -> None:
+        self._others = [line for line in lines if line.receiver is not sender]
+        self._own = next(line for line in lines if line.receiver is sender)
+
+    @property
+    def instant(self) -> bool:
+        return self._own.instant
+
+    @property
+    def ready(self) -> bool:
+        return all(line.ready for line in self._others)
+
+    def carry(self, sent: UartFormat, item: int | Break) -> int:
+        self._own.occupy(sent, item)
+        return max(line.carry(sent, item) for line in self._others)
+
+
+Wiring = Callable[[Uart], tuple[Line, Line]]
+"""Connects a host's end; returns the line that leads away from it and the one that comes to it."""
+
+
+def direct(device: Uart, *, instant: bool = False) -> Wiring:
+    """To one device, both ways."""
+    return daisy_chain([device], instant=instant)
+
+
+def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
+    """Host to the first device, each device's transmitter to the next one's receiver, the last one's to the host."""
+
+    def connect(host: Uart) -> tuple[Line, Line]:
+        ends = (host, *devices, host)
+        lines = [wire(sender, receiver, instant) for sender, receiver in pairwise(ends)]
+        return lines[0], lines[-1]
+
+    return connect
+
+
+def shared_pair(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
+    """Host and devices on one pair; the lines are the first device's and the host's."""
+
+    def connect(host: Uart) -> tuple[Line, Line]:
+        pair = Pair((host, *devices), instant)
+        return pair.lines[1], pair.lines[0]
+
+    return connect
 
 
 class HostEnd:
@@ -353,22 +500,22 @@ class HostEnd:
 
 
 class SerialPort:
-    """What a host sees of a serial connection."""
+    """What a host sees of a serial connection.  Without lines `dtr` and `rts` of a device these count as on."""
 
     def __init__(
-        self, clock: Clock, device: Uart, dtr: Pin, rts: Pin, *, line: UartFormat, instant: bool = False
+        self, clock: Clock, wiring: Wiring, dtr: Pin | None = None, rts: Pin | None = None, *, line: UartFormat
     ) -> None:
+        self.clock = clock
         self._uart = Uart(clock, line, on_receive=self._received)
-        join(self._uart, device, instant=instant)
         self.host = HostEnd(clock, self._uart)
-        self.dtr_line, self.rts_line = dtr, rts
+        self.handshake = dtr is not None
+        """Whether there are control lines."""
+        self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
         self._received_bytes = bytearray()
         self._hearers: list[Callable[[int, LineError], None]] = []
         self._break_watchers: list[Callable[[float], None]] = []
         self._listeners: list[Callable[[bytes], None]] = []
-        assert self._uart.line is not None and device.line is not None
-        self.to_device: Line = self._uart.line
-        self.from_device: Line = device.line
+        self.to_device, self.from_device = wiring(self._uart)
 
     def write(self, data: bytes) -> None:
         """Queue what the host transmits.  Handshake lines do not hold it back: a host's pacing is its own affair."""
@@ -412,6 +559,10 @@ class SerialPort:
     def instant(self) -> bool:
         """Whether characters take no time on this connection."""
         return self.to_device.instant
+
+    @instant.setter
+    def instant(self, on: bool) -> None:
+        self.to_device.instant = self.from_device.instant = on
 
     @property
     def dtr(self) -> bool:
