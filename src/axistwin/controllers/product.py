@@ -7,6 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker
 from axistwin.motion.profile import Profile
+from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
@@ -55,13 +56,26 @@ class Device(Protocol):
 
 @runtime_checkable
 class SerialDevice(Device, Protocol):
-    """A device with a serial plug: what a host talks to is its UART, with four control lines."""
+    """A device with a serial plug: what a host talks to is its UART."""
 
     uart: Uart
+
+
+@runtime_checkable
+class HandshakeDevice(SerialDevice, Protocol):
+    """Its plug has four control lines, too."""
+
     dtr: Pin
     rts: Pin
     dsr: Pin
     cts: Pin
+
+
+@runtime_checkable
+class Rs485Device(Device, Protocol):
+    """A device with a second serial channel, on a pair of wires."""
+
+    rs485: Uart
 
 
 @runtime_checkable
@@ -129,7 +143,10 @@ class Product:
     axes: tuple[str, ...]
     options: type[Any]
     """A dataclass: the keywords that `Bench.add` takes for this model, with the manual's figures as defaults."""
-    build: Callable[[Clock, Mapping[str, PulseAxis], Any, Store], Device]
+    build: Callable[[Clock, Mapping[str, Any], Any, Store], Device]
+    """Makes the hardware, given its axes (each by `make_axis`), its options and its memory."""
+    make_axis: MakeAxis = stepper_axis
+    """Makes an axis of the options it is given.  The switches that they name are fitted when the device is there."""
     check: Checker | None = None
     """Finds what is wrong with a program for it."""
     line: UartFormat | None = None

@@ -4,7 +4,7 @@ The controller knows an axis by `start`, `replace`, `halt`, `encoder_count` and 
 machine's own truth.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from axistwin.errors import UsageError
@@ -147,6 +147,10 @@ class StepperAxis:
         at_ns = stroke.reaches_ns(stroke.origin + stroke.direction * n)
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
+    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> None:
+        """Call `look()` on the very pulse that crosses one of these edges; edge n lies between position n-1 and n."""
+        _EdgeWatch(self, edges, look)
+
     def _lost_in_stroke(self, over: bool = False) -> int:
         if not self._slips:
             return 0
@@ -189,3 +193,21 @@ class StepperAxis:
     def _tell(self) -> None:
         for action in self.on_motion:
             action()
+
+
+class _EdgeWatch:
+    """Comes back whenever the axis crosses an edge, as far as its present course tells."""
+
+    def __init__(self, axis: StepperAxis, edges: Sequence[int], look: Callable[[], None]) -> None:
+        self._axis, self._look_there = axis, look
+        self._positions = [position for edge in edges for position in (edge - 1, edge)]
+        self._plan = 0
+        axis.on_motion.append(self._look)
+
+    def _look(self) -> None:
+        self._plan += 1
+        self._look_there()
+        plan, axis = self._plan, self._axis
+        due = [at_ns for position in self._positions if (at_ns := axis.reaches_ns(position)) is not None]
+        if due:
+            axis.clock.call_later(min(due) - axis.clock.now, lambda: self._look() if plan == self._plan else None)

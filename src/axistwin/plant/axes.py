@@ -1,0 +1,63 @@
+"""Axes as `Bench.add` is told of them: options by name, checked, and turned into a machine."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.plant.encoder import EncoderData
+from axistwin.plant.servo_axis import ServoAxis, data_sheets
+from axistwin.plant.stepper import StepperAxis
+from axistwin.plant.torque import Load, StepperMotor
+from axistwin.sim.clock import Clock
+
+Axis = StepperAxis | ServoAxis
+MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
+"""Makes an axis of a clock, its name, its options and how many strokes it remembers.  Raises UsageError."""
+
+STEPPER = ("limits", "home", "encoder", "motor", "load")
+SERVO = ("limits", "motor", "load")
+
+
+def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> StepperAxis:
+    """An axis with a stepper motor: `limits`, `home`, `encoder`, `motor`, `load`."""
+    _check(name, given, STEPPER)
+    try:
+        encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
+        motor = given.get("motor")
+        if motor is not None:
+            points = tuple((float(rate), float(torque)) for rate, torque in motor["torque"])
+            motor = StepperMotor(**{**motor, "torque": points})
+        load = Load(**given["load"]) if given.get("load") is not None else None
+    except (TypeError, KeyError, ValueError) as error:
+        raise UsageError(f"axis {name}: {error}") from None
+    return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, history=history)
+
+
+def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
+    """The axis of a servo motor with its encoder: `limits`, `motor` (a data sheet's name or its values), `load`."""
+    _check(name, given, SERVO)
+    try:
+        motor, load = data_sheets(given)
+    except UsageError as error:
+        raise UsageError(f"axis {name}: {error}") from None
+    return ServoAxis(clock, name, motor=motor, load=load, history=history)
+
+
+def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
+    for option in given:
+        if option not in known:
+            raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
+    for span in ("limits", "home"):
+        _check_span(name, span, given.get(span))
+
+
+def _check_span(name: str, option: str, given: Any) -> None:
+    """Two positions, the lower one first."""
+    if given is None:
+        return
+    try:
+        first, last = given
+    except (TypeError, ValueError):
+        first = last = None
+    if not (type(first) is int and type(last) is int and first <= last):
+        raise UsageError(f"axis {name}: {option}={given!r}: give two positions, such as (-100, 5000)")

@@ -1,0 +1,103 @@
+"""The external encoder, or step source, whose two lines are wired to pins A and B of a servo motor."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from axistwin.errors import UsageError
+from axistwin.sim.clock import Clock
+from axistwin.units import to_ns
+
+
+class Followed(Protocol):
+    """An axis that a master may sit on."""
+
+    @property
+    def position(self) -> int:
+        """Where it stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """From `base` on, `counts` edges evenly spread over `duration_ns`, beginning at `start_ns`; then rest."""
+
+    start_ns: int
+    base: int
+    counts: int
+    duration_ns: int
+
+    @property
+    def end_ns(self) -> int:
+        """When its last edge comes."""
+        return self.start_ns + self.duration_ns
+
+    def at(self, time_ns: int) -> int:
+        """The count at a time not before the start.
+
+        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that; so the
+        count is rounded towards where the run began, in either direction.
+        """
+        if time_ns >= self.end_ns:
+            return self.base + self.counts
+        edges = abs(self.counts) * (time_ns - self.start_ns) // self.duration_ns
+        return self.base + (edges if self.counts > 0 else -edges)
+
+
+class Master:
+    """What is wired to pins A and B: a quadrature encoder, or a step source of so many steps.
+
+    There are no events for edges; who needs them calculates the count.  The levels of A and B do not show them.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.run = Run(clock.now, 0, 0, 0)
+        """The latest run, perhaps over."""
+        self.followed: Followed | None = None
+        """The axis it sits on; its count then cannot be told in advance."""
+        self.before_change: list[Callable[[], None]] = []
+        """Called before its course changes, while `at` still tells the old one."""
+        self.on_change: list[Callable[[], None]] = []
+        """Called when its course has changed."""
+
+    @property
+    def count(self) -> int:
+        """Quadrature edges (or steps) so far, those in the negative direction taken off; from 0 when it is made."""
+        return self.at(self.clock.now)
+
+    @property
+    def moving(self) -> bool:
+        """Whether edges are still to come."""
+        return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
+
+    def at(self, time_ns: int) -> int:
+        """The count at a time from the beginning of the present run on, as things are now."""
+        if self.followed is not None:
+            return self.run.base + self.followed.position
+        return self.run.at(time_ns)
+
+    def move(self, counts: int, seconds: float) -> None:
+        """From now on `counts` edges at constant speed, within `seconds`; 0: at once.
+
+        What is left of a run before is not done any more.  Raises UsageError for a negative time.
+        """
+        if type(counts) is not int:
+            raise UsageError(f"move({counts!r}, …): give a whole number of counts")
+        if not 0 <= seconds < float("inf"):
+            raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
+        self._change(Run(self.clock.now, self.count, counts, to_ns(seconds)), None)
+
+    def follow(self, axis: Followed) -> None:
+        """From now on it sits on the shaft of this axis, and counts as that does."""
+        self._change(Run(self.clock.now, self.count - axis.position, 0, 0), axis)
+
+    def stop(self) -> None:
+        """It stands still, and sits on no axis."""
+        self.move(0, 0)
+
+    def _change(self, run: Run, followed: Followed | None) -> None:
+        for action in self.before_change:
+            action()
+        self.run, self.followed = run, followed
+        for action in self.on_change:
+            action()

@@ -1,0 +1,173 @@
+"""Data sheets of servo motors with their amplifier and encoder, and of what hangs on the shaft.
+
+The figures of the presets are those of small brushless servo motors of such sizes.  Others can be given by name.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from math import isfinite, pi
+from typing import Any
+
+from axistwin.errors import UsageError
+
+MOST = 1e6
+"""No figure of a data sheet is larger."""
+TUNING = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
+MOST_TUNING = 65535
+
+
+@dataclass(frozen=True)
+class ServoMotor:
+    """A brushless servo motor, its amplifier, encoder and tuning.  All figures are at the shaft.
+
+    Above 0, except frictions, brake and tuning, which may be 0; `counts_per_rev` is 2000 or 4000.  Volts per rad/s of
+    back-EMF and N·m per A are the same figure.
+    """
+
+    torque_constant_nm_per_a: float
+    winding_resistance_ohm: float
+    rotor_inertia_kg_m2: float
+    coulomb_friction_nm: float
+    viscous_friction_nm_s: float  # per rad/s
+    counts_per_rev: int  # after quadrature
+    supply_voltage_v: float
+    peak_current_a: float  # the amplifier lets no more through
+    continuous_current_a: float  # RMS
+    winding_to_housing_k_per_w: float
+    housing_to_ambient_k_per_w: float
+    winding_time_constant_s: float
+    housing_time_constant_s: float
+    brake_torque_nm: float  # of the static brake
+    kp: int = 42
+    ki: int = 28
+    kd: int = 550
+    kl: int = 15
+    ks: int = 1
+    kv: int = 0
+    ka: int = 0
+    kg: int = 0
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            low = 0.0 if name in TUNING or "friction" in name or "brake" in name else None
+            _check(f"motor: {name}", value, low, MOST_TUNING if name in TUNING else MOST, whole=name in WHOLE)
+        if self.counts_per_rev not in (2000, 4000):
+            raise UsageError(f"motor: counts_per_rev={self.counts_per_rev}: give 2000 or 4000")
+        _check("motor: ks", self.ks, 1.0, MOST_TUNING)
+
+    @property
+    def tuning(self) -> tuple[int, ...]:
+        """KP KI KD KL KS KV KA KG as it leaves the factory."""
+        return tuple(getattr(self, name) for name in TUNING)
+
+    @property
+    def counts_per_radian(self) -> float:
+        """Encoder counts per radian of the shaft."""
+        return self.counts_per_rev / (2 * pi)
+
+
+WHOLE = ("counts_per_rev", *TUNING)
+
+
+@dataclass(frozen=True)
+class ServoLoad:
+    """What hangs on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
+
+    inertia_kg_m2: float = 0.0
+    coulomb_friction_nm: float = 0.0
+    viscous_friction_nm_s: float = 0.0  # per rad/s
+    gravity_torque_nm: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            _check(f"load: {name}", value, -MOST if name == "gravity_torque_nm" else 0.0, MOST)
+
+
+def _check(what: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
+    """A finite number from `low` (None: above 0) to `high`."""
+    kinds = int if whole else (int, float)
+    if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
+        raise UsageError(f"{what}={value!r}: give a {'whole ' if whole else ''}number")
+    if value > high or (value <= 0 if low is None else value < low):
+        raise UsageError(f"{what}={value!r}: give a number {'above 0' if low is None else f'from {low:g}'} to {high:g}")
+
+
+FRAME17 = ServoMotor(
+    torque_constant_nm_per_a=0.036,
+    winding_resistance_ohm=2.5,
+    rotor_inertia_kg_m2=4.0e-6,
+    coulomb_friction_nm=0.004,
+    viscous_friction_nm_s=2.0e-6,
+    counts_per_rev=2000,
+    supply_voltage_v=24.0,
+    peak_current_a=6.0,
+    continuous_current_a=2.0,
+    winding_to_housing_k_per_w=1.5,
+    housing_to_ambient_k_per_w=4.0,
+    winding_time_constant_s=20.0,
+    housing_time_constant_s=900.0,
+    brake_torque_nm=0.3,
+    kl=40,
+)
+FRAME23 = ServoMotor(
+    torque_constant_nm_per_a=0.075,
+    winding_resistance_ohm=0.7,
+    rotor_inertia_kg_m2=1.6e-5,
+    coulomb_friction_nm=0.012,
+    viscous_friction_nm_s=1.0e-5,
+    counts_per_rev=2000,
+    supply_voltage_v=48.0,
+    peak_current_a=14.0,
+    continuous_current_a=4.5,
+    winding_to_housing_k_per_w=1.0,
+    housing_to_ambient_k_per_w=2.8,
+    winding_time_constant_s=30.0,
+    housing_time_constant_s=1200.0,
+    brake_torque_nm=1.0,
+)
+FRAME34 = ServoMotor(
+    torque_constant_nm_per_a=0.125,
+    winding_resistance_ohm=0.35,
+    rotor_inertia_kg_m2=1.2e-4,
+    coulomb_friction_nm=0.03,
+    viscous_friction_nm_s=5.0e-5,
+    counts_per_rev=4000,
+    supply_voltage_v=48.0,
+    peak_current_a=24.0,
+    continuous_current_a=8.0,
+    winding_to_housing_k_per_w=0.6,
+    housing_to_ambient_k_per_w=1.8,
+    winding_time_constant_s=50.0,
+    housing_time_constant_s=1800.0,
+    brake_torque_nm=3.0,
+)
+SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
+
+
+def servo_motor(given: object) -> ServoMotor:
+    """A data sheet by its name, or by values: a mapping of what differs from `model`, by default frame23."""
+    if isinstance(given, ServoMotor):
+        return given
+    values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
+    model = values.pop("model", "frame23")
+    if not isinstance(model, str) or model not in SERVO_MOTORS:
+        raise UsageError(f"motor={model!r}: choose one of {', '.join(SERVO_MOTORS)}, or give values")
+    _check_names("motor", values, ("model", *(field.name for field in fields(ServoMotor))))
+    return replace(SERVO_MOTORS[model], **values) if values else SERVO_MOTORS[model]
+
+
+def servo_load(given: object = None) -> ServoLoad:
+    """What hangs on the shaft, by values; None: nothing."""
+    if isinstance(given, ServoLoad):
+        return given
+    if given is not None and not isinstance(given, Mapping):
+        raise UsageError(f"load={given!r}: give values such as {{'inertia_kg_m2': 1e-5}}")
+    values = dict(given or {})
+    _check_names("load", values, tuple(field.name for field in fields(ServoLoad)))
+    return ServoLoad(**values)
+
+
+def _check_names(of: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
+    for name in given:
+        if name not in known:
+            raise UsageError(f"{of}: there is no {name}; choose from {', '.join(known)}")

@@ -1,0 +1,85 @@
+"""The external encoder at pins A and B: edges at constant speed, exactly."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin.errors import UsageError
+from axistwin.plant.master import Master, Run
+from axistwin.sim.clock import Clock
+
+S = 10**9
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+def test_it_counts_at_constant_speed_from_now_on(clock):
+    master = Master(clock)
+    clock.run_to(S)
+    master.move(4000, 2)
+    seen = []
+    for time_ns in (S, S + 499_999, S + 500_000, 2 * S, 3 * S - 1, 3 * S, 9 * S):
+        clock.run_to(time_ns)
+        seen.append((master.count, master.moving))
+    assert seen == [(0, True), (0, True), (1, True), (2000, True), (3999, True), (4000, False), (4000, False)]
+
+
+@pytest.mark.parametrize(("counts", "at"), [(3, [0, 0, 1, 1, 2, 3]), (-3, [0, 0, -1, -1, -2, -3])])
+def test_an_edge_comes_in_the_first_nanosecond_after_its_time_in_either_direction(counts, at):
+    """Three edges in 10 ns: at 3⅓, 6⅔ and 10 ns."""
+    run = Run(100, 0, counts, 10)
+    assert [run.at(100 + time_ns) for time_ns in (0, 3, 4, 6, 7, 10)] == at
+
+
+@given(st.integers(-(10**9), 10**9), st.integers(1, 10**12), st.integers(0, 10**12))
+def test_it_is_never_ahead_of_the_exact_count_and_less_than_one_behind(counts, duration_ns, time_ns):
+    at = abs(Run(0, 0, counts, duration_ns).at(time_ns))
+    exact = abs(counts) * min(time_ns, duration_ns)
+    assert at * duration_ns <= exact < (at + 1) * duration_ns
+
+
+def test_a_following_move_replaces_the_rest_of_the_one_before(clock):
+    master, told = Master(clock), []
+    master.before_change.append(lambda: told.append(("before", master.count)))
+    master.on_change.append(lambda: told.append(("after", master.count)))
+    master.move(1000, 1)
+    clock.run_to(S // 4)
+    master.move(-50, 0.5)
+    clock.run_to(S)
+    assert master.count == 200
+    assert told == [("before", 0), ("after", 0), ("before", 250), ("after", 250)]
+
+
+def test_at_once_and_to_a_stop(clock):
+    master = Master(clock)
+    master.move(17, 0)
+    assert (master.count, master.moving) == (17, False)
+    master.move(100, 1)
+    clock.run_to(S // 2)
+    master.stop()
+    clock.run_to(2 * S)
+    assert (master.count, master.moving) == (67, False)
+
+
+def test_it_sits_on_a_shaft(clock):
+    class Shaft:
+        position = 300
+
+    master = Master(clock)
+    master.move(7, 0)
+    master.follow(Shaft)
+    assert (master.count, master.moving) == (7, True)
+    Shaft.position = 250
+    assert master.count == -43
+    master.stop()
+    Shaft.position = 0
+    assert (master.count, master.moving) == (-43, False)
+
+
+@pytest.mark.parametrize("arguments", [(10, -1), (10, float("nan")), (10, float("inf")), (1.5, 1), (True, 1)])
+def test_no_such_move(clock, arguments):
+    with pytest.raises(UsageError, match=r"move\("):
+        Master(clock).move(*arguments)

@@ -1,0 +1,63 @@
+"""Data sheets of servo motors and their loads."""
+
+from dataclasses import replace
+from math import inf, pi
+
+import pytest
+
+from axistwin.errors import UsageError
+from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
+
+
+def test_the_data_sheets_are_those_of_such_motors():
+    """Rated torque about 0.07, 0.34 and 1 N·m; rated current leaves 5 K to 70 °C in air of 25 °C."""
+    for motor, torque in ((FRAME17, 0.07), (FRAME23, 0.34), (FRAME34, 1.0)):
+        assert motor.torque_constant_nm_per_a * motor.continuous_current_a == pytest.approx(torque, rel=0.05)
+        watts = motor.continuous_current_a**2 * motor.winding_resistance_ohm
+        assert 35 < watts * motor.housing_to_ambient_k_per_w <= 41
+        assert motor.counts_per_radian * 2 * pi == pytest.approx(motor.counts_per_rev)
+
+
+def test_a_motor_by_name_or_by_values():
+    assert servo_motor("frame17") is FRAME17
+    assert servo_motor(FRAME34) is FRAME34
+    assert servo_motor({"supply_voltage_v": 24}) == replace(FRAME23, supply_voltage_v=24)
+    assert servo_motor({"model": "frame34", "kp": 100}).tuning == (100, 28, 550, 15, 1, 0, 0, 0)
+    assert servo_load() == servo_load({}) == ServoLoad()
+    assert servo_load({"gravity_torque_nm": -0.1}).gravity_torque_nm == -0.1
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("frame42", "motor='frame42': choose one of frame17, frame23, frame34, or give values"),
+        (7, "motor=7: choose one of"),
+        ({"model": "big"}, "motor='big': choose one of"),
+        ({"volts": 24}, "motor: there is no volts; choose from model, torque_constant_nm_per_a"),
+        ({"supply_voltage_v": 0}, "motor: supply_voltage_v=0: give a number above 0 to 1e[+]06"),
+        ({"supply_voltage_v": "24"}, "motor: supply_voltage_v='24': give a number"),
+        ({"supply_voltage_v": inf}, "motor: supply_voltage_v=inf: give a number"),
+        ({"coulomb_friction_nm": -0.1}, "motor: coulomb_friction_nm=-0.1: give a number from 0"),
+        ({"counts_per_rev": 1000}, "motor: counts_per_rev=1000: give 2000 or 4000"),
+        ({"kp": 65536}, "motor: kp=65536: give a number from 0 to 65535"),
+        ({"kp": 1.5}, "motor: kp=1.5: give a whole number"),
+        ({"ks": 0}, "motor: ks=0: give a number from 1 to 65535"),
+    ],
+)
+def test_a_wrong_motor_is_told_in_one_line(given, message):
+    with pytest.raises(UsageError, match=f"^{message}"):
+        servo_motor(given)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("heavy", "load='heavy': give values such as"),
+        ({"mass": 1}, "load: there is no mass; choose from inertia_kg_m2"),
+        ({"inertia_kg_m2": -1}, "load: inertia_kg_m2=-1: give a number from 0"),
+        ({"gravity_torque_nm": True}, "load: gravity_torque_nm=True: give a number"),
+    ],
+)
+def test_a_wrong_load_is_told_in_one_line(given, message):
+    with pytest.raises(UsageError, match=f"^{message}"):
+        servo_load(given)
