@@ -1,0 +1,71 @@
+"""The motor itself: its terminals and plugs, which are there with and without power."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from axistwin.controllers.product import Product, Store
+from axistwin.controllers.smartmotor.check import check
+from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.inputs import IndexLine
+from axistwin.controllers.smartmotor.motor import Fittings, Motor
+from axistwin.controllers.smartmotor.options import Options
+from axistwin.plant.axes import servo_axis
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.serial import Uart, UartFormat
+
+USER_PINS = "ABCDEFG"
+
+
+class SmartMotor:
+    """A SmartMotor as it is bolted to a machine."""
+
+    def __init__(self, clock: Clock, axes: Mapping[str, Any], options: Options, store: Store) -> None:
+        axis: ServoAxis = axes["shaft"]
+        user_pins = {name: UserPin(clock, name) for name in USER_PINS}
+        self.uart, self.rs485 = Uart(clock, format=UartFormat()), Uart(clock, format=UartFormat())
+        self.options = options
+        self._index = IndexLine(clock)
+        self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True), "index": self._index}
+        self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
+        self._motor: Motor | None = None
+
+    def power(self, on: bool) -> None:
+        """Switch it on or off."""
+        if on and self._motor is None:
+            self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
+            if self._index.watched:
+                self._motor.watch_index()
+        elif not on and self._motor is not None:
+            self._motor.power_off()
+            self._motor = self._index.motor = None
+            self._let_go()
+
+    def _restart(self) -> None:
+        """Z: everything as at power-up."""
+        self.power(False)
+        self.power(True)
+
+    def _let_go(self) -> None:
+        """Without power no pin is an output, and the static brake holds."""
+        for pin in self._fittings.user_pins.values():
+            pin.input()
+        self.pins["brake"].set(True)
+
+
+PRODUCTS = {
+    "smartmotor": Product(
+        model="smartmotor",
+        title="Animatics SmartMotor, firmware 4.76",
+        commands=COMMANDS,
+        axes=("shaft",),
+        options=Options,
+        build=SmartMotor,
+        check=check,
+        make_axis=servo_axis,
+        line=UartFormat(),
+        limit_pins=("D", "C"),
+        closed_level=False,
+    )
+}

@@ -1,0 +1,88 @@
+"""The checker's rules for programs that were written for firmware 4.15 or 4.40: what 4.76 does in another way.
+
+Commands that have been removed, and assignments without an equal sign, are found where the program is read.
+"""
+
+from axistwin.controllers.smartmotor.commands import BRAKE, FAULTS, HARD, SOFT
+from axistwin.controllers.smartmotor.findings import Findings, known
+from axistwin.controllers.smartmotor.functions import CALL_C1, REVERSE
+
+MOTION = ("G", "MT", "MF1", "MF2", "MF4", "MS")
+CLEARING = ("ZS", "Zr", "Zl")
+LIMIT_ROLES = ("UCI", "UDI", "UCO", "UDO", "UCP", "UDM", "SLE")
+BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
+
+
+def check(findings: Findings) -> None:
+    """Apply all rules of this file."""
+    _limits(findings)
+    _direction(findings)
+    _faults_end_programs(findings)
+    _soft_limits(findings)
+    for command, pin in BRAKE_PINS.items():
+        _brake(findings, command, pin)
+
+
+def _limits(findings: Findings) -> None:
+    """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1)."""
+    moves = next(findings.all(*MOTION), None)
+    if moves is None:
+        return
+    if not findings.has(*LIMIT_ROLES, *CLEARING):
+        message = (
+            "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
+            "UCI UDI ZS at the top makes them ordinary inputs"
+        )
+        findings.warn(moves[0], message, HARD)
+    elif findings.has("UCI", "UDI", "UCO", "UDO") and not findings.has(*CLEARING):
+        findings.warn(moves[0], "limit faults from switching on still hold: ZS (or Zr and Zl) is missing", HARD)
+
+
+def _direction(findings: Findings) -> None:
+    """1.4: F=2 had to do with scan errors before."""
+    for number, statement in findings.all("F="):
+        if (known(statement) or 0) & REVERSE:
+            message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
+            findings.warn(number, message, "1.4 Commands modified")
+
+
+def _faults_end_programs(findings: Findings) -> None:
+    """4.1: a position error or overheat ends the program, so it cannot look for them, unless F=32 calls C1."""
+    if findings.sets_function(CALL_C1):
+        return
+    for number in range(len(findings.statements)):
+        looked_at = [
+            name for part in findings.statements[number].computed for name in part.names if name in ("Be", "Bh")
+        ]
+        if looked_at and findings.words[number] in ("IF", "ELSEIF", "WHILE"):
+            message = f"when {looked_at[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
+            findings.warn(number, message, FAULTS)
+
+
+def _soft_limits(findings: Findings) -> None:
+    """3.2: software limits must be disabled before their values are changed."""
+    enabled = -1
+    for number, keyword in enumerate(findings.words):
+        if keyword == "SLE":
+            enabled = number
+        elif keyword == "SLD":
+            enabled = -1
+        elif keyword in ("SLN=", "SLP=") and enabled >= 0:
+            message = (
+                f"software limits are enabled in line {findings.line(enabled)}: SLD before their values are changed"
+            )
+            findings.error(number, message, SOFT)
+
+
+def _brake(findings: Findings, command: str, pin: str) -> None:
+    """5.1: the pin is made an output before, and left alone afterwards."""
+    begun = next(findings.all(command), None)
+    if begun is None:
+        return
+    if f"U{pin}O" not in findings.words[: begun[0]]:
+        findings.warn(begun[0], f"U{pin}O must be given before {command}", BRAKE)
+    disturbing = {f"U{pin}I", f"U{pin}=", *({"RS4", "OCHN()"} if pin == "G" else ())}
+    for number in range(begun[0] + 1, len(findings.words)):
+        reads = any(f"U{pin}" in part.names for part in findings.statements[number].computed)
+        if findings.words[number] in disturbing or reads:
+            findings.warn(number, f"the brake uses pin {pin} since line {findings.line(begun[0])}", BRAKE)

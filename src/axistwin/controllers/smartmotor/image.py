@@ -1,0 +1,135 @@
+"""Section 15 of the base language: a program as text and as the image that a host's compiler makes of it (.smx).
+
+The motor keeps the text without comments and needless blanks, each line ended by LF.  In the image a word of program
+flow carries the place where the program goes on: `$`, its first letter, four hexadecimal digits, and what follows its
+third letter, so that WHILE becomes $W003CLE, LOOP $L0000P and IF $I003F.  Places count characters of the text.
+
+    $4 LLL SSSSSS NNNNNN HHHHHH 0000   labels, sum and length of the text, sum of the label addresses (hexadecimal)
+    llllaaaa ...                       for each label Cn its number and its place
+    text with jumps                    up to FF, behind which a compiler may leave a note
+
+The form of the words is known from users; of the header only sums and length are, from later firmware.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+JUMPING = ("IF", "ELSEIF", "ELSE", "WHILE", "LOOP", "SWITCH", "CASE", "DEFAULT", "BREAK")
+WORDS = {(word[0], word[3:]): word for word in JUMPING}
+END_OF_TEXT = b"\xff"
+
+_code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
+_word = re.compile(r'(?:"[^"\n]*(?:"|(?=\n)|$)|[^ \t\n"])+')
+_line_end = re.compile(r"[\r\n\0]+")
+_label = re.compile(r"C(\d{1,3})", re.ASCII)
+_jump = re.compile(r"\$([A-Z])[0-9A-F]{4}(.*)")
+_header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]{10}\n?")
+
+
+def strip(source: str) -> str:
+    """Source text without comments and needless blanks, as the motor keeps it."""
+    lines = (_word.findall(_code.match(line)[0]) for line in _line_end.split(source))  # type: ignore[index]
+    return "".join(" ".join(words) + "\n" for words in lines if words)
+
+
+def labels(text: str) -> dict[int, int]:
+    """The place of each label Cn in a text; of a label that stands there twice the first one."""
+    places: dict[int, int] = {}
+    for place, word, _ in _words(text):
+        match = _label.fullmatch(word)
+        if match:
+            places.setdefault(int(match[1]), place)
+    return places
+
+
+def sums(text: str) -> tuple[int, int]:
+    """What RCKS reports: the sums of the bytes of the label addresses and of the text, 24 bits each."""
+    addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
+    return addresses & 0xFFFFFF, sum(text.encode("latin-1")) & 0xFFFFFF
+
+
+@dataclass
+class _Block:
+    """An IF, WHILE or SWITCH that is open."""
+
+    word: str
+    place: int
+    waiting: int | None
+    """The word that has to know where the next branch is."""
+    leaving: list[int] = field(default_factory=list)
+    """Words that go behind the end of the block."""
+
+
+def encode(text: str) -> bytes:
+    """The image of a text, as UP sends it."""
+    targets = dict(_targets(text))
+    program = _word.sub(lambda match: _with_target(match, targets), text)
+    table = "".join(f"{number:04X}{place:04X}" for number, place in labels(text).items())
+    header, body = sums(text)
+    head = f"$4{len(table) // 8:03X}{body:06X}{len(text):06X}{header:06X}0000"
+    return (head + table + program).encode("latin-1")
+
+
+def decode(data: bytes) -> tuple[str, bool]:
+    """The text of what has been loaded, an image or plain source, and whether it is intact by its header."""
+    content = data.split(END_OF_TEXT, 1)[0].decode("latin-1")
+    match = _header.match(content)
+    if match is None:
+        return _readable(strip(content)), True
+    count, body, length = (int(digits, 16) for digits in match.groups())
+    text = _readable(strip(content[match.end() + 8 * count :]))
+    return text, (body, length) == (sums(text)[1], len(text))
+
+
+def _readable(text: str) -> str:
+    return _word.sub(lambda match: _without_target(match[0]), text)
+
+
+def _without_target(word: str) -> str:
+    match = _jump.fullmatch(word)
+    return WORDS.get((match[1], match[2]), word) if match else word
+
+
+def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
+    word, target = match[0], targets.get(match.start())
+    return word if target is None else f"${word[0]}{target:04X}{word[3:]}"
+
+
+def _words(text: str) -> Iterator[tuple[int, str, int]]:
+    """Each word of a text: its place, itself, and the place behind it."""
+    for match in _word.finditer(text):
+        yield match.start(), match[0], match.end() + 1
+
+
+def _targets(text: str) -> Iterator[tuple[int, int]]:
+    """The place of each word that jumps, and where to.  A word without its counterpart jumps nowhere."""
+    blocks: list[_Block] = []
+    for place, word, behind in _words(text):
+        if word in ("IF", "WHILE", "SWITCH"):
+            blocks.append(_Block(word, place, place))
+        elif word == "BREAK":
+            around = [block for block in blocks if block.word != "IF"]
+            if around:
+                around[-1].leaving.append(place)
+        elif blocks and word in PARTS[blocks[-1].word]:
+            yield from _part(blocks[-1], place, word, behind)
+            if word in ENDS:
+                blocks.pop()
+
+
+PARTS = {"IF": ("ELSEIF", "ELSE", "ENDIF"), "WHILE": ("LOOP",), "SWITCH": ("CASE", "DEFAULT", "ENDS")}
+ENDS = ("ENDIF", "LOOP", "ENDS")
+
+
+def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
+    """The jumps that are known when a block has come to this word."""
+    if block.waiting is not None:
+        yield block.waiting, behind if word in (*ENDS, "ELSE") else place
+    block.waiting = None if word == "ELSE" else place
+    if word == "ELSE":
+        block.leaving.append(place)
+    elif word == "LOOP":
+        yield place, block.place
+    if word in ENDS:
+        yield from ((leaver, behind) for leaver in block.leaving)

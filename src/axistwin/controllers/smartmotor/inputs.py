@@ -1,0 +1,225 @@
+"""What reaches the motor from its machine: user pins, switches, the external encoder, the shaft and its load.
+
+It is also what the axis asks where the shaft is (`ServoAxis`'s source).
+"""
+
+from array import array
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from axistwin.controllers.smartmotor import machine
+from axistwin.controllers.smartmotor.core import SAMPLE_NS
+from axistwin.controllers.smartmotor.state import (
+    ANALOG,
+    BT,
+    COMMANDED,
+    MASTER,
+    MASTER_ADD,
+    MASTER_DIV,
+    MASTER_END,
+    MASTER_LEFT,
+    MASTER_REM,
+    MASTER_SEEN,
+    MASTER_STEP,
+    MASTER_WAY,
+    PINS,
+    SAMPLE,
+    STEPS,
+    WINDOW_HIGH,
+    WINDOW_LOW,
+)
+from axistwin.plant.counts import Samples
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin, UserPin
+from axistwin.units import S
+
+if TYPE_CHECKING:
+    from axistwin.controllers.smartmotor.motor import Motor
+
+NAMES = "ABCDEFG"
+QUADRATURE = (0, 1, 3, 2)
+"""Pins A (1) and B (2) in the order in which they change when the encoder turns forwards."""
+
+
+class IndexLine(Pin):
+    """The encoder's index mark, high while the shaft stands on it.  It is looked up, unless somebody watches it."""
+
+    def __init__(self, clock: Clock) -> None:
+        super().__init__(clock, "index")
+        self.motor: Motor | None = None
+        self.watched = False
+
+    @property
+    def level(self) -> bool:
+        """Whether the shaft stands on the mark; a test lead has the last word."""
+        return super().level if self.driven or self.motor is None else self.motor.at_index
+
+    def drive(self, level: bool) -> None:
+        """Force the line; a rising edge captures the position as the mark does."""
+        before = self.level
+        super().drive(level)
+        if self.motor is not None:
+            self.motor.force_index(bool(level), rising=bool(level) and not before)
+
+    def release(self) -> None:
+        """Take the test lead away."""
+        super().release()
+        if self.motor is not None:
+            self.motor.force_index(False, rising=False)
+
+    def watch(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
+        """Call `watcher(pin)` at every change."""
+        self.watched = True
+        if self.motor is not None:
+            self.motor.watch_index()
+        return super().watch(watcher)
+
+    def show(self) -> None:
+        """The shaft has come to the mark, or has left it."""
+        if not self.driven:
+            self._announce()
+
+
+class Inputs:
+    """Keeps the motor's numbers for its inputs true."""
+
+    def __init__(self, motor: "Motor") -> None:
+        self.motor, self.axis = motor, motor.axis
+        self._undo: list[Callable[[], object]] = []
+        for bit, name in enumerate(NAMES):
+            pin = motor.pins[name]
+            self._undo.append(pin.watch(partial(self._level, bit)))
+            self._undo.append(pin.watch_volts(partial(self._volts, bit)))
+            motor.i[PINS] |= pin.level << bit
+            motor.i[ANALOG + bit] = pin.analog
+        master = self.axis.master
+        for listeners, action in ((master.before_change, self.catch_up), (master.on_change, self._master)):
+            listeners.append(action)
+            self._undo.append(partial(listeners.remove, action))
+        motor.core.listeners.append(self._publish)
+        self._by_hand = 0
+        """Edges that have come through the pins themselves."""
+        self._quadrature = motor.i[PINS] & 3
+        self._take_axis()
+        self._master()
+        motor.i[MASTER_SEEN] = motor.i[MASTER]
+
+    def close(self) -> None:
+        """The power is gone."""
+        for undo in self._undo:
+            undo()
+
+    # Pins
+
+    def _level(self, bit: int, pin: Pin) -> None:
+        self.catch_up()
+        i = self.motor.i
+        i[PINS] = i[PINS] & ~(1 << bit) | pin.level << bit
+        if bit <= 1:
+            self._count(bit)
+
+    def _volts(self, bit: int, pin: UserPin) -> None:
+        self.catch_up()
+        self.motor.i[ANALOG + bit] = pin.analog
+
+    def _count(self, bit: int) -> None:
+        """An edge on pin A or B: a quarter of an encoder's period, or a step on A in the direction of B."""
+        i = self.motor.i
+        before, self._quadrature = self._quadrature, i[PINS] & 3
+        if i[STEPS]:
+            step = (1 if i[PINS] & 2 else -1) if bit == 0 and i[PINS] & 1 else 0
+        else:
+            step = {0: 0, 1: 1, 3: -1}[(QUADRATURE.index(self._quadrature) - QUADRATURE.index(before)) % 4]
+        self._by_hand += step
+        i[MASTER] += step
+        i[MASTER_END] += step
+
+    # External encoder
+
+    def edges(self) -> int:
+        """Edges on pins A and B so far, exactly now."""
+        return self.axis.master.count + self._by_hand
+
+    def _master(self) -> None:
+        """The external encoder begins another run: the kernel counts along from the next sample on.
+
+        It is given the run as it was one sample before that, so that each sample adds the same and carries the rest.
+        """
+        i, core, run = self.motor.i, self.motor.core, self.axis.master.run
+        i[MASTER], i[MASTER_LEFT] = self.edges(), 0
+        core.one_by_one = self._ask if self.axis.master.followed is not None else None
+        first_ns = core.time_ns(i[SAMPLE] + 1)
+        if core.one_by_one is not None or run.counts == 0 or run.end_ns <= self.motor.clock.now:
+            return
+        edges, i[MASTER_DIV] = abs(run.counts), run.duration_ns
+        i[MASTER_WAY] = 1 if run.counts > 0 else -1
+        i[MASTER_STEP], i[MASTER_ADD] = divmod(edges * SAMPLE_NS, run.duration_ns)
+        counted, i[MASTER_REM] = divmod(edges * (first_ns - SAMPLE_NS - run.start_ns), run.duration_ns)
+        i[MASTER] = run.base + i[MASTER_WAY] * counted + self._by_hand
+        i[MASTER_END] = run.base + run.counts + self._by_hand
+        i[MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
+
+    def _ask(self) -> None:
+        """The external encoder sits on an axis that cannot be told in advance: ask it before each sample."""
+        self.motor.i[MASTER] = self.edges()
+
+    # The axis's source
+
+    def look(self) -> None:
+        """Publish what has been by now; nothing is changed."""
+        self.motor.core.catch_up(changing=False)
+
+    def catch_up(self) -> None:
+        """Bring the state to now."""
+        self.motor.catch_up()
+
+    def replan(self) -> None:
+        """Load, jam or ambient temperature have changed."""
+        self._take_axis()
+
+    def position(self) -> int:
+        """Encoder counts, in the machine's own direction."""
+        return self.motor.core.look()
+
+    def commanded(self) -> int:
+        """The trajectory's counts, in the controller's coordinates."""
+        self.look()
+        return self.motor.i[COMMANDED] >> 16
+
+    def velocity(self) -> float:
+        """Counts per second."""
+        return self.motor.core.speed() * S / SAMPLE_NS
+
+    def moving(self) -> bool:
+        """Whether the shaft turns or a trajectory is in progress.  A change of Bt ends a block, so Bt holds for all of it."""
+        return bool(self.motor.i[BT]) or self.velocity() != 0
+
+    def next_sample_ns(self) -> int | None:
+        """When the next sample is done, while something changes."""
+        core = self.motor.core
+        return core.time_ns(core.due + 1) if core.moving else None
+
+    def temperature(self) -> float:
+        """Of the motor, °C."""
+        self.look()
+        return self.motor.f[machine.HOUSING_C]
+
+    def push(self, counts: int) -> None:
+        """Somebody turns the shaft."""
+        machine.push(self.motor.i, counts)
+
+    def _take_axis(self) -> None:
+        motor, axis = self.motor, self.axis
+        machine.set_torque(motor.f, axis.outside_torque)
+        machine.set_jam(motor.f, axis.jammed)
+        machine.set_ambient(motor.i, motor.f, axis.ambient)
+        motor.i[WINDOW_LOW], motor.i[WINDOW_HIGH] = axis.window_low, axis.window_high
+
+    def switches(self) -> None:
+        """The shaft has reached a switch."""
+        self.axis.left_window()
+        self.motor.i[WINDOW_LOW], self.motor.i[WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
+
+    def _publish(self, first: int, shaft: "array[int]", commanded: "array[int]") -> None:
+        self.axis.publish(Samples(self.motor.core.time_ns(first), SAMPLE_NS, shaft, commanded))

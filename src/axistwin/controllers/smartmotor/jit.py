@@ -1,0 +1,156 @@
+"""Compiling what runs once per sample: the same source on lists (plain Python) or arrays (Numba), with the same bits.
+
+`@sampled` marks a function and returns it unchanged.  `best(function)` is its compiled copy where there is one.  All
+marked functions are compiled together, each with globals of its own in which the others are the compiled ones: so they
+must import one another by name (`from ...servo import rotate`), never by module.  Numba is imported only then.
+
+The environment variable AXISTWIN_JIT says what to do: `auto` (compile if Numba is installed), `on` (and complain if it
+is not), `off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from functools import cache
+from hashlib import sha256
+from importlib.util import find_spec
+from logging import getLogger
+from pathlib import Path
+from types import FunctionType
+from typing import Any, TypeVar, cast
+
+from axistwin.errors import MissingExtraError, UsageError
+
+F = TypeVar("F", bound=Callable[..., object])
+
+SLOW = 'SmartMotors run in plain Python, many times slower: pip install "axistwin[fast]"'
+SETTINGS = "auto", "on", "off"
+OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""No test for division by zero, which no function may rely upon; no counting of references to arrays, which takes ten
+times as long as all else; no way in from Python, save for what is called from there."""
+_log = getLogger("axistwin.smartmotor")
+_sampled: dict[tuple[str, str], FunctionType] = {}
+
+
+def sampled(function: F) -> F:
+    """Mark a function that runs in every sample, written in Numba's subset of Python."""
+    _sampled[function.__module__, function.__qualname__] = cast("FunctionType", function)
+    return function
+
+
+@cache
+def setting() -> str:
+    """What AXISTWIN_JIT asks for; read once."""
+    given = os.environ.get("AXISTWIN_JIT", "auto")
+    if given not in SETTINGS:
+        raise UsageError(f"AXISTWIN_JIT={given}: choose one of {', '.join(SETTINGS)}")
+    return given
+
+
+@cache
+def available() -> bool:
+    """Whether functions will be compiled; with AXISTWIN_JIT=on it is an error if they cannot be."""
+    if setting() == "off":
+        return False
+    if find_spec("numba") is not None:
+        return True
+    if setting() == "on":
+        raise MissingExtraError("numba", "fast")
+    _log.info(SLOW)
+    return False
+
+
+def note() -> str:
+    """One line for people if things are slow and could be fast; otherwise empty."""
+    return "" if setting() == "off" or available() else SLOW
+
+
+def best(function: F) -> F:
+    """The compiled copy of a sampled function, or the function itself.  It is compiled when it is called first."""
+    return cast("F", compiled(cast("FunctionType", function))) if available() else function
+
+
+def compiled(function: FunctionType) -> Callable[..., Any]:
+    """The compiled copy that is called from Python.  Its machine code is kept, with all that it calls."""
+    return _compiled(function, tuple(_sampled.values()))
+
+
+@cache
+def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Callable[..., Any]:
+    compiler, kept = _numba(), _cache_directory(functions)
+    kept_before, compiler.config.CACHE_DIR = compiler.config.CACHE_DIR, str(kept or "")
+    try:
+        options = {**OPTIONS, "no_cpython_wrapper": False, "cache": kept is not None}
+        return _copied(function, _spaces(functions)[function.__module__], compiler.njit(**options))
+    finally:
+        compiler.config.CACHE_DIR = kept_before
+
+
+@cache
+def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
+    """The globals of each module with compiled functions in them, which call one another."""
+    compiler = _numba().njit(**OPTIONS)
+    spaces = {function.__module__: dict(function.__globals__) for function in functions}
+    copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
+    for space in spaces.values():
+        for name, value in space.items():
+            if isinstance(value, FunctionType) and value in copies:
+                space[name] = copies[value]
+    return spaces
+
+
+Compiler = Callable[[FunctionType], Callable[..., Any]]
+
+
+def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -> Callable[..., Any]:
+    """A compiled copy of a function with other globals."""
+    copy = FunctionType(function.__code__, space, function.__name__, function.__defaults__)
+    copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
+    return compiler(copy)
+
+
+@cache
+def _numba() -> Any:
+    """Late: it takes half a second that nobody else should pay."""
+    try:
+        import numba
+    except ImportError as error:
+        raise UsageError(f"numba cannot be loaded ({error}): mend it, or set AXISTWIN_JIT=off") from error
+    return numba
+
+
+def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
+    """Where machine code is kept; None: nowhere, since it cannot be written to or the sources are no files."""
+    if not all(os.path.exists(function.__code__.co_filename) for function in functions):
+        return None
+    try:
+        directory = _user_cache() / "axistwin" / f"smartmotor-{fingerprint(functions)}"
+        directory.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # RuntimeError: nobody's home
+        return None
+    return directory if os.access(directory, os.W_OK) else None
+
+
+def _user_cache() -> Path:
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+
+
+def fingerprint(functions: tuple[FunctionType, ...]) -> str:
+    """Of all that goes into the machine code: the code of each function, the values of its globals, who compiles."""
+    from importlib.metadata import version  # late: slow to import
+
+    digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')}".encode())
+    for function in functions:
+        digest.update(_ingredients(function).encode())
+    return digest.hexdigest()[:16]
+
+
+def _ingredients(function: FunctionType) -> str:
+    code, known = function.__code__, function.__globals__
+    constants = {name: known[name] for name in code.co_names if isinstance(known.get(name), bool | int | float | tuple)}
+    parts = function.__module__, function.__qualname__, function.__defaults__, code.co_varnames, code.co_names
+    return repr((*parts, code.co_consts, constants, code.co_code))

@@ -1,0 +1,63 @@
+"""Lexical rules (3 of the base language): where a command ends, in what a host sends and in the text of a program.
+
+A space, CR, LF or NUL ends a command; between quotes a space does not.  A list of array values goes on until its
+period.  In a program, a tab is a space, `'` begins a comment, and IF, ELSEIF, WHILE, SWITCH and CASE take what stands
+behind the blanks.
+"""
+
+import re
+from collections.abc import Iterator
+
+BEFORE_EXPRESSION = frozenset({"IF", "ELSEIF", "WHILE", "SWITCH", "CASE"})
+
+_blank = re.compile(r"(?:[ \t\r\n\0]+|'[^\r\n\0]*)*")
+_word = re.compile(r"""(?:"[^"\r\n\0]*"?|[^ \t\r\n\0'"])+""")
+_next_word = re.compile(rf"[ \t]+({_word.pattern})")
+_line_end = re.compile(r"\r\n|[\r\n]")
+
+
+def begins_list(text: str) -> bool:
+    """Whether these are array values in a row, `aw[0] 0 100 500 700.` (1.1)."""
+    if not text.startswith(("ab[", "aw[", "al[")):
+        return False
+    deep = 0
+    for at, character in enumerate(text):
+        deep += (character == "[") - (character == "]")
+        if deep == 0 and at > 2:
+            return text[at + 1 : at + 2] in ("", " ", "\t")
+    return False
+
+
+def statements(text: str) -> Iterator[tuple[int, int]]:
+    """Where each statement of a program begins and ends."""
+    at = _skip(text, 0)
+    while at < len(text):
+        match = _word.match(text, at)
+        assert match is not None
+        end = _extended(text, at, match.end())
+        yield at, end
+        at = _skip(text, end)
+
+
+def _skip(text: str, at: int) -> int:
+    match = _blank.match(text, at)
+    assert match is not None
+    return match.end()
+
+
+def _extended(text: str, begin: int, end: int) -> int:
+    """The end of a statement whose first word ends at `end`."""
+    if text[begin:end] in BEFORE_EXPRESSION:
+        match = _next_word.match(text, end)
+        return match.end() if match else end
+    while begins_list(text[begin:end]) and not text.endswith(".", begin, end):
+        match = _next_word.match(text, end)
+        if match is None:
+            break
+        end = match.end()
+    return end
+
+
+def line_begins(text: str) -> list[int]:
+    """Where the lines of a text begin."""
+    return [0, *(match.end() for match in _line_end.finditer(text))]

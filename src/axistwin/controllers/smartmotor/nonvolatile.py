@@ -1,0 +1,76 @@
+"""What a motor keeps without power: its program (section 15 of the base language) and its data EEPROM (section 6)."""
+
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+from axistwin.controllers.product import Store
+from axistwin.errors import UsageError
+
+VERSION = 1
+MOST_EEPROM = 32768
+ERASED = 0xFF
+
+
+@dataclass
+class Nonvolatile:
+    """The contents of both memories."""
+
+    program: str = ""
+    """The text of the program as `image.strip` makes it."""
+    broken: bool = False
+    """A download has not been finished, or was damaged."""
+    locked: bool = False
+    """LOCKP: the program cannot be uploaded."""
+    eeprom: bytearray = field(default_factory=bytearray)
+    """The data EEPROM as far as it has been written to; what lies behind is erased."""
+
+    def save(self, store: Store) -> None:
+        """Keep it, readable for people."""
+        contents = {
+            "version": VERSION,
+            "program": self.program,
+            "broken": self.broken,
+            "locked": self.locked,
+            "eeprom": self.eeprom.hex(),
+        }
+        store.save(json.dumps(contents, indent=1).encode())
+
+    @classmethod
+    def load(cls, store: Store) -> "Nonvolatile":
+        """What was kept, or the memory of a new motor.  Raises UsageError if somebody has spoilt the file."""
+        contents = store.load()
+        if contents is None:
+            return cls()
+        try:
+            return cls._from(json.loads(contents))
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
+            raise UsageError(f"{store} is not the memory of a SmartMotor ({error}): delete it") from None
+
+    @classmethod
+    def _from(cls, kept: Any) -> "Nonvolatile":
+        _require(isinstance(kept, dict) and kept.get("version") == VERSION, "version")
+        _require(isinstance(kept["program"], str), "program")
+        kept["program"].encode("latin-1")
+        _require(isinstance(kept["broken"], bool), "broken")
+        _require(isinstance(kept["locked"], bool), "locked")
+        eeprom = bytearray.fromhex(kept["eeprom"])
+        _require(len(eeprom) <= MOST_EEPROM, "eeprom")
+        return cls(kept["program"], kept["broken"], kept["locked"], eeprom)
+
+    def read(self, place: int, size: int) -> bytes:
+        """Bytes of the data EEPROM."""
+        return bytes(self.eeprom[place : place + size]).ljust(size, bytes((ERASED,)))
+
+    def write(self, place: int, data: bytes) -> bool:
+        """Change bytes of the data EEPROM.  Returns whether that makes a difference."""
+        if self.read(place, len(data)) == data:
+            return False
+        self.eeprom.extend((ERASED,) * (place - len(self.eeprom)))
+        self.eeprom[place : place + len(data)] = data
+        return True
+
+
+def _require(holds: bool, name: str) -> None:
+    if not holds:
+        raise ValueError(f"{name} is wrong")

@@ -1,0 +1,57 @@
+"""What differs from one SmartMotor to the next, and what the manuals leave open."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from axistwin.errors import UsageError
+
+RANGES: dict[str, tuple[int | float, int | float]] = {
+    "statements_per_sample": (1, 100),
+    "boot_window_s": (0.0, 10.0),
+    "debounce_samples": (1, 100),
+    "host_buffer": (2, 4096),
+    "program_bytes": (256, 1 << 20),
+    "data_bytes": (256, 1 << 20),
+    "index_at": (0, 1 << 20),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Keywords of `bench.add("smartmotor", ...)`."""
+
+    statements_per_sample: int = 1
+    """How many statements of its program the motor carries out in a sample of 245,760 ns."""
+    cam_multiplier: Literal["master", "table"] = "master"
+    """What MC2, MC4 and MC8 multiply: the external encoder's counts, or the entries of the cam table."""
+    array_overlay: bool = True
+    """Whether aa…zz and aaa…yyy lie in the memory of al[0…50]."""
+    boot_window_s: float = 0.2
+    """The stored program starts by itself if nothing is heard for so long after switching on."""
+    debounce_samples: int = 3
+    """For how many samples pin G must be low to count as an edge."""
+    host_buffer: int = 32
+    """How many points of host mode the motor can keep."""
+    brake: bool = False
+    """Whether there is a static brake on the shaft."""
+    program_bytes: int = 32768
+    """The size of the program memory."""
+    data_bytes: int = 8000
+    """The size of the data EEPROM."""
+    load_block: Literal[8, 32] = 8
+    """How many bytes of a program are sent before the motor asks for more."""
+    index_at: int = 500
+    """Encoder counts from where the shaft stands at first to the index mark."""
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in RANGES.items():
+            value = getattr(self, name)
+            kinds = (int, float) if isinstance(low, float) else (int,)
+            if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
+                raise UsageError(f"{name}={value!r}: give a number from {low} to {high}")
+        for name in ("array_overlay", "brake"):
+            if not isinstance(getattr(self, name), bool):
+                raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")
+        for name, choices in (("cam_multiplier", ("master", "table")), ("load_block", (8, 32))):
+            if getattr(self, name) not in choices:
+                raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")

@@ -1,0 +1,174 @@
+"""The trajectory generator: what the position loop is to do in this sample (chapter 4 and 5 of the base language).
+
+    v  A ╱‾‾‾‾‾‾╲ A       Every sample the velocity changes by at most A and is at most V.  The largest one is taken
+      ╱          ╲        from which it is still possible to stop at the target, so the move lands on it exactly.
+    ─┴────────────┴─ t
+
+Velocities and accelerations are in 1/65536 count per sample (squared), positions in 1/65536 count.
+"""
+
+import math
+
+from axistwin.controllers.smartmotor.jit import sampled
+from axistwin.controllers.smartmotor.machine import Ints
+from axistwin.controllers.smartmotor.state import (
+    BT,
+    BW,
+    CAM_ORIGIN,
+    COMMANDED,
+    CTR,
+    FACTOR,
+    FOLLOW_REM,
+    M_FOLLOW,
+    M_HOLD,
+    M_POSITION,
+    M_STEP,
+    M_STOP,
+    M_VELOCITY,
+    MASTER,
+    MASTER_ADD,
+    MASTER_DIV,
+    MASTER_END,
+    MASTER_LEFT,
+    MASTER_REM,
+    MASTER_SEEN,
+    MASTER_STEP,
+    MASTER_WAY,
+    MODE,
+    ORIGIN,
+    RATE,
+    RESOLUTION,
+    TARGET,
+    TOP,
+    VELOCITY,
+)
+
+WRAP = 1 << 48
+"""2^32 counts in 1/65536 count."""
+
+
+@sampled
+def way_to_stop(speed: int, rate: int) -> int:
+    """How far it is to a stop if this sample goes `speed` > 0 and every further one `rate` less."""
+    n = (speed + rate - 1) // rate
+    return n * speed - rate * (n * (n - 1) // 2)
+
+
+@sampled
+def fastest(distance: int, rate: int) -> int:
+    """The largest speed whose way to a stop is no longer than `distance` > 0."""
+    n = int((math.sqrt(1.0 + 8.0 * distance / rate) - 1.0) / 2.0)
+    while rate * (n * (n + 1) // 2) < distance:
+        n += 1
+    while n > 1 and rate * (n * (n - 1) // 2) >= distance:
+        n -= 1
+    return (distance + rate * (n * (n - 1) // 2)) // n
+
+
+@sampled
+def approach(velocity: int, remaining: int, top: int, rate: int) -> int:
+    """The velocity of this sample on the way to a target that is `remaining` away."""
+    way = 1 if remaining >= 0 else -1
+    distance = remaining * way
+    speed = velocity * way
+    wanted = min(speed + rate, top)
+    if speed > top:
+        wanted = max(speed - rate, top)
+    if wanted <= 0:
+        return wanted * way  # still going the wrong way, or nowhere
+    # A quick look first: way_to_stop(w) <= w²/2A + w/2 + A/8
+    needed = 4.0 * wanted * wanted + 4.0 * rate * wanted + 1.0 * rate * rate
+    if needed > 8.0 * rate * distance and (distance == 0 or way_to_stop(wanted, rate) > distance):
+        best = 0 if distance == 0 else fastest(distance, rate)
+        wanted = max(min(wanted, best), speed - rate)
+    return wanted * way
+
+
+@sampled
+def towards(velocity: int, wanted: int, rate: int) -> int:
+    """The velocity of this sample on the way to the velocity `wanted`."""
+    if velocity < wanted:
+        return min(velocity + rate, wanted)
+    return max(velocity - rate, wanted)
+
+
+@sampled
+def master_turns(i: Ints) -> None:
+    """The external encoder turns for a sample."""
+    if i[MASTER_LEFT] == 0:
+        return
+    i[MASTER_LEFT] -= 1
+    i[MASTER] += i[MASTER_WAY] * i[MASTER_STEP]
+    i[MASTER_REM] += i[MASTER_ADD]
+    if i[MASTER_REM] >= i[MASTER_DIV]:
+        i[MASTER_REM] -= i[MASTER_DIV]
+        i[MASTER] += i[MASTER_WAY]
+    if i[MASTER_LEFT] == 0:
+        i[MASTER] = i[MASTER_END]
+
+
+@sampled
+def counted(i: Ints) -> int:
+    """How much CTR has counted since the trajectory looked last."""
+    counts = i[MASTER] * i[RESOLUTION] // 4
+    moved = counts - i[MASTER_SEEN]
+    if moved != 0:
+        i[MASTER_SEEN] = counts
+        i[CTR] = (i[CTR] + moved + 0x80000000) % 0x100000000 - 0x80000000
+    return moved
+
+
+@sampled
+def follow(i: Ints, moved: int) -> None:
+    """MF1, MF2, MF4 and MS: one count for each of the external counter; MFR and MSR: MFMUL/MFDIV, remainders kept."""
+    step = moved
+    if i[MODE] != M_FOLLOW and i[MODE] != M_STEP:
+        owed = moved * i[FACTOR] + i[FOLLOW_REM]
+        step = owed // i[TARGET]
+        i[FOLLOW_REM] = owed - step * i[TARGET]
+    i[VELOCITY] = step << 16
+    i[COMMANDED] += step << 16
+
+
+@sampled
+def profile(i: Ints) -> None:
+    """MP, MV, X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
+    mode = i[MODE]
+    velocity = i[VELOCITY]
+    rate = i[RATE]
+    if mode == M_POSITION:
+        remaining = (i[TARGET] << 16) - i[COMMANDED]
+        if rate > 0:
+            velocity = approach(velocity, remaining, i[TOP], rate)
+        i[COMMANDED] += velocity
+        if velocity == remaining and -rate <= velocity <= rate:
+            velocity = 0
+            i[BT] = 0
+        elif velocity == 0 and (rate == 0 or i[TOP] == 0):
+            i[BT] = 0  # no travel, ever
+    elif mode == M_VELOCITY:
+        velocity = towards(velocity, i[TOP], rate)
+        i[COMMANDED] += velocity
+        i[BT] = 0 if velocity == 0 and (i[TOP] == 0 or rate == 0) else 1
+    elif mode == M_STOP:
+        velocity = towards(velocity, 0, rate)
+        i[COMMANDED] += velocity
+        if velocity == 0:
+            i[MODE] = M_HOLD
+            i[BT] = 0
+    i[VELOCITY] = velocity
+
+
+@sampled
+def wrap(i: Ints) -> None:
+    """Beyond 2^31 counts the position goes on at the other end; flag Bw."""
+    turn = 0
+    if i[COMMANDED] >= WRAP // 2:
+        turn = -1
+    elif i[COMMANDED] < -WRAP // 2:
+        turn = 1
+    if turn != 0:
+        i[COMMANDED] += turn * WRAP
+        i[ORIGIN] += turn * (WRAP >> 16)
+        i[CAM_ORIGIN] += turn * (WRAP >> 16)
+        i[BW] = 1
