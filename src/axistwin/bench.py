@@ -2,27 +2,37 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from axistwin.controllers.product import BusDevice, Device, Product, SerialDevice, Store
+from axistwin.controllers.product import (
+    BusDevice,
+    Device,
+    HandshakeDevice,
+    Product,
+    Rs485Device,
+    SerialDevice,
+    Store,
+)
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
-from axistwin.plant.encoder import EncoderData
-from axistwin.plant.stepper import StepperAxis
+from axistwin.plant.axes import Axis
+from axistwin.plant.master import Master
+from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
-from axistwin.plant.torque import Load, StepperMotor
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial import SerialPort, UartFormat
+from axistwin.sim.serial import SerialPort, Uart, UartFormat, Wiring, daisy_chain, direct, shared_pair
 from axistwin.storage import FileStore, MemoryStore
 from axistwin.units import to_ns, to_seconds
 
 LINE = re.compile(r"(?P<baudrate>[1-9]\d*)? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
-FAMILIES = {"if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor"}
+FAMILIES = {
+    "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
+}  # fmt: skip
 """Each model's package in `axistwin.controllers`, imported when the model is first asked for."""
 
 
@@ -40,23 +50,44 @@ class Controller:
     """A controller on a bench, with its plug, its terminals and its axes."""
 
     def __init__(
-        self, name: str, made: Product, device: Device, axes: Mapping[str, StepperAxis], serial: SerialPort | None
+        self, name: str, made: Product, device: Device, axes: Mapping[str, Axis], plug: "_Plug | None" = None
     ) -> None:
         self.name, self.product = name, made
-        self.axes: Mapping[str, StepperAxis] = axes
+        self.axes: Mapping[str, Axis] = axes
         self.pins: Mapping[str, Pin] = device.pins
-        self._device, self._serial = device, serial
+        self._device, self._plug = device, plug
+        self._second: SerialPort | None = None
+        self._lines: dict[str, str] = {}  # which of its channels, serial or rs485, are on which shared line
         self._bus = device.bus if isinstance(device, BusDevice) else None
+        self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
 
     def __repr__(self) -> str:
         return f"<Controller {self.name}: {self.product.model}>"
 
     @property
     def serial(self) -> SerialPort:
-        """The host's end of its serial port.  Raises UsageError if it has none."""
-        if self._serial is None:
+        """The host's end of its serial port.  Raises UsageError if it has none of its own."""
+        if self._plug is None:
             raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
-        return self._serial
+        if "serial" in self._lines:
+            raise UsageError(
+                f"{self.name} is in the daisy chain {self._lines['serial']!r}: talk to the port that `chain` returned"
+            )
+        return self._plug.port
+
+    @property
+    def rs485(self) -> SerialPort:
+        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has none of its own."""
+        if "rs485" in self._lines:
+            raise UsageError(
+                f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
+            )
+        if self._second is None:
+            uart, plug = self._rs485_uart(), self._plug
+            assert plug is not None, "a second channel is beside a first"
+            wiring = shared_pair([uart], instant=plug.instant)
+            self._second = SerialPort(plug.port.clock, wiring, line=plug.format)
+        return self._second
 
     @property
     def bus(self) -> RegisterPort:
@@ -64,6 +95,28 @@ class Controller:
         if self._bus is None:
             raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
         return self._bus
+
+    @property
+    def ports(self) -> dict[str, SerialPort]:
+        """Serial ports of its own that a host talks to, by name; the second channel as soon as somebody has it."""
+        found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
+        if self._second is not None and "rs485" not in self._lines:
+            found[f"{self.name}.rs485"] = self._second
+        return found
+
+    @property
+    def ambient(self) -> float:
+        """The temperature around its motor, in °C.  Raises UsageError if it is not a motor."""
+        return self._motor("is no motor and has no `ambient`").ambient
+
+    @ambient.setter
+    def ambient(self, celsius: float) -> None:
+        self._motor("is no motor and has no `ambient`").ambient = celsius
+
+    @property
+    def master(self) -> Master:
+        """The external encoder wired to its pins A and B.  Raises UsageError if it takes none."""
+        return self._motor("is no motor and has no `master`").master
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""
@@ -74,6 +127,38 @@ class Controller:
         self.power(False)
         self.power(True)
 
+    def _motor(self, complaint: str) -> ServoAxis:
+        if self._servo is None:
+            raise UsageError(f"{self.name} {complaint}: that is for SmartMotors")
+        return self._servo
+
+    def _rs485_uart(self) -> Uart:
+        if not isinstance(self._device, Rs485Device):
+            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+        return self._device.rs485
+
+    def _serial_uart(self) -> Uart:
+        if not isinstance(self._device, SerialDevice) or isinstance(self._device, HandshakeDevice):
+            raise UsageError(f"{self.name} cannot be in a daisy chain: that is for SmartMotors")
+        return self._device.uart
+
+
+@dataclass(frozen=True)
+class _Plug:
+    """A controller's serial connection, and how it was made."""
+
+    port: SerialPort
+    format: UartFormat
+    instant: bool
+
+
+@dataclass(frozen=True)
+class SharedLine:
+    """A daisy chain or an RS-485 line: its host's end, and the motors on it in order."""
+
+    port: SerialPort
+    motors: tuple[Controller, ...]
+
 
 class Bench:
     """Controllers and machines in one virtual time, from 0 ns."""
@@ -81,6 +166,8 @@ class Bench:
     def __init__(self) -> None:
         self.clock = Clock()
         self.controllers: dict[str, Controller] = {}
+        self.lines: dict[str, SharedLine] = {}
+        """Daisy chains and RS-485 lines by name."""
 
     @property
     def now(self) -> int:
@@ -97,7 +184,26 @@ class Bench:
         try:
             return self.controllers[name]
         except KeyError:
-            raise UsageError(f"no controller {name!r} here: there are {', '.join(self.controllers)}") from None
+            known = ", ".join((*self.controllers, *self.lines))
+            raise UsageError(f"no controller {name!r} here: there are {known}") from None
+
+    @property
+    def ports(self) -> dict[str, SerialPort]:
+        """Every serial port that a host may talk to, by name: the controllers' own, then those of shared lines."""
+        own = {name: port for controller in self.controllers.values() for name, port in controller.ports.items()}
+        return own | {name: line.port for name, line in self.lines.items()}
+
+    def port(self, name: str) -> SerialPort:
+        """The host's end of a controller (`motor`), its second channel (`motor.rs485`) or a shared line (`chain`).
+
+        Raises UsageError if there is none of this name.
+        """
+        if name in self.lines:
+            return self.lines[name].port
+        controller, dot, channel = name.rpartition(".")
+        if dot and channel == "rs485" and controller in self.controllers:
+            return self[controller].rs485
+        return self[name].serial
 
     def run(self, seconds: float) -> None:
         """Advance virtual time; everything due by then, inclusive, has happened."""
@@ -108,16 +214,22 @@ class Bench:
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Advance until `condition()` is true or `timeout` seconds have passed; tells which.
 
-        It is asked at every event: an edge, a character, the beginning or end of a motion.  Single pulses are no
-        events, so a condition on a position within a move is seen at the next one.
+        It is asked at every event (an edge, a character, the beginning or end of a motion) and, while a servo moves, at
+        every sample.  Single pulses are no events, so a condition on a stepper's position within a move is seen at the
+        next one.
         """
         deadline_ns = self.clock.now + to_ns(timeout)
+        servos = [controller._servo for controller in self.controllers.values() if controller._servo is not None]
         while not condition():
-            due_ns = self.clock.next_event_ns()
+            samples_ns = (servo.next_sample_ns() for servo in servos)
+            due_ns = min((ns for ns in (self.clock.next_event_ns(), *samples_ns) if ns is not None), default=None)
             if due_ns is None or due_ns > deadline_ns:
                 self.clock.run_to(deadline_ns)
                 return bool(condition())
-            self.clock.step()
+            if due_ns == self.clock.next_event_ns():
+                self.clock.step()
+            else:
+                self.clock.run_to(due_ns)
         return True
 
     def add(
@@ -134,44 +246,92 @@ class Bench:
 
         `state`: directory for what it keeps without power (None: kept as long as the bench).  `line`: the host's
         UART format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: strokes per axis to
-        remember.  An axis name takes that axis's options (`limits`, `home`, `encoder`, `motor`, `load`); everything
-        else is an option of the model.
+        remember (of a servo, ten samples with motion for each).  An axis name takes that axis's options
+        (`limits`, `home`, `encoder`, `motor`, `load`); everything else is an option of the model.
         """
         made = product(model)
         name = name or self._free_name(made.model)
-        if name in self.controllers:
-            raise UsageError(f"there is a controller {name!r} already: choose another name")
+        self._check_name(name)
         axis_options = {axis: _table(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = _options(made, options)
         if type(history) is not int or history < 2:
             raise UsageError(f"history={history!r}: give a number of strokes, 2 or more")
         if line is not None and made.line is None:
             raise UsageError(f"{made.model} has no serial port: leave out `line`")
-        axes = {axis: _axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
+        axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
         store: Store = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
         _fit_switches(made, device, axes, axis_options)
-        serial = _serial_port(self.clock, device, line, made.line) if isinstance(device, SerialDevice) else None
-        controller = Controller(name, made, device, axes, serial)
+        plug = _plug(self.clock, device, line, made.line) if isinstance(device, SerialDevice) else None
+        controller = Controller(name, made, device, axes, plug)
         self.controllers[name] = controller
         device.power(True)
         return controller
 
+    def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
+        """The host's end of an RS232 daisy chain: host, first motor, …, last motor, host.
+
+        What a motor transmits goes to the next one, so each must echo what is to reach the others (`ECHO`).  The
+        chain takes the place of the motors' own `serial` ports, in the format of the first.
+        """
+        return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
+
+    def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
+        """The host's end of an RS485 line: one pair of wires on which everybody hears everybody.
+
+        Two that talk at once garble each other's characters.  It takes the place of the motors' own `rs485` ports.
+        """
+        return self._share("rs485", "rs485", shared_pair, [motor._rs485_uart() for motor in motors], motors, name)
+
+    def _share(
+        self,
+        channel: str,
+        kind: str,
+        wiring: Callable[..., Wiring],
+        uarts: list[Uart],
+        motors: tuple[Controller, ...],
+        name: str | None,
+    ) -> SerialPort:
+        """Put a channel of these motors on a line of its own."""
+        if not motors:
+            raise UsageError(f"{kind}() joins motors: name at least one")
+        for motor in motors:
+            if self.controllers.get(motor.name) is not motor:
+                raise UsageError(f"{motor.name} is not on this bench: {kind}() joins motors of one bench")
+            if channel in motor._lines or motors.count(motor) > 1:
+                raise UsageError(f"{motor.name} is on {motor._lines.get(channel, 'this line')!r} already: name it once")
+        name = name or self._free_name(kind)
+        self._check_name(name)
+        plug = motors[0]._plug
+        assert plug is not None, "motors with channels have a plug"
+        port = SerialPort(self.clock, wiring(uarts, instant=plug.instant), line=plug.format)
+        for motor in motors:
+            motor._lines[channel] = name
+        self.lines[name] = SharedLine(port, motors)
+        return port
+
+    def _check_name(self, name: str) -> None:
+        if name in self.controllers or name in self.lines:
+            kind = "a controller" if name in self.controllers else "a line"
+            raise UsageError(f"there is {kind} {name!r} already: choose another name")
+
     def _free_name(self, model: str) -> str:
-        candidates = (model if n == 1 else f"{model}-{n}" for n in range(1, len(self.controllers) + 2))
-        return next(name for name in candidates if name not in self.controllers)
+        taken = self.controllers.keys() | self.lines.keys()
+        candidates = (model if n == 1 else f"{model}-{n}" for n in range(1, len(taken) + 2))
+        return next(name for name in candidates if name not in taken)
 
 
-def _serial_port(
-    clock: Clock, device: SerialDevice, line: str | UartFormat | None, usual: UartFormat | None
-) -> SerialPort:
-    """The host's end.  Its DTR goes to the device's DSR, its RTS to the device's CTS."""
+def _plug(clock: Clock, device: SerialDevice, line: str | UartFormat | None, usual: UartFormat | None) -> _Plug:
+    """The host's end.  Where there are control lines, its DTR goes to the device's DSR, its RTS to the device's CTS."""
     assert usual is not None, "a product with a serial port names its usual format"
     fmt, instant = line_format(line, usual)
-    port = SerialPort(clock, device.uart, device.dtr, device.rts, line=fmt, instant=instant)
+    wiring = direct(device.uart, instant=instant)
+    if not isinstance(device, HandshakeDevice):
+        return _Plug(SerialPort(clock, wiring, line=fmt), fmt, instant)
+    port = SerialPort(clock, wiring, device.dtr, device.rts, line=fmt)
     connect(port.host.dtr_line, device.dsr)
     connect(port.host.rts_line, device.cts)
-    return port
+    return _Plug(port, fmt, instant)
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
@@ -198,25 +358,6 @@ def _options(made: Product, given: dict[str, Any]) -> Any:
     return made.options(**given)
 
 
-def _axis(clock: Clock, name: str, given: dict[str, Any], history: int) -> StepperAxis:
-    known = ("limits", "home", "encoder", "motor", "load")
-    for option in given:
-        if option not in known:
-            raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
-    for span in ("limits", "home"):
-        _check_span(name, span, given.get(span))
-    try:
-        encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
-        motor = given.get("motor")
-        if motor is not None:
-            points = tuple((float(rate), float(torque)) for rate, torque in motor["torque"])
-            motor = StepperMotor(**{**motor, "torque": points})
-        load = Load(**given["load"]) if given.get("load") is not None else None
-    except (TypeError, KeyError, ValueError) as error:
-        raise UsageError(f"axis {name}: {error}") from None
-    return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, history=history)
-
-
 def _table(name: str, given: object) -> dict[str, Any]:
     """An axis's options as they were given."""
     if not isinstance(given, Mapping):
@@ -224,20 +365,8 @@ def _table(name: str, given: object) -> dict[str, Any]:
     return dict(given)
 
 
-def _check_span(name: str, option: str, given: Any) -> None:
-    """Two positions, the lower one first."""
-    if given is None:
-        return
-    try:
-        first, last = given
-    except (TypeError, ValueError):
-        first = last = None
-    if not (type(first) is int and type(last) is int and first <= last):
-        raise UsageError(f"axis {name}: {option}={given!r}: give two positions, such as (-100, 5000)")
-
-
 def _fit_switches(
-    made: Product, device: Device, axes: Mapping[str, StepperAxis], options: Mapping[str, Mapping[str, Any]]
+    made: Product, device: Device, axes: Mapping[str, Axis], options: Mapping[str, Mapping[str, Any]]
 ) -> None:
     """Limit switches open beyond `limits`; the home input is high within `home`."""
     minus, plus = [], []

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from axistwin import Bench
+from axistwin.apps import programs
 from axistwin.apps.conversation import parse
 from axistwin.apps.operator import command_strings, language_of, send_commands
 from axistwin.apps.player import play
@@ -12,7 +13,7 @@ from axistwin.units import S
 
 PAGE = (Path(__file__).parents[2] / "docs" / "conversations.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
-CONVERSATION, BOARD, DIFFERENCE, COMMAND_LINES, COMMANDS = (text for language, text in BLOCKS if not language)
+CONVERSATION, BOARD, DIFFERENCE, COMMAND_LINES, COMMANDS, SOURCE = (text for language, text in BLOCKS if not language)
 RECORDING, PLAYING = (text for language, text in BLOCKS if language == "python")
 
 
@@ -51,6 +52,15 @@ def test_the_commands_run():
     motor = bench.add("1811").axes["motor"]
     assert send_commands(bench, command_strings(COMMANDS, language_of("1811")), 60 * S) is None
     assert (motor.position, motor.pulse_times().size) == (0, 50_000)
+
+
+def test_the_stored_program_runs(tmp_path, bench):
+    motor = bench.add("smartmotor")
+    (tmp_path / "p.sms").write_text(SOURCE)
+    program = programs.load(tmp_path / "p.sms")
+    program.prepare(bench)
+    assert program.perform(bench, None).note == ""
+    assert (motor.serial.read(), motor.axes["shaft"].position) == (b"2000\r", 2000)
 
 
 def test_a_difference_looks_like_this(bench):

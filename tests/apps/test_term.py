@@ -107,7 +107,7 @@ def test_a_controller_that_does_not_answer_is_told():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["if9"], "no model or port 'if9': if1, if2, 1810, 1811, socket://127.0.0.1:5001, /dev/ttyUSB0"),
+        (["if9"], "no model or port 'if9': if1, if2, 1810, 1811, smartmotor, socket://127.0.0.1:5001, /dev/ttyUSB0"),
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),

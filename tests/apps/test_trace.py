@@ -196,6 +196,9 @@ class _Interrupted:
     def __init__(self, axis, left):
         self._axis, self._left = axis, left
 
+    def catch_up(self):
+        self._axis.catch_up()
+
     def count(self, *span):
         return self._axis.count(*span)
 

@@ -16,6 +16,7 @@ import click
 from axistwin.apps import conversation
 from axistwin.apps.conversation import Act, Do, Say, parse_line
 from axistwin.apps.programs import no_program
+from axistwin.apps.stored import load_source
 from axistwin.apps.typist import command_line
 from axistwin.apps.visible import CHARACTERS, Codec, codec_of
 from axistwin.bench import product
@@ -31,8 +32,8 @@ def check(model: str, program: Path, as_json: bool) -> int:
     """Find what a MODEL would refuse in PROGRAM, and what can hardly be meant, without running it.
 
     PROGRAM is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
-    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x).  For each finding one line is printed,
-    in order of place:
+    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms).  For
+    each finding one line is printed, in order of place:
 
     \b
       moves.if1:3:5: error: unknown character 'x': commands are upper case (manual: Full command list)
@@ -46,6 +47,7 @@ def check(model: str, program: Path, as_json: bool) -> int:
       axistwin check if1 moves.if1
       axistwin check if2 tests/session.talk --json
       axistwin check 1811 moves.181x
+      axistwin check smartmotor home.sms
     """
     made = product(model)
     if made.check is None:
@@ -63,7 +65,7 @@ def check(model: str, program: Path, as_json: bool) -> int:
 
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
     """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
-    text = conversation.load_text(program)
+    text = _text(program)
     lines, unread = text.splitlines(), []
     acts: list[Act] = []
     read = _reader(program, codec)
@@ -78,6 +80,11 @@ def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list
     return sorted([*unread, *(diagnostic for sessions in hosts for diagnostic in checker(sessions))])
 
 
+def _text(program: Path) -> str:
+    """Of a motor's source, what is no ASCII stands in comments."""
+    return load_source(program).decode("ascii") if program.suffix == ".sms" else conversation.load_text(program)
+
+
 def _reader(program: Path, codec: Codec) -> Callable[[str, int, str], Act | None]:
     """What reads a line of such a program."""
     match program.suffix:
@@ -87,6 +94,8 @@ def _reader(program: Path, codec: Codec) -> Callable[[str, int, str], Act | None
             return partial(_command, codec)
         case ".if1":
             return command_line
+        case ".sms":
+            return lambda line, number, _: Say(line.encode("ascii"), line=number)
     raise no_program(program)
 
 
@@ -105,6 +114,8 @@ def _hosts(program: Path, acts: Iterable[Act], lines: Sequence[str], codec: Code
             return _conversation(acts, lines, codec)
         case ".181x":
             return _commands(acts, lines, codec)
+        case ".sms":
+            return _stored(acts)
         case _:
             return _typed(acts)
 
@@ -161,6 +172,17 @@ def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterat
     yield host.sessions
 
 
+def _stored(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
+    """A motor's source: all its characters, comments too, each line ended by CR."""
+    characters = [
+        Sent(byte, act.line, column)
+        for act in acts
+        if isinstance(act, Say)
+        for column, byte in enumerate(act.data + b"\r", start=1)
+    ]
+    yield [Session(tuple(characters), stored=True)]
+
+
 def _power(act: Act, host: _Host) -> None:
     if isinstance(act, Do) and act.target == "power" and act.value in ("off", "low"):
         host.switch_off()
@@ -168,7 +190,7 @@ def _power(act: Act, host: _Host) -> None:
 
 def _tell(program: Path, found: Iterable[Diagnostic]) -> None:
     colours = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
-    lines = conversation.load_text(program).splitlines() if sys.stdout.isatty() else []
+    lines = _text(program).splitlines() if sys.stdout.isatty() else []
     for diagnostic in found:
         place = click.style(f"{program}:{diagnostic.line}:{diagnostic.column}:", bold=True)
         severity = click.style(f"{diagnostic.severity}:", fg=colours[diagnostic.severity], bold=True)

@@ -1,10 +1,18 @@
-"""Curves of what has moved, exactly as the profiles have it: rates are steps, positions straight between them."""
+"""Curves of what has moved: of steppers exactly as the profiles have it, rates in steps, positions straight between.
+
+Servos are drawn from sample to sample: where the shaft was and where it should have been, and the difference.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from axistwin.apps.history import Move
 from axistwin.units import S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 MOST = 20_000
 """Points that a curve may have; with more, neighbours are drawn as the span between their extremes."""
@@ -62,3 +70,23 @@ def position(moves: Sequence[Move], from_ns: int, to_ns: int) -> Curve:
             curve.add(move.end_ns, move.target)
     curve.add(to_ns, moves[-1].target)
     return curve
+
+
+def servo(rows: "NDArray[np.int64]", from_ns: int, to_ns: int) -> tuple[Curve, Curve, Curve]:
+    """Position, commanded position and following error (commanded less actual) of a servo, in counts.
+
+    `rows`: time in ns, position, commanded position; before the first and behind the last everything rests.
+    """
+    import numpy as np
+
+    inside = rows[(rows[:, 0] >= from_ns) & (rows[:, 0] <= to_ns)]
+    times = np.concatenate(([from_ns], inside[:, 0], [to_ns])) / S
+
+    def curve(values: "NDArray[np.int64]") -> Curve:
+        before = np.flatnonzero(rows[:, 0] < from_ns)
+        first = values[before[-1]] if len(before) else values[0]
+        seen = values[(rows[:, 0] >= from_ns) & (rows[:, 0] <= to_ns)]
+        last = seen[-1] if len(seen) else first
+        return Curve(times.tolist(), np.concatenate(([first], seen, [last])).tolist())
+
+    return curve(rows[:, 1]), curve(rows[:, 2]), curve(rows[:, 2] - rows[:, 1])

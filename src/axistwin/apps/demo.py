@@ -1,4 +1,4 @@
-"""`axistwin demo`: a short session with an IF1, an IF2 and an 1811: what was said, what moved, and a picture of it.
+"""`axistwin demo`: a short session with each kind of controller: what was said, what moved, and a picture of it.
 
 The sessions are an example, too: to the controllers they do what `from axistwin import Bench` offers, and no more.
 """
@@ -23,6 +23,7 @@ NEXT = (
     ("axistwin term if1", "talk to one yourself"),
     ("axistwin serve if1 --tcp :5001 --show-hosts", "let your host program talk to one"),
     ("axistwin run if1 moves.if1 --plot moves.png", "run your own command lines"),
+    ("axistwin run smartmotor home.sms --plot home.png", "or the program of a motor"),
     ("axistwin check if1 moves.if1", "what would it refuse?"),
     ("axistwin commands if1", "all there is to say"),
 )
@@ -37,7 +38,8 @@ NEXT = (
     help="Where to draw it: FILE.png or FILE.svg.",
 )
 def demo(plot: Path) -> None:
-    """See it work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes.
+    """See it work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a SmartMotor
+    runs into a limit switch and is held fast.
 
     All of it is computed in virtual time, as fast as it goes.  A picture of what the IF1 moved is written to the
     current directory, or where --plot says.
@@ -57,6 +59,7 @@ def demo(plot: Path) -> None:
         three_motors(_Session(bench, if1))
     power_cut()
     two_registers()
+    motor_with_a_language()
     _chapter("What the IF1 has moved")
     for line in transcript.summary(history):
         click.echo(f"    {line}")
@@ -150,6 +153,30 @@ def two_registers() -> None:
     board.ask("83", "C3 50 hex are 50,000 pulses from absolute zero")
 
 
+def motor_with_a_language() -> None:
+    """Move a SmartMotor, drive it into a limit switch, and hold its shaft."""
+    bench = Bench()
+    motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
+    _chapter("A SmartMotor is a servo motor that understands a language of its own")
+    motor.wait(0.3)
+    motor.ask("RSP", "245.76 µs from sample to sample; firmware 4.76")
+    motor.say("MP A=300 V=400000 P=6000 G", "to 6000 counts, with its own units of speed")
+    motor.wait(0.2)
+    motor.ask("RP", "so far it has come")
+    motor.come_to_rest()
+    motor.ask("RPE", "counts that it is away from where it should be")
+    motor.say("MV G", "on and on: the switch at 9000 stops it")
+    motor.come_to_rest()
+    motor.ask("RMODE", "B: its windings are shorted, which brakes it")
+    motor.look("shaft")
+    motor.say("ZS MP P=0 G", "the fault is cleared; away from the switch")
+    motor.wait(0.2)
+    motor.jam()
+    motor.wait(0.5)
+    motor.ask("RBe", "its position error was too large: it gave up")
+    motor.look("shaft")
+
+
 class _Session:
     """Does things with a controller, and tells what is done and what comes of it."""
 
@@ -219,6 +246,20 @@ class _Session:
     def explain(self, note: str) -> None:
         """A word on what has just been said."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
+
+
+class _MotorSession(_Session):
+    """The same with a servo motor, which is looked at now and then, as it has no single pulses."""
+
+    def come_to_rest(self) -> None:
+        """Wait until its trajectory is done and its shaft stands."""
+        while self.controller.axes["shaft"].moving:
+            self.bench.run(0.01)
+
+    def jam(self) -> None:
+        """Somebody holds its shaft so that it cannot turn."""
+        self.controller.axes["shaft"].jam()
+        self._tell("!", "shaft.jam on", "somebody holds its shaft")
 
 
 class _BoardSession(_Session):

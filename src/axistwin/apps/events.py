@@ -1,13 +1,19 @@
-"""What can be observed on a bench from outside: characters on lines, messages on a bus, and levels that change."""
+"""What can be observed on a bench from outside: characters on lines, messages on a bus, levels and voltages.
+
+`controller` is the name of whom the host talks to (see `partners.py`), or of the controller that a terminal is on.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
 
+from axistwin.apps import partners
+from axistwin.apps.machine import on_a_bus
 from axistwin.bench import Bench, Controller
-from axistwin.sim.pins import Pin
-from axistwin.sim.serial import LineError
+from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.registers import RegisterPort
+from axistwin.sim.serial import LineError, SerialPort
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +51,17 @@ class Changed:
 
 
 @dataclass(frozen=True, slots=True)
+class Turned:
+    """An analog terminal has taken another voltage; if that has changed its level, a `Changed` has told it before."""
+
+    time_ns: int
+    controller: str
+    pin: str
+    volts: float
+    driven: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Broke:
     """A host has sent a break of so many seconds."""
 
@@ -53,40 +70,58 @@ class Broke:
     seconds: float
 
 
-Event = Said | Heard | Changed | Broke
+Event = Said | Heard | Changed | Turned | Broke
+Sink = Callable[[Event], None]
 
 
 @contextmanager
-def observing(bench: Bench, sink: Callable[[Event], None]) -> Iterator[None]:
+def observing(bench: Bench, sink: Sink) -> Iterator[None]:
     """Give `sink` everything that happens on the bench, as it happens."""
     with ExitStack() as stack:
+        for name in partners.names(bench):
+            if partners.at_a_bus(bench, name):
+                _observe_bus(bench, name, bench[name].bus, sink, stack)
+            else:
+                _observe_port(bench, name, bench.port(name), sink, stack)
         for controller in bench.controllers.values():
-            _observe(bench, controller, sink, stack)
+            _observe_pins(bench, controller, sink, stack)
         yield
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
     """All that has a level: the pins, and the control lines of the serial connection or the bus."""
-    if controller.product.attend is not None:
+    if on_a_bus(controller):
         return {**controller.pins, "interrupt": controller.bus.interrupt_line}
-    port = controller.serial
+    port = controller.ports.get(controller.name)
+    if port is None or not port.handshake:
+        return dict(controller.pins)
     lines = {"dtr": port.dtr_line, "rts": port.rts_line, "host.dtr": port.host.dtr_line, "host.rts": port.host.rts_line}
     return {**controller.pins, **lines}
 
 
-def _observe(bench: Bench, controller: Controller, sink: Callable[[Event], None], stack: ExitStack) -> None:
+def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: ExitStack) -> None:
+    clock = bench.clock
+    stack.callback(bus.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(bus.hear(lambda data: sink(Heard(clock.now, name, data))))
+
+
+def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
+    clock = bench.clock
+    stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
+    stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+
+
+def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
     name, clock = controller.name, bench.clock
 
     def changed(pin_name: str, pin: Pin) -> None:
         sink(Changed(clock.now, name, pin_name, pin.level, pin.driven, pin.flashing))
 
-    if controller.product.attend is not None:
-        stack.callback(controller.bus.listen(lambda data: sink(Said(clock.now, name, data))))
-        stack.callback(controller.bus.hear(lambda data: sink(Heard(clock.now, name, data))))
-    else:
-        port = controller.serial
-        stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
-        stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
-        stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+    def turned(pin_name: str, pin: UserPin) -> None:
+        sink(Turned(clock.now, name, pin_name, pin.volts, pin.driven))
+
     for pin_name, pin in terminals(controller).items():
         stack.callback(pin.watch(partial(changed, pin_name)))
+        if isinstance(pin, UserPin):
+            stack.callback(pin.watch_volts(partial(turned, pin_name)))

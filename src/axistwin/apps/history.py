@@ -3,14 +3,18 @@
 import re
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from axistwin.apps.events import Changed, Event, Heard, Said, observing, terminals
-from axistwin.apps.machine import on_a_bus
+from axistwin.apps import partners
+from axistwin.apps.events import Changed, Event, Heard, Said, Turned, observing, terminals
+from axistwin.apps.servo_record import ServoMove, ServoRecord, moves_of
 from axistwin.bench import Bench
 from axistwin.motion.train import Stroke
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.pins import PULLED_UP_VOLTS
 from axistwin.sim.serial import LineError
 from axistwin.units import MS, S
 
@@ -54,6 +58,7 @@ class Move:
     axis: str
     stroke: Stroke
     now_ns: int
+    unit = "pulses"
 
     @property
     def start_ns(self) -> int:
@@ -91,6 +96,9 @@ class Move:
             yield start_ns, segment.rate
 
 
+AnyMove = Move | ServoMove
+
+
 @dataclass
 class History:
     """Everything since `began_ns`; the latest of it, if it was too much."""
@@ -101,12 +109,19 @@ class History:
     """Every terminal's level at the beginning, by controller and name."""
     said: deque[Utterance] = field(default_factory=lambda: deque(maxlen=LENGTH))
     changes: deque[Changed] = field(default_factory=lambda: deque(maxlen=LENGTH))
+    turned: deque[Turned] = field(default_factory=lambda: deque(maxlen=LENGTH))
+    """Voltages that somebody has put on a terminal."""
+    servos: list[ServoRecord] = field(default_factory=list)
+    """What the servo axes have done."""
     _open: dict[tuple[str, bool], Utterance] = field(default_factory=dict)
 
     def take(self, event: Event) -> None:
         """Something has happened."""
         if isinstance(event, Changed):
             self.changes.append(event)
+        elif isinstance(event, Turned):
+            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # else its level says it
+                self.turned.append(event)
         elif isinstance(event, Heard):
             utterance = self._say(event, event.data, by_host=False)
             utterance.errors |= event.errors
@@ -119,19 +134,29 @@ class History:
     @property
     def complete(self) -> bool:
         """Whether nothing had to be forgotten."""
-        trains = [axis.train for controller in self.bench.controllers.values() for axis in controller.axes.values()]
-        return max(len(self.said), len(self.changes)) < LENGTH and not any(train.forgotten for train in trains)
+        lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
+        return max(len(self.said), len(self.changes), len(self.turned)) < LENGTH and not lost
 
-    def moves(self) -> list[Move]:
+    def moves(self) -> list[AnyMove]:
         """What has moved, in order of time."""
+        found: list[AnyMove] = [*self.strokes(), *moves_of(self.servos, self.bench.now)]
+        return sorted(found, key=lambda move: move.start_ns)
+
+    def strokes(self) -> list[Move]:
+        """What steppers have moved, in order of time."""
         found = [
-            Move(controller.name, name, stroke, self.bench.now)
-            for controller in self.bench.controllers.values()
-            for name, axis in controller.axes.items()
+            Move(controller, name, stroke, self.bench.now)
+            for controller, name, axis in self._steppers()
             for stroke in axis.train.strokes
             if stroke.profile.segments and (stroke.end_ns is None or stroke.end_ns > self.began_ns)
         ]
         return sorted(found, key=lambda move: move.start_ns)
+
+    def _steppers(self) -> Iterator[tuple[str, str, StepperAxis]]:
+        for controller in self.bench.controllers.values():
+            for name, axis in controller.axes.items():
+                if isinstance(axis, StepperAxis):
+                    yield controller.name, name, axis
 
     def _say(self, event: Said | Heard, data: bytes, by_host: bool) -> Utterance:
         key = event.controller, by_host
@@ -146,7 +171,17 @@ class History:
         return utterance
 
     def _on_a_bus(self, event: Event) -> bool:
-        return on_a_bus(self.bench[event.controller])
+        return partners.at_a_bus(self.bench, event.controller)
+
+    def listen(self, stack: ExitStack) -> None:
+        """To the servo axes, until the stack is left."""
+        for controller in self.bench.controllers.values():
+            for name, axis in controller.axes.items():
+                if isinstance(axis, ServoAxis):
+                    record = ServoRecord(controller.name, name, axis)
+                    self.servos.append(record)
+                    stack.callback(axis.watch(record.take))
+                    stack.callback(axis.catch_up)
 
 
 @contextmanager
@@ -158,5 +193,7 @@ def watching(bench: Bench) -> Iterator[History]:
         for name, pin in terminals(controller).items()
     }
     history = History(bench, bench.now, levels)
-    with observing(bench, history.take):
+    with ExitStack() as stack:
+        history.listen(stack)
+        stack.enter_context(observing(bench, history.take))
         yield history

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
-from axistwin.bench import Controller
+from axistwin.apps import partners
+from axistwin.bench import Bench, Controller
 from axistwin.controllers.product import BusHost
 from axistwin.sim.serial import SerialPort
 from axistwin.units import MS
@@ -43,6 +44,16 @@ def host_of(controller: Controller) -> Iterator[Host]:
         yield _Bus(attendant)
     finally:
         attendant.close()
+
+
+@contextmanager
+def host_at(bench: Bench, name: str) -> Iterator[Host]:
+    """A host for whoever is reached under this name: a controller, its second channel, or a shared line."""
+    if partners.at_a_bus(bench, name):
+        with host_of(bench[name]) as host:
+            yield host
+    else:
+        yield _Serial(bench.port(name))
 
 
 class _Serial:

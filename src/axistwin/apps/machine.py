@@ -1,16 +1,26 @@
-"""What a conversation can do to a controller and ask of it, by the names people use."""
+"""What a conversation can do to a controller and ask of it, by the names people use.
 
+Pins and axes; of a SmartMotor also voltages, the temperature around it and its external encoder (`master`); and what
+the host's end of a line can do, whether it leads to one controller or is shared by motors.
+"""
+
+import re
 from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation
 from functools import partial
 
 from axistwin.bench import Controller, line_format
 from axistwin.errors import ProgramError, UsageError
-from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.serial import UartFormat
+from axistwin.plant.axes import Axis
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
+from axistwin.sim.serial import SerialPort, UartFormat
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
+SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature")
+_VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V")
+_RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)")
 
 Value = bool | int | float | Decimal
 
@@ -23,14 +33,30 @@ def level_name(level: bool) -> str:
 def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
     """What `! target value` does, when called.  Raises ProgramError if there is no such thing."""
     if target in controller.pins:
-        pin = controller.pins[target]
-        return pin.release if value == "release" else partial(pin.drive, _level(value, "release"))
+        return _pin_action(controller.pins[target], value)
     axis, _, what = target.partition(".")
     if axis in controller.axes and what in ("jam", "load", "push"):
         return _axis_action(controller.axes[axis], what, value)
     if target == "power":
         return partial(controller.power, _level(value))
+    if motor_of(controller) is not None and target in ("ambient", "master"):
+        return _motor_action(controller, target, value)
     return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
+
+
+def attributes(axis: Axis) -> tuple[str, ...]:
+    """What can be asked of an axis."""
+    return SERVO_ATTRIBUTES if isinstance(axis, ServoAxis) else ATTRIBUTES
+
+
+def motor_of(controller: Controller) -> ServoAxis | None:
+    """Its servo axis, if it is a motor."""
+    return next((axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)), None)
+
+
+def voltage(volts: float) -> str:
+    """How a voltage is written."""
+    return f"{volts:g}V"
 
 
 def on_a_bus(controller: Controller) -> bool:
@@ -44,8 +70,46 @@ def _bus_action(controller: Controller, target: str, value: str) -> Callable[[],
     raise _nothing_called(target, (*controller.pins, "power", "init", "AXIS.jam", "AXIS.load", "AXIS.push"))
 
 
+def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
+    if value == "release":
+        return pin.release
+    if not isinstance(pin, UserPin):
+        return partial(pin.drive, _level(value, "release"))
+    if value in LEVELS:
+        return partial(pin.drive, LEVELS[value])
+    found = _VOLTS.fullmatch(value)
+    if found is None:
+        raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, 'release'))} and voltages like 2.5V")
+    volts = float(found["volts"])
+    if not LEAST_VOLTS <= volts <= MOST_VOLTS:
+        raise ProgramError(f"{value} would destroy the pin: it takes 0 to 5 V")
+    return partial(pin.drive, volts)
+
+
+def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    """The temperature around a motor, and its external encoder: `ambient 40`, `master 4000 in 2`."""
+    if target == "ambient":
+        return partial(setattr, controller, "ambient", float(_number(value)))
+    found = _RUN.fullmatch(value)
+    if found is None:
+        raise ProgramError(f"{value!r} is no run of an encoder: write counts and seconds, like 4000 in 2")
+    return partial(controller.master.move, int(found["counts"]), float(found["seconds"]))
+
+
 def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    port = controller.serial
+    port = controller.ports.get(controller.name)
+    if port is not None and target in _line_targets(port):
+        return port_action(port, target, value)
+    lines = () if port is None else _line_targets(port)
+    motor = ("ambient", "master") if motor_of(controller) else ()
+    others = ("power", *lines, *motor, "AXIS.jam", "AXIS.load", "AXIS.push")
+    raise _nothing_called(target, (*controller.pins, *others))
+
+
+def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
+    """What `! target value` does at the host's end of a serial line.  Raises ProgramError if there is no such thing."""
+    if target not in _line_targets(port):
+        raise _nothing_called(target, _line_targets(port))
     match target:
         case "dtr":
             return partial(port.host.dtr_line.set, _level(value))
@@ -53,10 +117,11 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
             return partial(port.host.rts_line.set, _level(value))
         case "break":
             return partial(port.send_break, float(_positive(value)))
-        case "line":
-            return partial(setattr, port.host, "format", _line(value, controller))
-    others = ("power", "dtr", "rts", "break", "line", "AXIS.jam", "AXIS.load", "AXIS.push")
-    raise _nothing_called(target, (*controller.pins, *others))
+    return partial(setattr, port.host, "format", _line(value, port))
+
+
+def _line_targets(port: SerialPort) -> tuple[str, ...]:
+    return ("dtr", "rts", "break", "line") if port.handshake else ("break", "line")
 
 
 def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
@@ -67,15 +132,30 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
     """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
-    lines = ("interrupt",) if on_a_bus(controller) else ("dtr", "rts")
-    if subject in lines:
+    if subject in (lines := _lines(controller)):
         port = controller.bus if on_a_bus(controller) else controller.serial
         return lambda: bool(getattr(port, subject))
     name, _, attribute = subject.partition(".")
-    if name in controller.axes and attribute in ATTRIBUTES:
+    if name in controller.axes and attribute in attributes(controller.axes[name]):
         return _axis_question(controller.axes[name], attribute)
-    axes = (f"{name}.{attribute}" for name in controller.axes for attribute in ATTRIBUTES)
-    raise _nothing_called(subject, ("clock", *controller.pins, *lines, *axes))
+    motor = motor_of(controller)
+    if motor is not None and subject == "ambient":
+        return lambda: controller.ambient
+    if motor is not None and subject == "master":
+        return lambda: controller.master.count
+    if name in controller.pins and attribute == "volts" and isinstance(pin := controller.pins[name], UserPin):
+        return lambda: pin.volts
+    axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
+    others = () if motor is None else ("PIN.volts", "ambient", "master")
+    raise _nothing_called(subject, ("clock", *controller.pins, *lines, *others, *axes))
+
+
+def _lines(controller: Controller) -> tuple[str, ...]:
+    """Control lines that can be asked for."""
+    if on_a_bus(controller):
+        return ("interrupt",)
+    port = controller.ports.get(controller.name)
+    return ("dtr", "rts") if port is not None and port.handshake else ()
 
 
 def agrees(value: Value, wanted: str) -> bool:
@@ -93,7 +173,7 @@ def shown(value: Value) -> str:
     return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
 
 
-def _axis_action(axis: StepperAxis, what: str, value: str) -> Callable[[], object]:
+def _axis_action(axis: Axis, what: str, value: str) -> Callable[[], object]:
     if what == "jam":
         return partial(axis.jam, _level(value))
     if what == "load":
@@ -101,7 +181,7 @@ def _axis_action(axis: StepperAxis, what: str, value: str) -> Callable[[], objec
     return partial(axis.encoder.displace, int(_number(value)))
 
 
-def _axis_question(axis: StepperAxis, attribute: str) -> Callable[[], Value]:
+def _axis_question(axis: Axis, attribute: str) -> Callable[[], Value]:
     if attribute == "encoder":
         return partial(getattr, axis.encoder, "count")
     return partial(getattr, axis, attribute)
@@ -137,8 +217,8 @@ def _decimals(number: Decimal) -> int:
     return max(0, -exponent)
 
 
-def _line(text: str, controller: Controller) -> UartFormat:
+def _line(text: str, port: SerialPort) -> UartFormat:
     try:
-        return line_format(text, controller.serial.host.format)[0]
+        return line_format(text, port.host.format)[0]
     except UsageError as error:
         raise ProgramError(str(error)) from None

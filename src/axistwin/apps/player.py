@@ -11,9 +11,10 @@ from decimal import Decimal
 from functools import partial
 from itertools import takewhile
 
+from axistwin.apps import partners
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
-from axistwin.apps.host import Host, host_of
-from axistwin.apps.machine import Value, action, agrees, question, shown
+from axistwin.apps.host import Host, host_at
+from axistwin.apps.machine import Value, action, agrees, port_action, question, shown
 from axistwin.apps.visible import Codec
 from axistwin.bench import Bench, Controller
 from axistwin.errors import PlacedError, ProgramError, UsageError
@@ -45,6 +46,22 @@ class Difference:
         )
 
 
+SECOND = ".rs485"
+
+
+def open_channels(conversation: Conversation, bench: Bench) -> None:
+    """Connect a host to each second channel that the conversation names (`motor.rs485: > RP`), for all to see.
+
+    Raises ProgramError if there is no such channel.
+    """
+    for act in conversation.acts:
+        if act.controller.endswith(SECOND) and act.controller not in bench.lines:
+            try:
+                bench.port(act.controller)
+            except UsageError as error:
+                raise ProgramError(str(error), file=conversation.file, line=act.line) from None
+
+
 Played = Callable[[], object]
 """Does an act; what it returns is a Difference or means nothing."""
 
@@ -54,6 +71,7 @@ def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -
 
     Raises ProgramError, before anything is done, if it names what the bench does not have.
     """
+    open_channels(conversation, bench)
     with ExitStack() as stack:
         player = _Player(conversation, bench, codec or conversation.codec)
         player.listen(stack)
@@ -66,13 +84,13 @@ def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -
 class _Player:
     def __init__(self, conversation: Conversation, bench: Bench, codec: Codec) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, codec
-        self.heard: dict[str, bytearray] = {name: bytearray() for name in bench.controllers}
+        self.heard: dict[str, bytearray] = {name: bytearray() for name in partners.names(bench)}
         self.hosts: dict[str, Host] = {}
         self.patience_s = self._patience()
 
     def listen(self, stack: ExitStack) -> None:
         for name, heard in self.heard.items():
-            self.hosts[name] = stack.enter_context(host_of(self.bench[name]))
+            self.hosts[name] = stack.enter_context(host_at(self.bench, name))
             self.hosts[name].hear(heard.extend)
 
     def prepare(self, act: Act) -> Played:
@@ -89,10 +107,12 @@ class _Player:
             case Wait():
                 return partial(self._wait, act.ns)
             case Say():
-                return partial(self.hosts[self._controller(act).name].write, act.data)
+                return partial(self.hosts[self._partner(act)].write, act.data)
             case Hear():
-                return partial(self._hear, act, self._controller(act))
+                return partial(self._hear, act, self._partner(act))
             case Do():
+                if act.controller in self.heard and act.controller not in self.bench.controllers:
+                    return port_action(self.bench.port(act.controller), act.target, act.value)
                 return action(self._controller(act), act.target, act.value)
             case Expect():
                 look = self._clock if act.subject == "clock" else question(self._controller(act), act.subject)
@@ -105,6 +125,18 @@ class _Player:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
         names = ", ".join(self.bench.controllers)
         raise ProgramError(f"which controller? Begin the line with its name and a colon: there are {names}")
+
+    def _partner(self, act: Act) -> str:
+        """Whom the host talks to."""
+        if act.controller:
+            if act.controller not in self.heard:
+                raise ProgramError(f"no controller {act.controller!r} to talk to: there are {', '.join(self.heard)}")
+            return act.controller
+        if len(self.heard) == 1 or len(self.bench.controllers) == 1:
+            return next(iter(self.heard))
+        raise ProgramError(
+            f"which controller? Begin the line with its name and a colon: there are {', '.join(self.heard)}"
+        )
 
     def _patience(self) -> float:
         text = self.conversation.headers.get("patience", str(PATIENCE_S))
@@ -119,8 +151,8 @@ class _Player:
     def _wait(self, ns: int) -> None:
         self.bench.clock.run_to(self.bench.now + ns)
 
-    def _hear(self, act: Hear, controller: Controller) -> Difference | None:
-        heard = self.heard[controller.name]
+    def _hear(self, act: Hear, name: str) -> Difference | None:
+        heard = self.heard[name]
         if not act.data:
             return self._unexpected(act.line, heard) if heard else None
         while len(heard) < len(act.data) and act.data.startswith(heard):
@@ -128,7 +160,7 @@ class _Player:
                 what = f"nothing more has come for {self.patience_s:g} s"
                 return self._difference(act.line, what, act.data, bytes(heard))
         if not heard.startswith(act.data):
-            return self._something_else(act, controller, heard)
+            return self._something_else(act, name, heard)
         del heard[: len(act.data)]
         return None
 
@@ -136,10 +168,10 @@ class _Player:
         before = len(heard)
         return self.bench.run_until(lambda: len(heard) > before, seconds)
 
-    def _something_else(self, act: Hear, controller: Controller, heard: bytearray) -> Difference:
+    def _something_else(self, act: Hear, name: str, heard: bytearray) -> Difference:
         """The wrong character has come; let it finish its words, so that one can see what it meant."""
         now_ns = self.bench.now
-        pause_s = to_seconds(self.hosts[controller.name].pause_ns)
+        pause_s = to_seconds(self.hosts[name].pause_ns)
         while len(heard) < len(act.data) + 32 and self._more(heard, pause_s):
             pass
         return self._difference(act.line, "the controller says something else", act.data, bytes(heard), now_ns)

@@ -1,13 +1,16 @@
-"""Draws velocity and position of every axis that has moved over time, and below them levels and what was said."""
+"""Draws what has moved over time, and below it levels and what was said.
+
+Of a stepper velocity and position; of a servo its position, where it should have been, and the following error.
+"""
 
 from collections.abc import Iterator, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from axistwin.apps import curves
+from axistwin.apps import curves, partners
 from axistwin.apps.history import History, Move, Utterance
-from axistwin.apps.visible import codec_of
+from axistwin.apps.servo_record import ServoRecord
 from axistwin.errors import UsageError
 from axistwin.units import S
 
@@ -23,7 +26,7 @@ STYLE: dict[Any, Any] = {  # `rc_context` knows its keys by name
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
 }  # fmt: skip
-WIDTH, VELOCITY, POSITION, LANE, WORDS = 10, 1.15, 0.95, 0.24, 0.75
+WIDTH, VELOCITY, POSITION, ERROR, LANE, WORDS = 10, 1.15, 0.95, 0.75, 0.24, 0.75
 """Width of the picture and heights of its parts, in inches."""
 WORDS_SIZE, ROWS, ROW_INCHES = 7.5, 2, 8.6
 """Words: font size, rows of text for each speaker, and about how many inches they have from left to right."""
@@ -55,8 +58,11 @@ class _Picture:
     def __init__(self, history: History, title: str) -> None:
         self.history, self.title = history, title
         self.moves: dict[str, list[Move]] = {}
-        for move in history.moves():
+        for move in history.strokes():
             self.moves.setdefault(self._name(move.controller, move.axis), []).append(move)
+        self.servos: dict[str, ServoRecord] = {
+            self._name(servo.controller, servo.name): servo for servo in history.servos if len(servo.points())
+        }
         self.from_ns, self.edge_ns = self._span()
         self.to_ns = min(self.edge_ns, history.bench.now)
         self.lanes = self._lanes()
@@ -68,8 +74,9 @@ class _Picture:
     def _span(self) -> tuple[int, int]:
         """The time in which something moves or switches, and a little around it; else all there is."""
         changes = [change for change in self.history.changes if change.pin not in (*UNSEEN, "led", "dtr")]
-        begins = [move.start_ns for moves in self.moves.values() for move in moves]
-        ends = [move.end_ns or self.history.bench.now for moves in self.moves.values() for move in moves]
+        moves = self.history.moves()
+        begins = [move.start_ns for move in moves]
+        ends = [move.end_ns or self.history.bench.now for move in moves]
         times = [*begins, *ends, *(change.time_ns for change in changes)]
         if not times:
             return self.history.began_ns, max(self.history.bench.now, self.history.began_ns + 1)
@@ -95,15 +102,19 @@ class _Picture:
         from matplotlib.figure import Figure
         from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-        heights = [VELOCITY, POSITION] * len(self.moves)
+        heights = [VELOCITY, POSITION] * len(self.moves) + [VELOCITY, ERROR] * len(self.servos)
         heights += [0.2 + LANE * len(self.lanes)] * bool(self.lanes) + [WORDS]
         size = (WIDTH, sum(heights) + 0.16 * len(heights) + 0.9)
         figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.02, h_pad=0.05, w_pad=0.12))
         rows = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0])
         rows[0].set_xlim(self.from_ns / S, self.edge_ns / S)
-        for (name, moves), colour in zip(self.moves.items(), cycle(COLOURS), strict=False):
+        colours = cycle(COLOURS)
+        for name, moves in self.moves.items():
+            colour = next(colours)
             self._draw_velocity(rows.pop(0), name, moves, colour)
             self._draw_position(rows.pop(0), name, moves, colour)
+        for name, servo in self.servos.items():
+            self._draw_servo(rows.pop(0), rows.pop(0), name, servo, next(colours))
         if self.lanes:
             self._draw_lanes(rows.pop(0))
         self._draw_words(rows.pop(0))
@@ -123,6 +134,19 @@ class _Picture:
         curve = curves.position(moves, self.from_ns, self.to_ns).thinned()
         row.plot(curve.times, curve.values, color=colour, linewidth=1.4)
         _dress(row, f"{name}  position\npulses")
+
+    def _draw_servo(self, row: "Axes", below: "Axes", name: str, servo: ServoRecord, colour: str) -> None:
+        position, commanded, error = (
+            curve.thinned() for curve in curves.servo(servo.points(), self.from_ns, self.to_ns)
+        )
+        row.plot(position.times, position.values, color=colour, linewidth=1.4, label="position")
+        row.plot(commanded.times, commanded.values, color=INK, linewidth=0.8, linestyle="--", label="commanded")
+        row.legend(loc="best", frameon=False, fontsize=7.5)
+        _dress(row, f"{name}  position\ncounts")
+        below.fill_between(error.times, error.values, color=colour, alpha=0.22, linewidth=0)
+        below.plot(error.times, error.values, color=colour, linewidth=0.9)
+        below.axhline(0, color="#808080", linewidth=0.6)
+        _dress(below, f"{name}  following\nerror, counts")
 
     def _draw_lanes(self, row: "Axes") -> None:
         """One lane per terminal: a line that is up when the level is high, lit underneath."""
@@ -153,7 +177,7 @@ class _Picture:
         row.set_xlabel("seconds")
 
     def _shown(self, utterance: Utterance) -> str:
-        return codec_of(self.history.bench[utterance.controller].product).show(bytes(utterance.data))
+        return partners.codec_at(self.history.bench, utterance.controller).show(bytes(utterance.data))
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
         """Where there is room for a text: from when on, and in which of the rows."""

@@ -2,7 +2,7 @@
 
 `.talk` is a conversation.  `.if1` are IF1/IF2 command lines as typed at a terminal; the initialisation is done first.
 `.181x` are commands for an 1810 or 1811, in hex or by name.  In both `;` starts a comment, and a conversation's
-`+seconds` and `! input1 high` lines may stand between them.
+`+seconds` and `! input1 high` lines may stand between them.  `.sms` is the source of a SmartMotor's stored program.
 """
 
 import shlex
@@ -13,7 +13,8 @@ from pathlib import Path
 
 from axistwin.apps.conversation import Act, Conversation, load_text, parse
 from axistwin.apps.operator import command_strings, language_of, send_commands
-from axistwin.apps.player import Difference, play
+from axistwin.apps.player import Difference, open_channels, play
+from axistwin.apps.stored import load_source, only_motor, store_program
 from axistwin.apps.typist import command_lines, settle, type_lines
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
@@ -21,6 +22,8 @@ from axistwin.units import S
 
 BOUND_NS = 3600 * S
 """A program that never ends is watched for so long, unless one says how long."""
+STORED_BOUND_NS = 60 * S
+"""The same for a motor's stored program: most of them are loops that never end."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,8 @@ class Program:
 
     perform: Callable[[Bench, int | None], Outcome]
     options: tuple[str, ...] = ()
+    prepare: Callable[[Bench], object] = lambda bench: None
+    """What is done to the bench before anybody looks."""
 
 
 def load(path: Path, target: str = "") -> Program:
@@ -44,18 +49,22 @@ def load(path: Path, target: str = "") -> Program:
     match path.suffix:
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
-            return Program(partial(_converse, conversation), options(conversation))
+            prepare = partial(open_channels, conversation)
+            return Program(partial(_converse, conversation), options(conversation), prepare)
         case ".if1":
             return Program(partial(_type, tuple(command_lines(load_text(path), str(path))), str(path)))
         case ".181x":
             acts = tuple(command_strings(load_text(path), language_of(target), str(path)))
             return Program(partial(_send, acts, str(path)))
+        case ".sms":
+            source = load_source(path)
+            return Program(partial(_run_stored, str(path)), prepare=partial(store_program, source, str(path)))
     raise no_program(path)
 
 
 def no_program(path: Path) -> UsageError:
     """What to tell about a file of no known kind."""
-    kinds = "name a conversation .talk, command lines .if1, commands for an 1811 .181x"
+    kinds = "name a conversation .talk, command lines .if1, commands for an 1811 .181x, a SmartMotor's source .sms"
     return UsageError(f"{path} is no kind of program: {kinds}")
 
 
@@ -81,6 +90,13 @@ def _type(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) 
 def _send(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) -> Outcome:
     deadline_ns = BOUND_NS if until_ns is None else until_ns
     return _settled(bench, send_commands(bench, acts, deadline_ns, file), until_ns, deadline_ns)
+
+
+def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
+    """The motor has just been switched on: a word in its first 200 ms keeps it from starting by itself."""
+    only_motor(bench, file).serial.write(b"RUN\r")
+    deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns
+    return _settled(bench, None, until_ns, deadline_ns)
 
 
 def _settled(bench: Bench, note: str | None, until_ns: int | None, deadline_ns: int) -> Outcome:

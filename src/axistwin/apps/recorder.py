@@ -9,13 +9,15 @@ from contextlib import contextmanager
 from decimal import Decimal
 from pathlib import Path
 
+from axistwin.apps import partners
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
-from axistwin.apps.events import Broke, Changed, Event, Heard, Said, observing
-from axistwin.apps.machine import level_name
-from axistwin.apps.visible import CHARACTERS, codec_of
+from axistwin.apps.events import Broke, Changed, Event, Heard, Said, Turned, observing
+from axistwin.apps.machine import level_name, voltage
+from axistwin.apps.visible import CHARACTERS
 from axistwin.bench import Bench, line_format
 from axistwin.errors import UsageError
-from axistwin.plant.stepper import StepperAxis
+from axistwin.plant.axes import Axis
+from axistwin.sim.pins import PULLED_UP_VOLTS, UserPin
 from axistwin.sim.serial import UartFormat
 from axistwin.units import S
 
@@ -23,7 +25,7 @@ PAUSE_NS = 1 * S
 """A silence longer than this inside something said makes two things of it, and is told before the second."""
 
 
-def _axes(bench: Bench) -> Iterator[tuple[str, str, StepperAxis]]:
+def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
     for name, controller in bench.controllers.items():
         for axis, motor in controller.axes.items():
             yield name, axis, motor
@@ -41,9 +43,9 @@ class Recorder:
         self._last_ns = 0
         self._forced: set[tuple[str, str]] = set()
         self._formats: dict[str, UartFormat] = {
-            name: line_format(headers.get("line") or None, controller.product.line)[0]
-            for name, controller in bench.controllers.items()
-            if controller.product.line is not None
+            name: self._usual_format(name, headers.get("line") or None)
+            for name in partners.names(bench)
+            if not partners.at_a_bus(bench, name)
         }
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
@@ -61,6 +63,8 @@ class Recorder:
                 )
             case Changed():
                 self._changed(event)
+            case Turned():
+                self._turned(event)
 
     def finish(self) -> None:
         """Tell the end: the time, and where the axes stand that have moved."""
@@ -72,7 +76,9 @@ class Recorder:
 
     def conversation(self) -> Conversation:
         """What has been recorded."""
-        codec = codec_of(next(iter(self.bench.controllers.values())).product) if self.bench.controllers else CHARACTERS
+        codec = (
+            partners.codec_at(self.bench, next(iter(self.bench.controllers))) if self.bench.controllers else CHARACTERS
+        )
         return Conversation(tuple(self.acts), codec=codec)
 
     def _heard(self, event: Heard) -> None:
@@ -105,19 +111,40 @@ class Recorder:
 
     def _changed(self, event: Changed) -> None:
         """What somebody does to a terminal is an act, what the controller does to it is not."""
+        if isinstance(self.bench[event.controller].pins.get(event.pin), UserPin):
+            return  # its voltage tells it
+        released = self._let_go(event)
+        if event.driven or released or event.pin.startswith("host."):
+            self._do(event, "release" if released else level_name(event.level))
+
+    def _turned(self, event: Turned) -> None:
+        """The same with a terminal that has a voltage."""
+        released = self._let_go(event)
+        if event.driven or released:
+            level = {0.0: "low", PULLED_UP_VOLTS: "high"}.get(event.volts, voltage(event.volts))
+            self._do(event, "release" if released else level)
+
+    def _let_go(self, event: Changed | Turned) -> bool:
+        """Whether somebody has forced the terminal until now, and does not any more."""
         key = event.controller, event.pin
         released = key in self._forced and not event.driven
         if event.driven:
             self._forced.add(key)
         self._forced -= {key} if released else set()
-        if event.driven or released or event.pin.startswith("host."):
-            self._told()
-            self._wait_until(event.time_ns)
-            value = "release" if released else level_name(event.level)
-            self._add(Do(event.pin.removeprefix("host."), value, controller=self._name(event.controller)))
+        return released
+
+    def _do(self, event: Changed | Turned, value: str) -> None:
+        self._told()
+        self._wait_until(event.time_ns)
+        self._add(Do(event.pin.removeprefix("host."), value, controller=self._name(event.controller)))
+
+    def _usual_format(self, name: str, line: str | None) -> UartFormat:
+        """The format that a player's host will have."""
+        usual = self.bench[name].product.line if name in self.bench.controllers else None
+        return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
     def _note_format(self, name: str) -> None:
-        present = self.bench[name].serial.host.format
+        present = self.bench.port(name).host.format
         if present != self._formats[name]:
             self._formats[name] = present
             self._add(Do("line", str(present), controller=self._name(name)))
@@ -134,7 +161,7 @@ class Recorder:
             self._told_ns = time_ns
 
     def _name(self, controller: str) -> str:
-        return controller if len(self.bench.controllers) > 1 else ""
+        return controller if partners.several(self.bench) else ""
 
     def _add(self, act: Act) -> None:
         self.acts.append(act)

@@ -52,15 +52,17 @@ def run(
     """Run PROGRAM on a MODEL, or on the controllers of a scene, in virtual time at full speed.
 
     PROGRAM is a conversation (.talk), or IF1/IF2 command lines as typed at a terminal (.if1), or commands for an 1810
-    or 1811 in hex or by name (.181x).  The initialisation is done first, a line is sent when the one before is done,
-    `;` starts a comment, `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller did not say or do
-    what the conversation has.
+    or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before it is
+    switched on.  Of command lines the initialisation is done first, a line is sent when the one before is done, `;`
+    starts a comment, `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller did not say or do what
+    the conversation has.
 
     \b
     Examples:
       axistwin run if1 moves.if1
       axistwin run if1 moves.if1 --plot moves.png --trace moves.vcd
       axistwin run 1811 moves.181x --plot moves.svg
+      axistwin run smartmotor home.sms --for 10 --option shaft.motor=frame23
       axistwin run if1 forever.if1 --for 3600 --json
       axistwin run if2 locked.talk --state ./battery --option wiring=3-wire
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
@@ -71,6 +73,7 @@ def run(
 
         check_suffix(plot)
     bench = bench_for(target, (*loaded.options, *options), state)
+    loaded.prepare(bench)
     with ExitStack() as stack:
         history = stack.enter_context(watching(bench))
         for path in traces:

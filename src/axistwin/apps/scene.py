@@ -12,19 +12,23 @@
     to = "table.input1"
     delay_ms = 250
 
+    [[chain]]                           # SmartMotors on one RS232 line
+    motors = ["left", "right"]
+    ports = ["tcp://127.0.0.1:5002"]
+
 All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `Scene.schema()` returns.
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Self
 
 from axistwin.apps import toml_places
 from axistwin.apps.scene_source import Source, instead
-from axistwin.apps.scene_tables import ControllerTable, SceneFile
-from axistwin.bench import Bench, line_format, product
+from axistwin.apps.scene_tables import ControllerTable, LineTable, SceneFile
+from axistwin.bench import Bench, Controller, line_format, product
 from axistwin.links.urls import parse as parse_url
 from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
@@ -52,8 +56,10 @@ class Scene:
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """Where the controllers are to be reached: name of the controller, URL."""
-        return [(table.called, url) for table in self._contents.controller for url in table.ports]
+        """Where a host is to reach whom: the name of a controller, its second channel or a line, and a URL."""
+        found = [(table.called, url) for table in self._contents.controller for url in table.ports]
+        found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
+        return found + [(name, url) for _, name, table, _ in self._lines() for url in table.ports]
 
     def build(self) -> Bench:
         """A new bench with everything on it; the controllers have just been switched on."""
@@ -64,7 +70,26 @@ class Scene:
             source = self._pin(bench, wire.from_, ("wire", number, "from"))
             target = self._pin(bench, wire.to, ("wire", number, "to"))
             connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
+        for kind, name, line, path in self._lines():
+            motors = [self._motor(bench, motor, (*path, "motors", n)) for n, motor in enumerate(line.motors)]
+            with self._source.blaming(*path):
+                (bench.chain if kind == "chain" else bench.rs485)(*motors, name=name)
+        for number, table in enumerate(self._contents.controller):
+            if table.rs485_ports:
+                with self._source.blaming("controller", number, "rs485_ports"):
+                    bench.port(f"{table.called}.rs485")
         return bench
+
+    def _lines(self) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
+        """The lines that motors share: kind, name, table and place."""
+        for kind, tables in (("chain", self._contents.chain), ("rs485", self._contents.rs485)):
+            for number, table in enumerate(tables):
+                yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)
+
+    def _motor(self, bench: Bench, name: str, path: toml_places.Path) -> Controller:
+        if name not in bench.controllers:
+            raise self._source.error(path, f"no controller {name!r}: {instead(name, bench.controllers)}")
+        return bench[name]
 
     def _add(self, bench: Bench, table: ControllerTable, path: toml_places.Path) -> None:
         with self._source.blaming(*path, "model"):
@@ -111,9 +136,15 @@ class Scene:
 
     def _check_ports(self) -> None:
         for number, table in enumerate(self._contents.controller):
-            for which, url in enumerate(table.ports):
-                with self._source.blaming("controller", number, "ports", which):
-                    parse_url(url)
+            self._check_urls(("controller", number, "ports"), table.ports)
+            self._check_urls(("controller", number, "rs485_ports"), table.rs485_ports)
+        for _, _, line, path in self._lines():
+            self._check_urls((*path, "ports"), line.ports)
+
+    def _check_urls(self, path: toml_places.Path, urls: Iterable[str]) -> None:
+        for which, url in enumerate(urls):
+            with self._source.blaming(*path, which):
+                parse_url(url)
 
     def _check_wires(self) -> None:
         """A terminal hangs on one wire at most, and wires do not go round in circles."""

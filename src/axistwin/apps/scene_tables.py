@@ -1,10 +1,21 @@
 """The tables of a scene file, and which keys and values they may hold."""
 
+import json
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+)
 
+from axistwin.bench import FAMILIES, product
+from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData
 from axistwin.plant.torque import Load, StepperMotor
 
@@ -16,7 +27,7 @@ class Table(BaseModel):
 
 
 class AxisTable(Table):
-    """The machine on one axis."""
+    """The machine on one axis with a stepper motor."""
 
     limits: tuple[int, int] | None = None
     """Positions, in motor pulses, beyond which the minus and the plus limit switch open."""
@@ -37,11 +48,17 @@ class AxisTable(Table):
         return ends
 
 
+ServoTable = dict[str, Any]
+"""The axis of a servo motor: limits = [minus, plus], motor = "frame23" or a data sheet's values, load = { … }."""
+_STEPPERS = TypeAdapter(dict[str, AxisTable])
+_SERVOS = TypeAdapter(dict[str, ServoTable])
+
+
 class ControllerTable(Table):
     """One controller."""
 
     model: str
-    """Such as "if1" or "if2"."""
+    """Such as "if1", "1811" or "smartmotor"."""
     name: Annotated[str, Field(pattern=r"^[\w-]+$")] | None = None
     """What it is called in wires, conversations and plots; the model if left out."""
     line: str | None = None
@@ -52,15 +69,39 @@ class ControllerTable(Table):
     """How many strokes of each axis are remembered."""
     options: dict[str, Any] = {}
     """Options of the model."""
-    axes: dict[str, AxisTable] = {}
+    axes: dict[str, AxisTable | ServoTable] = {}
     """The machine, axis by axis."""
     ports: list[str] = []
     """Where it is reached: tcp://127.0.0.1:5001, rfc2217://127.0.0.1:0, pty:/tmp/if1, serial:///dev/ttyUSB0."""
+    rs485_ports: list[str] = []
+    """Where its second serial channel is reached, if it has one."""
+
+    @field_validator("axes", mode="wrap")
+    @classmethod
+    def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+        """What may stand in an axis depends on the kind of motor.  A servo's values are looked at when it is built."""
+        adapter = _SERVOS if _has_servo(info.data.get("model")) else _STEPPERS
+        return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
     def called(self) -> str:
         """Its name on the bench."""
         return self.name or self.model.lower()
+
+
+def _has_servo(model: str | None) -> bool:
+    return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
+
+
+class LineTable(Table):
+    """A serial line that motors share."""
+
+    motors: Annotated[list[str], Field(min_length=1)]
+    """Their names; in a daisy chain from the one next to the host on."""
+    name: Annotated[str, Field(pattern=r"^[\w-]+$")] | None = None
+    """What it is called in conversations and traces; "chain" or "rs485" if left out."""
+    ports: list[str] = []
+    """Where its host's end is reached."""
 
 
 class WireTable(Table):
@@ -83,3 +124,7 @@ class SceneFile(Table):
     """The controllers, each begun by [[controller]]."""
     wire: list[WireTable] = []
     """The wires, each begun by [[wire]]."""
+    chain: list[LineTable] = []
+    """RS232 daisy chains, each begun by [[chain]]."""
+    rs485: list[LineTable] = []
+    """RS485 lines, each begun by [[rs485]]."""

@@ -11,8 +11,9 @@ from typing import Any
 
 import click
 
+from axistwin.apps import partners
 from axistwin.apps.target import read_options
-from axistwin.bench import Bench, Controller
+from axistwin.bench import Bench
 from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.plug import Flow
@@ -35,6 +36,7 @@ Ports = list[tuple[str, PortUrl]]
 @click.option("--rfc2217", multiple=True, metavar="H:P", help="TCP with line format, control lines and break.")
 @click.option("--serial", multiple=True, metavar="DEV", help="A real serial device, at the baud rate of --line.")
 @click.option("--bus", multiple=True, metavar="H:P", help="The registers of a board on a bus, for an 1810 or 1811.")
+@click.option("--rs485", multiple=True, metavar="H:P", help="Raw TCP to the second channel of a SmartMotor.")
 @click.option("--port", multiple=True, metavar="URL", help="Any of these, such as serial:///dev/ttyUSB0?baud=9600.")
 @click.option(
     "--speed", default="1", show_default=True, metavar="N|max", help="Times real time; max: as fast as it goes."
@@ -82,22 +84,27 @@ def serve(
     axistwin serve if1 --rfc2217 127.0.0.1:2217     pyserial: serial_for_url("rfc2217://127.0.0.1:2217")
     axistwin serve if1 --serial /dev/ttyUSB0 --line 2400
     axistwin serve 1811 --bus :1811 --show-hosts    a line for each access to a register; C hosts
+    axistwin serve smartmotor --tcp :5001 --rs485 :5002
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
+    second = [parse_as("tcp", text) for text in ports["rs485"]]
     times = read_speed(speed)
     if what.endswith(".toml"):
-        if state or line or options:
-            raise UsageError("--state, --line and --option belong to a MODEL: write them into the scene")
+        if state or line or options or second:
+            raise UsageError("--state, --line, --rs485 and --option belong to a MODEL: write them into the scene")
         bench, wanted = _scene(what, given)
         headers = None
     else:
         bench = Bench()
         name = bench.add(what, state=state, line=line, **read_options(options)).name
-        wanted = [(name, url) for url in given or [_any_port(bench[name])]]
+        wanted = [(name, url) for url in given or [_any_port(bench, name)]]
+        wanted += [(f"{name}.rs485", url) for url in second]
+        if second:
+            bench.port(f"{name}.rs485")  # so that it can be observed
         headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
     with _recording(bench, record, headers), _tracing(bench, trace) as catch_up:
@@ -112,14 +119,15 @@ def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
     bench = scene.build()
     if not given:
         ports = [(name, parse(url)) for name, url in scene.ports]
-        return bench, ports or [(name, _any_port(controller)) for name, controller in bench.controllers.items()]
-    if len(bench.controllers) > 1:
+        return bench, ports or [(name, _any_port(bench, name)) for name in partners.names(bench)]
+    names = partners.names(bench)
+    if len(names) > 1:
         raise UsageError(f"{path} has several controllers: write their ports into the scene")
-    return bench, [(name, url) for name in bench.controllers for url in given]
+    return bench, [(name, url) for name in names for url in given]
 
 
-def _any_port(controller: Controller) -> PortUrl:
-    return parse(ANY_BUS_PORT if controller.product.line is None else ANY_PORT)
+def _any_port(bench: Bench, name: str) -> PortUrl:
+    return parse(ANY_BUS_PORT if partners.at_a_bus(bench, name) else ANY_PORT)
 
 
 @contextmanager
@@ -191,7 +199,7 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
             from axistwin.apps import hosts  # late: only on request
 
             shown = (
-                hosts.bus(url) if url.scheme == "bus" else hosts.lines(name, url, server.bench[name].serial.host.format)
+                hosts.bus(url) if url.scheme == "bus" else hosts.lines(name, url, server.bench.port(name).host.format)
             )
             yield from (f"    {line}" for line in shown)
 

@@ -10,6 +10,8 @@ from axistwin.apps.screen import Screen
 from axistwin.apps.term_virtual import VirtualEnd
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import read_speed
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.pins import Pin, UserPin
 
 _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
@@ -18,6 +20,7 @@ What you type is sent when you press Enter.  Lines of the terminal's own:
   :pins                the level of every terminal               virtual
   :axes                where every axis stands                   virtual
   :drive input1 high   force a terminal high or low, or release  virtual
+                       (a SmartMotor's to 2.5V, too; also ambient 40, master 4000 in 2, shaft.load 0.3)
   :speed 10            virtual time against the wall clock; max  virtual
   :wait 0.5            let so many seconds pass
   :help                this
@@ -98,11 +101,26 @@ def _seconds(words: str) -> float:
 
 
 def _pins(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
-    for name, pin in end.controller.pins.items():
-        yield name, machine.level_name(pin.level), "driven" if pin.driven else "flashing" if pin.flashing else ""
+    pins = end.controller.pins
+    analog = any(isinstance(pin, UserPin) for pin in pins.values())
+    for name, pin in pins.items():
+        volts = machine.voltage(pin.volts) if isinstance(pin, UserPin) else ""
+        yield name, machine.level_name(pin.level), *[volts] * analog, _how(pin)
 
 
 def _axes(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
     for name, axis in end.controller.axes.items():
+        if isinstance(axis, ServoAxis):
+            yield (
+                name,
+                str(axis.position),
+                f"{axis.velocity:.4g} counts/s" if axis.moving else "at rest",
+                (f"commanded {axis.commanded}"),
+            )
+            continue
         lost = f"{axis.pulses - axis.position} pulses lost" if axis.pulses != axis.position else ""
         yield name, str(axis.position), f"{axis.velocity:g} pulses/s" if axis.velocity else "at rest", lost
+
+
+def _how(pin: Pin) -> str:
+    return "driven" if pin.driven else "flashing" if pin.flashing else ""

@@ -77,7 +77,7 @@ class SerialEnd(VirtualEnd):
     ) -> None:
         super().__init__(bench, controller, speed)
         self._hear = hear
-        self._plug = Plug(controller, self._pacer, flow=Flow.DTR)
+        self._plug = Plug(controller.name, controller.serial, self._pacer, flow=Flow.DTR)
         self._plug.connect(self)
         self._pacer.start()
 

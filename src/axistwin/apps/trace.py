@@ -2,7 +2,8 @@
 
 Only changes are written.  Signals are called `controller.pin`, `controller.says` and `controller.hears` for the serial
 connection as the *host* has it, and per axis `pulses` (net pulses issued), `direction` (1: positive) and, in a VCD,
-`step`: high for 250 ns from each pulse on, which is shorter than half the period of the fastest controller.
+`step`: high for 250 ns from each pulse on, which is shorter than half the period of the fastest controller.  A servo
+axis has `position` and `commanded`, in counts, with a change at each sample that brings one.
 
 Tracing schedules nothing: the pulses of a motion are worked out, in pieces of limited size, when something else
 happens or at the end.  So a bench does exactly the same whether it is traced or not.
@@ -18,13 +19,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from axistwin.apps.events import Broke, Changed, Event, Heard, Said, observing, terminals
-from axistwin.apps.machine import on_a_bus
-from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, Sink, Write, sink_for
-from axistwin.apps.visible import codec_of
+from axistwin.apps import partners
+from axistwin.apps.events import Changed, Event, Heard, Said, Turned, observing, terminals
+from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, VOLTS, Sink, Write, sink_for
 from axistwin.bench import Bench, Controller
 from axistwin.errors import UsageError
 from axistwin.motion.train import Stroke, Train
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.pins import UserPin
 
 CHUNK = 1 << 14  # pulses worked out at a time, about
 
@@ -79,18 +82,33 @@ class Tracer:
         self._writing = False
         self._levels: dict[tuple[str, str], Write] = {}
         self._speakers: dict[tuple[str, bool], _Speaker] = {}
-        self._axes: list[_AxisTrace] = []
+        self._volts: dict[tuple[str, str], Write] = {}
+        self._axes: list[_AxisTrace | _ServoTrace] = []
         for controller in bench.controllers.values():
             self._add(controller)
+        for name in partners.names(bench):
+            if name not in bench.controllers:
+                self._add_speakers(name)
 
     def _add(self, controller: Controller) -> None:
         add, name = self.sink.add, controller.name
         for pin_name, pin in terminals(controller).items():
             self._levels[name, pin_name] = add(name, pin_name.replace(".", "_"), LEVEL, int(pin.level))
-        for by_host, who in ((True, "host_says"), (False, "controller_says")):
-            self._speakers[name, by_host] = _Speaker(add(name, who, TEXT, 0), on_a_bus(controller))
+            if isinstance(pin, UserPin):
+                self._volts[name, pin_name] = add(name, f"{pin_name}_volts", VOLTS, pin.volts)
+        if name in partners.names(self.bench):
+            self._add_speakers(name)
         for axis_name, axis in controller.axes.items():
-            self._axes.append(_AxisTrace(self.sink, f"{name}.{axis_name}", axis.train, self.bench.now))
+            scope = f"{name}.{axis_name}"
+            if isinstance(axis, ServoAxis):
+                self._axes.append(_ServoTrace(self.sink, scope, axis))
+            else:
+                self._axes.append(_AxisTrace(self.sink, scope, axis.train, self.bench.now))
+
+    def _add_speakers(self, name: str) -> None:
+        for by_host, who in ((True, "host_says"), (False, "controller_says")):
+            write = self.sink.add(name, who, TEXT, 0)
+            self._speakers[name, by_host] = _Speaker(write, partners.at_a_bus(self.bench, name))
 
     def __enter__(self) -> Self:
         """Watch."""
@@ -100,6 +118,9 @@ class Tracer:
             for axis in controller.axes.values():
                 axis.on_motion.append(self.catch_up)
                 self._stack.callback(axis.on_motion.remove, self.catch_up)
+        for trace in self._axes:
+            if isinstance(trace, _ServoTrace):
+                self._stack.callback(trace.axis.watch(trace.take))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -115,7 +136,9 @@ class Tracer:
         self.catch_up()
         if isinstance(event, Changed):
             self._levels[event.controller, event.pin](event.time_ns, int(event.level))
-        elif not isinstance(event, Broke):
+        elif isinstance(event, Turned):
+            self._volts[event.controller, event.pin](event.time_ns, event.volts)
+        elif isinstance(event, Said | Heard):
             self._speak(event)
 
     def _speak(self, event: Said | Heard) -> None:
@@ -126,8 +149,9 @@ class Tracer:
 
     def _visible(self, event: Said | Heard) -> bytes:
         """Characters as they are; what is said on a bus in hex."""
-        controller = self.bench[event.controller]
-        return codec_of(controller.product).show(event.data).encode() if on_a_bus(controller) else event.data
+        if not partners.at_a_bus(self.bench, event.controller):
+            return event.data
+        return partners.codec_at(self.bench, event.controller).show(event.data).encode()
 
     def catch_up(self) -> None:
         """Write what has happened before now."""
@@ -135,6 +159,8 @@ class Tracer:
 
     def _write_pulses(self, before_ns: int) -> None:
         """All changes that pulses have made since the last time, in pieces."""
+        for axis in self._axes:
+            axis.catch_up()  # what it has done may come here first
         since_ns = self._upto_ns
         pieces = sum(axis.count(since_ns, before_ns) for axis in self._axes) // CHUNK + 1
         for piece in range(1, pieces + 1):
@@ -186,6 +212,9 @@ class _AxisTrace:
         self.pulses = sink.add(scope, "pulses", COUNT, train.stroke.position_at(now_ns))
         self._falls_ns: list[int] = []
 
+    def catch_up(self) -> None:
+        """A train knows all it has done."""
+
     def count(self, since_ns: int, before_ns: int) -> int:
         """How many pulses there are from `since_ns` to before `before_ns`."""
         return sum(last - first + 1 for _, first, last in self._stretches(since_ns, before_ns))
@@ -225,3 +254,41 @@ class _AxisTrace:
         for stroke in reversed(strokes):
             before = stroke.profile.pulses_by(since_ns - 1 - stroke.start_ns)
             yield stroke, before + 1, stroke.profile.pulses_by(before_ns - 1 - stroke.start_ns)
+
+
+class _ServoTrace:
+    """The signals of a servo axis.  It is told what has been, and keeps it until it is written."""
+
+    def __init__(self, sink: Sink, scope: str, axis: ServoAxis) -> None:
+        self.axis = axis
+        self._position = axis.position
+        self._commanded = axis.commanded
+        self.position = sink.add(scope, "position", COUNT, self._position)
+        self.commanded = sink.add(scope, "commanded", COUNT, self._commanded)
+        self._changes: list[Change] = []
+
+    def take(self, samples: Samples) -> None:
+        """What has been."""
+        time_ns = samples.start_ns
+        for position, commanded in zip(samples.positions, samples.commanded, strict=True):
+            if position != self._position:
+                self._position = int(position)
+                self._changes.append((time_ns, self.position, self._position))
+            if commanded != self._commanded:
+                self._commanded = int(commanded)
+                self._changes.append((time_ns, self.commanded, self._commanded))
+            time_ns += samples.period_ns
+
+    def catch_up(self) -> None:
+        """Hear what has been by now."""
+        self.axis.catch_up()
+
+    def count(self, _since_ns: int, before_ns: int) -> int:
+        """How many changes wait to be written."""
+        return bisect_left(self._changes, before_ns, key=itemgetter(0))
+
+    def changes(self, _since_ns: int, before_ns: int) -> list[Change]:
+        """Those before a time."""
+        due = bisect_left(self._changes, before_ns, key=itemgetter(0))
+        found, self._changes = self._changes[:due], self._changes[due:]
+        return found

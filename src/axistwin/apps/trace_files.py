@@ -13,8 +13,8 @@ from axistwin.errors import UsageError
 STEP_NS = 250
 """How long a step pulse is drawn: shorter than half the period of the fastest controller."""
 
-LEVEL, COUNT, STEP, TEXT = "wire", "integer", "step", "string"
-"""Kinds of signals: a level 0 or 1, a number, a level that is high for a moment, and characters."""
+LEVEL, COUNT, STEP, TEXT, VOLTS = "wire", "integer", "step", "string", "real"
+"""Kinds of signals: a level 0 or 1, a number, a level that is high for a moment, characters, a voltage."""
 
 Write = Callable[[int, Any], object]
 """Writes a change: when, and to what.  In order of time, whatever the signal."""
@@ -23,7 +23,7 @@ Write = Callable[[int, Any], object]
 class Sink(Protocol):
     """A file that changes are written to."""
 
-    def add(self, scope: str, name: str, kind: str, value: int) -> Write:
+    def add(self, scope: str, name: str, kind: str, value: float) -> Write:
         """A signal, and what it is to begin with; all are added before anything changes."""
 
     def end(self, now_ns: int) -> None:
@@ -37,7 +37,7 @@ class CsvSink:
         self._rows, self._now_ns = csv.writer(file, lineterminator="\n"), now_ns
         self._rows.writerow(("time_ns", "signal", "value"))
 
-    def add(self, scope: str, name: str, kind: str, value: int) -> Write:
+    def add(self, scope: str, name: str, kind: str, value: float) -> Write:
         """Its changes are rows; of step pulses there are none."""
         if kind == STEP:
             return lambda time_ns, value: None
@@ -63,13 +63,13 @@ class VcdSink:
             file, timescale="1 ns", date="", comment=comment, init_timestamp=now_ns, check_values=False
         )
 
-    def add(self, scope: str, name: str, kind: str, value: int) -> Write:
+    def add(self, scope: str, name: str, kind: str, value: float) -> Write:
         """Its changes are value changes."""
         change = self._vcd.change
         if kind == TEXT:
             text = self._vcd.register_var(scope, name, "string", init="")
             return lambda time_ns, data: change(text, time_ns, _vcd_text(data))
-        type_, size = ("integer", 64) if kind == COUNT else ("wire", 1)
+        type_, size = {COUNT: ("integer", 64), VOLTS: ("real", 64)}.get(kind, ("wire", 1))
         return partial(change, self._vcd.register_var(scope, name, type_, size, init=value))
 
     def end(self, now_ns: int) -> None:

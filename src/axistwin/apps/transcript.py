@@ -3,10 +3,13 @@
 from collections.abc import Iterator
 from typing import Any
 
-from axistwin.apps.events import Changed
-from axistwin.apps.history import History, Move, Utterance
-from axistwin.apps.machine import level_name
-from axistwin.apps.visible import Codec, codec_of
+from axistwin.apps import partners
+from axistwin.apps.events import Changed, Turned
+from axistwin.apps.history import AnyMove, History, Utterance
+from axistwin.apps.machine import level_name, voltage
+from axistwin.apps.visible import Codec
+from axistwin.plant.axes import Axis
+from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.serial import LineError
 from axistwin.units import to_seconds
 
@@ -14,14 +17,15 @@ UNTOLD = ("dtr", "rts", "host.dtr", "host.rts")
 """Levels that are not told to people: they go with the words."""
 
 
-Happening = Utterance | Move | Changed
+Happening = Utterance | AnyMove | Changed | Turned
 
 
 def text(history: History) -> Iterator[str]:
     """Lines in order of time: `>` the host says, `<` the controller says, `!` somebody does, `=` it becomes so."""
-    several = len(history.bench.controllers) > 1
+    several = partners.several(history.bench)
     codecs = _codecs(history)
-    told: list[Happening] = [*history.said, *filter(_worth_telling, history.changes), *history.moves()]
+    levels = filter(_worth_telling, history.changes)
+    told: list[Happening] = [*history.said, *levels, *history.turned, *history.moves()]
     for item in sorted(told, key=_time_ns):  # what somebody does stands before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
@@ -29,8 +33,10 @@ def text(history: History) -> Iterator[str]:
 
 def summary(history: History) -> Iterator[str]:
     """A table of the axes that moved."""
-    rows = [("axis", "from", "to", "pulses", "moving", "moves")]
-    for name, moves in _by_axis(history).items():
+    by_axis = _by_axis(history)
+    units = " or ".join(sorted({move.unit for moves in by_axis.values() for move in moves}, reverse=True))
+    rows = [("axis", "from", "to", units, "moving", "moves")]
+    for name, moves in by_axis.items():
         total = sum(abs(move.target - move.origin) for move in moves)
         time_s = to_seconds(sum((move.end_ns or move.now_ns) - move.start_ns for move in moves))
         rows.append((name, str(moves[0].origin), str(moves[-1].target), str(total), f"{time_s:.6f} s", str(len(moves))))
@@ -52,8 +58,11 @@ def as_dict(history: History) -> dict[str, Any]:
             {"time_ns": c.time_ns, "controller": c.controller, "pin": c.pin, "level": c.level, "driven": c.driven}
             for c in history.changes
         ],
+        "voltages": [
+            {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in history.turned
+        ],
         "axes": [
-            {"controller": c.name, "axis": name, "position": axis.position, "pulses": axis.pulses}
+            {"controller": c.name, "axis": name, "position": axis.position, **_besides(axis)}
             for c in history.bench.controllers.values()
             for name, axis in c.axes.items()
         ],
@@ -62,8 +71,13 @@ def as_dict(history: History) -> dict[str, Any]:
     }
 
 
+def _besides(axis: Axis) -> dict[str, int]:
+    return {"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses}
+
+
 def _codecs(history: History) -> dict[str, Codec]:
-    return {name: codec_of(controller.product) for name, controller in history.bench.controllers.items()}
+    bench = history.bench
+    return {name: partners.codec_at(bench, name) for name in (*bench.controllers, *partners.names(bench))}
 
 
 def _said(utterance: Utterance, codec: Codec) -> dict[str, Any]:
@@ -78,7 +92,7 @@ def _said(utterance: Utterance, codec: Codec) -> dict[str, Any]:
     }
 
 
-def _moved(move: Move) -> dict[str, Any]:
+def _moved(move: AnyMove) -> dict[str, Any]:
     return {
         "start_ns": move.start_ns,
         "end_ns": move.end_ns,
@@ -91,7 +105,7 @@ def _moved(move: Move) -> dict[str, Any]:
 
 
 def _time_ns(item: Happening) -> int:
-    return item.start_ns if isinstance(item, Move) else item.time_ns
+    return item.start_ns if isinstance(item, AnyMove) else item.time_ns
 
 
 def _words(item: Happening, codec: Codec) -> str:
@@ -101,10 +115,17 @@ def _words(item: Happening, codec: Codec) -> str:
             return f"{'>' if item.by_host else '<'} {_utterance(item, codec)}{errors}"
         case Changed():
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
-    path = f"  {item.axis} {item.origin} → {item.target}, up to {float(item.top_rate):g} pulses/s"
+        case Turned():
+            return f"! {item.pin} {voltage(item.volts)}"
+    path = f"  {item.axis} {item.origin} → {item.target}, up to {_rate(item)} {item.unit}/s"
     if item.end_ns is None:
         return f"{path}, still going on at {to_seconds(item.now_ns):.6f}"
     return f"{path}, until {to_seconds(item.end_ns):.6f}"
+
+
+def _rate(move: AnyMove) -> str:
+    """Pulses have an exact rate; counts are sampled, and four figures are more than is known of it."""
+    return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.4g}"
 
 
 def _utterance(item: Utterance, codec: Codec) -> str:
@@ -124,8 +145,8 @@ def _worth_telling(change: Changed) -> bool:
     return change.pin not in UNTOLD and not (change.flashing and change.pin == "led")
 
 
-def _by_axis(history: History) -> dict[str, list[Move]]:
-    found: dict[str, list[Move]] = {}
+def _by_axis(history: History) -> dict[str, list[AnyMove]]:
+    found: dict[str, list[AnyMove]] = {}
     for move in history.moves():
         several = len(history.bench.controllers) > 1
         found.setdefault(f"{move.controller}.{move.axis}" if several else move.axis, []).append(move)
@@ -136,5 +157,5 @@ def _lost(history: History) -> Iterator[str]:
     """Motors that do not stand where their pulses should have taken them."""
     for controller in history.bench.controllers.values():
         for name, axis in controller.axes.items():
-            if axis.position != axis.pulses:
+            if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:
                 yield f"{name} stands at {axis.position}: it has lost {abs(axis.pulses - axis.position)} pulses"

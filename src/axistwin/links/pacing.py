@@ -64,6 +64,7 @@ class Pacer:
         """From now on virtual time passes, by the clock of this event loop or the one that is running."""
         self._loop = loop or asyncio.get_running_loop()
         self._wall_s, self._virtual_ns = self._loop.time(), self.clock.now
+        self.clock.patient = False
         self.work()
 
     def stop(self) -> None:

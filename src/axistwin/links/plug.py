@@ -8,11 +8,10 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Protocol
 
-from axistwin.bench import Controller
 from axistwin.links.one import Guest, OneClient
 from axistwin.links.pacing import Pacer
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import LineError
+from axistwin.sim.serial import LineError, SerialPort
 from axistwin.units import to_seconds
 
 FULL = 512
@@ -47,11 +46,23 @@ class Client(Guest, Protocol):
 
 
 class Plug(OneClient[Client]):
-    """Joins the serial port of a controller to the client that is connected."""
+    """Joins a serial port to the client that is connected.
 
-    def __init__(self, controller: Controller, pacer: Pacer, *, flow: Flow = Flow.DTR, reset: bool = False) -> None:
-        super().__init__(controller.name, pacer)
-        self.controller, self.serial = controller, controller.serial
+    `title`: what is at the port.  `reset`: what is done for each new client.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        serial: SerialPort,
+        pacer: Pacer,
+        *,
+        title: str = "",
+        flow: Flow = Flow.DTR,
+        reset: Callable[[], object] = lambda: None,
+    ) -> None:
+        super().__init__(name, pacer)
+        self.serial, self.title = serial, title or name
         self.flow, self.reset = flow, reset
         self.usual = self.serial.host.format
         self._dirty = False
@@ -68,8 +79,7 @@ class Plug(OneClient[Client]):
     def begin(self) -> None:
         """A client has come."""
         self._clean()
-        if self.reset:
-            self.controller.power_cycle()
+        self.reset()
 
     def end(self) -> None:
         """The client has gone."""

@@ -42,7 +42,7 @@ class ComPortClient(TcpClient):
         super().__init__(plug)
         self._cts_line = plug.serial.dtr_line if cts == "dtr" else plug.serial.rts_line
         self.flow = Flow.NONE
-        self._port = ComPort(plug.usual, f"axistwin {plug.controller.product.model}")
+        self._port = ComPort(plug.usual, f"axistwin {plug.title}")
         self._moved = ModemState.NONE
         self._suspended: bytearray | None = None
         self._unwatch: list[Callable[[], None]] = []

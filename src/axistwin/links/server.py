@@ -1,5 +1,6 @@
 """Controllers of a bench on real ports."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import Bench
@@ -39,7 +40,10 @@ class Server:
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
-        """Open a port of the controller of this name.  Raises LinkError; UsageError if there is no such controller."""
+        """Open a port to whom a host reaches by this name: a controller, its second channel, a line of motors.
+
+        Raises LinkError; UsageError if there is nothing of this name.
+        """
         port = await (_open_slot(self._slot(name), url) if url.scheme == "bus" else _open(self._plug(name), url))
         self._open.append(port)
         self.ports.append((name, port.url))
@@ -61,8 +65,16 @@ class Server:
 
     def _plug(self, name: str) -> Plug:
         if name not in self._plugs:
-            self._plugs[name] = Plug(self.bench[name], self.pacer, flow=self._flow, reset=self._reset)
+            reset = partial(self._power_cycle, name) if self._reset else lambda: None
+            title = self.bench[name].product.model if name in self.bench.controllers else name
+            self._plugs[name] = Plug(name, self.bench.port(name), self.pacer, title=title, flow=self._flow, reset=reset)
         return self._plugs[name]
+
+    def _power_cycle(self, name: str) -> None:
+        """Everybody who is reached by this name."""
+        line = self.bench.lines.get(name)
+        for controller in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
+            controller.power_cycle()
 
     def _slot(self, name: str) -> "Slot":
         from axistwin.links.bus import Slot

@@ -1,0 +1,195 @@
+"""What the axis of a servo motor has done: its moves, and points for curves, in a memory of limited size."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.units import MS, S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+REST_NS = 80 * MS
+"""After so long without a change a move is over."""
+JITTER = 2
+"""Counts that a shaft may tremble about where it should be without moving."""
+WINDOW = 16
+"""Samples over which a velocity is taken: one count in a single sample would be thousands in a second."""
+MOVES, POINTS = 10_000, 1 << 17
+"""How many moves are kept, the latest; and how many points of the whole course, the more important ones."""
+
+
+@dataclass
+class ServoMove:
+    """Motion of a servo axis, from one rest to the next.  `end_ns` None: it goes on."""
+
+    controller: str
+    axis: str
+    start_ns: int
+    origin: int
+    target: int
+    last_ns: int
+    top_rate: float = 0.0
+    """Its highest velocity in counts/s, either way."""
+    low: int = 0
+    high: int = 0
+    commanded: bool = False
+    """Whether the trajectory has moved, and not only the shaft."""
+    end_ns: int | None = None
+    unit = "counts"
+
+    @property
+    def now_ns(self) -> int:
+        """Up to when it is known."""
+        return self.last_ns
+
+    @property
+    def worth_telling(self) -> bool:
+        """Whether it is more than a trembling."""
+        return self.commanded or self.high - self.low > JITTER
+
+
+@dataclass
+class ServoRecord:
+    """Listens to an axis."""
+
+    controller: str
+    name: str
+    axis: ServoAxis
+    moves: deque[ServoMove] = field(default_factory=lambda: deque(maxlen=MOVES))
+    forgotten: bool = False
+    """Whether there have been more moves than are kept."""
+
+    def __post_init__(self) -> None:
+        self._position = self.axis.position
+        self._commanded: int | None = None
+        self._points: list[NDArray[np.int64]] = []
+        self._count = 0
+
+    def take(self, samples: Samples) -> None:
+        """What has been."""
+        import numpy as np
+
+        positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
+        before = int(commanded[0]) if self._commanded is None else self._commanded
+        stirred = np.diff(positions, prepend=self._position) != 0
+        led = np.diff(commanded, prepend=before) != 0
+        changed = np.flatnonzero(stirred | led)
+        if len(changed):
+            times = samples.start_ns + samples.period_ns * np.arange(len(positions), dtype=np.int64)
+            active = np.flatnonzero(led | (stirred & (np.abs(commanded - positions) > JITTER)))
+            if len(active):
+                self._find_moves(samples, times, positions, led, active)
+            self._keep(times, positions, commanded, changed, samples.period_ns)
+        self._position, self._commanded = int(positions[-1]), int(commanded[-1])
+        if self.moves:
+            self.moves[-1].target = self._position  # it settles after the move
+
+    def _find_moves(
+        self,
+        samples: Samples,
+        times: "NDArray[np.int64]",
+        positions: "NDArray[np.int64]",
+        led: "NDArray[np.bool_]",
+        active: "NDArray[np.int64]",
+    ) -> None:
+        """Stretches of change with no rest in them that is too long."""
+        import numpy as np
+
+        ends = np.flatnonzero(np.diff(times[active]) > REST_NS)
+        for first, last in zip((active[0], *active[ends + 1]), (*active[ends], active[-1]), strict=True):
+            before = int(positions[first - 1]) if first else self._position
+            move = self._move(int(times[first]) - samples.period_ns, before)
+            part = positions[first : last + 1]
+            move.low, move.high = min(move.low, int(part.min())), max(move.high, int(part.max()))
+            move.target, move.last_ns = int(part[-1]), int(times[last])
+            move.commanded |= bool(led[first : last + 1].any())
+            if len(part) > WINDOW and samples.period_ns:
+                fastest = int(np.abs(part[WINDOW:] - part[:-WINDOW]).max())
+                move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
+
+    def _move(self, start_ns: int, before: int) -> ServoMove:
+        """The one that goes on, or a new one."""
+        if self.moves and start_ns - self.moves[-1].last_ns <= REST_NS:
+            return self.moves[-1]
+        if self.moves:
+            self.moves[-1].target = before
+        self._close()
+        self.forgotten |= len(self.moves) == MOVES
+        self.moves.append(
+            ServoMove(self.controller, self.name, start_ns, before, before, start_ns, low=before, high=before)
+        )
+        return self.moves[-1]
+
+    def _close(self) -> None:
+        """The last move is over; if it was a trembling it was none."""
+        if self.moves:
+            self.moves[-1].end_ns = self.moves[-1].last_ns
+            if not self.moves[-1].worth_telling:
+                self.moves.pop()
+
+    def told(self, now_ns: int) -> list[ServoMove]:
+        """The moves so far."""
+        if self.moves and now_ns - self.moves[-1].last_ns > REST_NS and self.moves[-1].end_ns is None:
+            self._close()
+        found = [move for move in self.moves if move.worth_telling]
+        if found and found[-1].end_ns is None and not self.axis.moving:
+            found[-1].end_ns = found[-1].last_ns
+        return found
+
+    # Points
+
+    def _keep(
+        self,
+        times: "NDArray[np.int64]",
+        positions: "NDArray[np.int64]",
+        commanded: "NDArray[np.int64]",
+        active: "NDArray[np.int64]",
+        period_ns: int,
+    ) -> None:
+        """What changes, and the place from which it does."""
+        import numpy as np
+
+        here = np.column_stack((times, positions, commanded))
+        wanted = np.unique(np.concatenate((active, np.maximum(active - 1, 0))))
+        kept = here[wanted]
+        if active[0] == 0:
+            before = commanded[0] if self._commanded is None else self._commanded
+            kept = np.vstack((np.array([[times[0] - period_ns, self._position, before]], np.int64), kept))
+        self._points.append(kept)
+        self._count += len(kept)
+        if self._count > 2 * POINTS:
+            self._points = [_thinned(np.vstack(self._points))]
+            self._count = len(self._points[0])
+
+    def points(self) -> "NDArray[np.int64]":
+        """Rows of time in ns, position and commanded position, in order of time; straight between them."""
+        import numpy as np
+
+        rows = np.vstack(self._points) if self._points else np.empty((0, 3), np.int64)
+        order: NDArray[np.int64] = np.maximum.accumulate(rows[:, 0]) if len(rows) else rows[:, 0]
+        found: NDArray[np.int64] = rows[np.concatenate(([True], np.diff(order) > 0))] if len(rows) else rows
+        return found
+
+
+def _thinned(rows: "NDArray[np.int64]") -> "NDArray[np.int64]":
+    """Half of them: of every four neighbours those with the least and with the greatest following error."""
+    import numpy as np
+
+    whole = len(rows) // 4 * 4
+    groups = (rows[:whole, 2] - rows[:whole, 1]).reshape(-1, 4)
+    least, most = groups.argmin(axis=1), groups.argmax(axis=1)
+    most = np.where(least == most, 3 - least, most)
+    base = np.arange(0, whole, 4)
+    wanted = np.sort(np.concatenate((base + least, base + most)))
+    found: NDArray[np.int64] = np.vstack((rows[wanted], rows[whole:]))
+    return found
+
+
+def moves_of(records: Sequence[ServoRecord], now_ns: int) -> list[ServoMove]:
+    """The moves of all these axes."""
+    return [move for record in records for move in record.told(now_ns)]

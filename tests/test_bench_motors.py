@@ -1,0 +1,167 @@
+"""The public face of a SmartMotor: its terminals, channels, external encoder, and lines that motors share."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.errors import UsageError
+
+OPEN_1 = "OCHN(RS4,1,N,9600,1,8,C) "
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def tell(bench, port, text, seconds=0.2):
+    port.write(text.encode("latin-1"))
+    bench.run(seconds)
+    return port.read().decode("latin-1")
+
+
+def chained(bench, count=2, **options):
+    """Motors in a chain that have been addressed as section 2 of the base language tells."""
+    motors = [bench.add("smartmotor", f"m{number}", **options) for number in range(1, count + 1)]
+    port = bench.chain(*motors)
+    bench.run(0.3)
+    for number in range(1, count + 1):
+        tell(bench, port, f"\x80SADDR{number} {chr(0x80 + number)}ECHO {chr(0x80 + number)}SLEEP ")
+    tell(bench, port, "\x80WAKE ")
+    return port, motors
+
+
+def test_the_names_of_a_motor(bench):
+    motor = bench.add("smartmotor")
+    assert list(motor.pins) == [*"ABCDEFG", "brake", "index"]
+    assert list(motor.axes) == ["shaft"]
+    assert (motor.ambient, motor.master.count) == (25.0, 0)
+    assert str(motor.serial.host.format) == "9600 8N1"
+
+
+def test_limit_switches_hold_c_and_d_low(bench):
+    """C is the positive limit, D the negative one; a closed switch pulls its pin to ground (3.1)."""
+    pins = bench.add("smartmotor", shaft={"limits": (-100, 500)}).pins
+    assert [pin.level for pin in pins.values()][:4] == [True, True, False, False]
+    assert (pins["C"].volts, pins["A"].volts) == (0.0, 5.0)
+    bare = bench.add("smartmotor").pins
+    assert (bare["C"].level, bare["D"].level) == (True, True)
+
+
+def test_somebody_turns_the_shaft_into_a_limit_switch(bench):
+    motor = bench.add("smartmotor", shaft={"limits": (-100, 500)})
+    bench.run(0.1)
+    motor.axes["shaft"].encoder.displace(501)
+    assert (motor.pins["C"].level, motor.axes["shaft"].position) == (True, 501)
+    assert tell(bench, motor.serial, "RBp RP ") == "1\r501\r"
+    motor.axes["shaft"].encoder.displace(-1)
+    assert motor.pins["C"].level is False
+
+
+def test_it_is_asked_at_every_sample_while_a_servo_moves(bench):
+    motor = bench.add("smartmotor", shaft={"limits": (-9999, 9999)})
+    bench.run(0.3)
+    tell(bench, motor.serial, "MP A=100 V=100000 P=2000 G ")
+    shaft = motor.axes["shaft"]
+    assert bench.run_until(lambda: shaft.position >= 1000, 5)
+    assert 1000 <= shaft.position < 1003  # 100,000 / 65,536 counts per sample
+    assert bench.run_until(lambda: not shaft.moving, 5)
+    assert (shaft.position, shaft.commanded) == (2000, 2000)
+    assert len(shaft.pulse_times()) == 2000
+
+
+def test_what_others_have_not(bench):
+    if1, board, motor = bench.add("if1"), bench.add("1811"), bench.add("smartmotor")
+    for broken, words in (
+        (lambda: if1.rs485, "if1 has no second serial channel: that is for SmartMotors"),
+        (lambda: board.rs485, "1811 has no second serial channel"),
+        (lambda: if1.ambient, "if1 is no motor and has no `ambient`"),
+        (lambda: setattr(if1, "ambient", 30), "if1 is no motor and has no `ambient`"),
+        (lambda: board.master, "1811 is no motor and has no `master`: that is for SmartMotors"),
+        (lambda: motor.bus, "smartmotor is on no bus"),
+        (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: that is for SmartMotors"),
+        (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),
+        (lambda: bench.chain(), r"chain\(\) joins motors: name at least one"),
+        (lambda: bench.rs485(motor, motor), "smartmotor is on 'this line' already: name it once"),
+        (lambda: bench.chain(Bench().add("smartmotor", "far")), "far is not on this bench"),
+        (lambda: bench.add("smartmotor", shaft={"home": (0, 1)}), "axis shaft has no option 'home'"),
+        (lambda: bench.port("nobody"), "no controller 'nobody' here: there are if1, 1811, smartmotor"),
+    ):
+        with pytest.raises(UsageError, match=words):
+            broken()
+    assert bench.lines == {}
+
+
+def test_a_chain_of_motors(bench):
+    """Each motor must echo, so that what one says reaches the host through the others."""
+    port, (first, second) = chained(bench)
+    assert tell(bench, port, "\x81a=11 \x82a=22 ") == "\x81a=11 \x82a=22 "
+    assert tell(bench, port, "\x82Ra ") == "\x82Ra 22\r"
+    assert tell(bench, port, "\x81Ra ") == "\x81Ra 11\r"
+    assert bench.lines["chain"].motors == (first, second)
+    assert bench.ports == {"chain": port}
+    for motor in (first, second):
+        with pytest.raises(UsageError, match="is in the daisy chain 'chain': talk to the port that `chain` returned"):
+            _ = motor.serial
+    with pytest.raises(UsageError, match="m2 is on 'chain' already"):
+        bench.chain(second)
+
+
+def test_a_chain_that_takes_no_time(bench):
+    port, _ = chained(bench, count=3, line="instant")
+    assert tell(bench, port, "\x80Ra ", 0) != ""
+    assert port.instant
+
+
+def test_motors_on_an_rs485_line_hear_the_host_and_are_heard(bench):
+    motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
+    bench.run(0.3)
+    for number, motor in enumerate(motors, start=1):
+        tell(bench, motor.serial, f"SADDR{number} a={11 * number} {OPEN_1}")
+    line = bench.rs485(*motors)
+    assert tell(bench, line, "\x81Ra ") == "11\r"
+    assert tell(bench, line, "\x82Ra ") == "22\r"
+    with pytest.raises(UsageError, match="m1 is on the shared line 'rs485'"):
+        _ = motors[0].rs485
+    assert tell(bench, motors[0].serial, "\x81Ra ") == "11\r"
+
+
+def test_two_motors_that_answer_at_once_garble_one_another(bench):
+    """`1` is 31h and `2` is 32h: what both leave high is 30h, `0`."""
+    motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
+    bench.run(0.3)
+    for number, motor in enumerate(motors, start=1):
+        tell(bench, motor.serial, f"a={11 * number} {OPEN_1}")
+    assert tell(bench, bench.rs485(*motors), "Ra ") == "00\r"
+
+
+def test_the_second_channel_of_one_motor(bench):
+    motor = bench.add("smartmotor")
+    bench.run(0.3)
+    assert list(bench.ports) == ["smartmotor"]
+    tell(bench, motor.serial, OPEN_1)
+    assert tell(bench, motor.rs485, "RSP ") == "24576/476\r"
+    assert motor.serial.read() == b""
+    assert list(bench.ports) == ["smartmotor", "smartmotor.rs485"]
+    assert bench.port("smartmotor.rs485") is motor.rs485
+
+
+def test_lines_have_names(bench):
+    one, two, three = (bench.add("smartmotor") for _ in range(3))
+    bench.chain(one)
+    bench.chain(two)
+    bench.chain(three, name="third")
+    assert list(bench.lines) == ["chain", "chain-2", "third"]
+    with pytest.raises(UsageError, match="there is a line 'third' already"):
+        bench.add("if1", name="third")
+
+
+def test_the_external_encoder(bench):
+    """MF4 counts every edge of the quadrature at A and B; 4000 in two seconds."""
+    motor = bench.add("smartmotor")
+    bench.run(0.3)
+    tell(bench, motor.serial, "UCI UDI ZS MF0 ")
+    motor.master.move(4000, 2)
+    bench.run(1)
+    assert motor.master.count == 2000
+    bench.run(2)
+    assert tell(bench, motor.serial, "RCTR ") == "4000\r"
