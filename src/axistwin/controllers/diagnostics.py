@@ -39,6 +39,8 @@ class Session:
     characters: tuple[Sent, ...]
     initialised: bool = False
     """Whether the controller has been made ready before the first of them."""
+    stored: bool = False
+    """Whether they are a program as it is stored in the controller, and not what a host says."""
 
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]

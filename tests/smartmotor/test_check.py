@@ -1,0 +1,174 @@
+"""The checker: what 4.76 would refuse in a program or a conversation, and what was meant in another way before."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin.controllers.diagnostics import Sent, Session
+from axistwin.controllers.smartmotor.check import check
+
+from .test_program import FAULT_HANDLING
+
+
+def session(text: str, stored: bool) -> Session:
+    """Characters with their places; the lines end in CR."""
+    lines = enumerate(text.split("\n"), 1)
+    sent = [
+        Sent(b, number, column) for number, line in lines for column, b in enumerate(line.encode("latin-1") + b"\r", 1)
+    ]
+    return Session(tuple(sent), stored=stored)
+
+
+def shown(text: str, stored: bool = True) -> list[str]:
+    return [f"{d.line}:{d.column} {d.severity}: {d.message}" for d in check([session(text, stored)])]
+
+
+WIRED = "UCI UDI ZS "
+CAM = WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G "
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        " ' nothing but a comment",
+        WIRED + "MP A=8*25 V=537*600 P=2000*10 G TWAIT END",
+        "UCP UDM MV V=100 A=5 G",
+        "WHILE 1 IF UAI a=a+1 ELSEIF UBI a=a-1 ELSE a=0 ENDIF LOOP",
+        "END C5 a=1 RETURN",
+        "GOSUB5 END C5 a=1 RETURN",
+        "a=1 GOTO5 C7 b=1 END C5 GOTO7",
+        "RUN? a=1 END",
+        "F=96 END C1 Ze RETURNF C2 a=1 RETURNI",
+        "F=64 WHILE 1 LOOP C2 STACK GOTO9 C9 END",
+        "SWITCH a CASE 1 BREAK DEFAULT b=1 ENDS END",
+        CAM,
+        CAM + "F=16 D=100 MC2 CI WHILE 1 D=D+1 MC2 CI WAIT=100 LOOP",
+        "SLD SLN=-100 SLP=100 SLE",
+        "UGO BRKG BRKTRJ",
+        "F=33 IF Be a=1 ENDIF END C1 Ze RETURNF",
+    ],
+)
+def test_nothing_is_said_about_what_is_right(text):
+    assert shown(text) == []
+
+
+def test_the_sample_of_4_3_has_rules_that_are_no_comments():
+    assert [line.split(":", 2)[0] + line.split(" ")[1] for line in shown(FAULT_HANDLING)] == [
+        "10error:",
+        "18error:",
+        "22error:",
+    ]
+    assert shown("-----") == ["1:1 error: ----- is no command, and no comment: ' begins one"]
+
+
+WRONG = {
+    # syntax
+    "a=1\n  b=2+": "2:7 error: a value is missing at the end",
+    "A100": "1:1 error: A100: an assignment needs its equal sign, A=100",
+    "g=5 endif": "1:5 error: unknown command endif: commands are upper case",
+    "a = 1": "1:1 error: a is a value, not a command: Ra reports it",
+    # commands removed
+    "KGON": "1:1 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
+    "MFRATIO": "1:1 error: MFRATIO has been removed in 4.76: set the ratio with MFMUL= and MFDIV=, then MFR",
+    # blocks
+    "IF a": "1:1 error: IF: ENDIF is missing",
+    "a=1 LOOP": "1:5 error: LOOP: there is no WHILE before it",
+    # values
+    "E=40000": "1:3 error: 40000 is out of range: error 0…32000 counts",
+    "F=256": "1:3 error: 256 is out of range: functions 0…255",
+    "a=aw[102]": "1:6 error: there is no aw[102]: aw[0] to aw[101]",
+    "ab[204]=1": "1:4 error: there is no ab[204]: ab[0] to ab[203]",
+    "al[49] 1 2 3.": "1:4 error: there is no al[51]: al[0] to al[50]",
+    "a=b/0": "1:1 error: this divides by 0: Bd is set and nothing is done",
+    "a=3000000000": "1:1 error: a number does not fit 32 bits: Bd is set and nothing is done",
+    # flow
+    "GOTO5": "1:1 error: there is no label C5",
+    "C5 a=1\nC5": "2:1 error: label C5 stands in line 1 already",
+    "GOSUB5 C5 a=1 RETURN": "1:15 warning: RETURN is reached without a GOSUB: it sets Bs and ends the program",
+    "END a=1": "1:5 warning: this is never reached",
+    "WHILE 1 LOOP a=1": "1:14 warning: this is never reached",
+    "GOSUB5 END C5 GOSUB5 RETURN": "1:15 warning: C5 calls itself: each time one of 10 returns waits",
+    "F=32 END C1 RETURN": "1:13 warning: C1 is called by a fault (F=32) and returns with RETURNF",
+    "F=64 END C2 RETURN": (
+        "1:13 warning: C2 is called by pin G (F=64) and returns with RETURNI: C2 would not be called again"
+    ),
+    "GOSUB7 END C7 RETURNF": "1:15 warning: RETURNF belongs to C1, and is not reached from there",
+    "F=32 END": "1:1 warning: F=32 calls C1, which is not there",
+    "C5 STACK a=1 END": "1:4 warning: STACK should be followed by GOTO at once",
+    # cam
+    WIRED + "BASE=800 SIZE=3 MC G": "1:28 error: SIZE=3: a cam table needs 4 to 101",
+    WIRED + "BASE=800 SIZE=102 MC": "1:26 error: 102 is out of range: highest index 0…101",
+    WIRED + "BASE=0 SIZE=5 MC": "1:26 error: BASE=0: a cam cycle has a positive length",
+    WIRED + "BASE=4 SIZE=4 MC": "1:26 warning: BASE=4: the master must move less than a quarter of that in a sample",
+    WIRED + "BASE=9 SIZE=10 MC": "1:27 error: BASE=9 is less than SIZE=10",
+    WIRED + "MC BASE=9 SIZE=5": "1:12 warning: BASE= has not been given yet: MCn takes it over when it is issued",
+    CAM.replace("SIZE=4", "SIZE=5"): "1:46 warning: the table is shorter than SIZE=5: aw[5] is not set",
+    CAM.replace("MC", "D=50 MC"): "1:46 warning: D=50 is no dwell: that needs F=16 or F=128",
+    CAM + "CI D=5": "1:54 warning: this makes the CI in line 1 invalid unless its zero point has passed",
+    CAM + "BASE=9000 CI": (
+        "1:61 warning: BASE= has been given since the last MCn: without a new MCn before CI it has no effect"
+    ),
+    # what was meant in another way before 4.76
+    "MP G": (
+        "1:4 warning: limits are active high since 4.76: unless normally closed switches pull C and D to ground "
+        "nothing moves; UCI UDI ZS at the top makes them ordinary inputs"
+    ),
+    "UCI UDI G": "1:9 warning: limit faults from switching on still hold: ZS (or Zr and Zl) is missing",
+    "F=2": (
+        "1:1 warning: F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
+    ),
+    "IF Be a=1 ENDIF": (
+        "1:1 warning: when Be becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
+    ),
+    "SLE SLN=5": "1:5 error: software limits are enabled in line 1: SLD before their values are changed",
+    "BRKG": "1:1 warning: UGO must be given before BRKG",
+    "UGO BRKG\na=UG": "2:1 warning: the brake uses pin G since line 1",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_what_is_wrong_is_shown_with_its_place(text):
+    assert WRONG[text] in shown(text)
+
+
+def test_eleven_returns_are_too_many():
+    labels = "".join(f" C{n} GOSUB{n + 1} RETURN" for n in range(3, 12))
+    assert shown(f"GOSUB3 END{labels} C12 RETURN") == []
+    text = f"F=96 GOSUB3 END C1 RETURNF C2 RETURNI{labels} C12 RETURN"
+    assert shown(text) == ["1:6 error: this may need 12 returns to wait, there is room for 10"]
+
+
+def test_a_program_that_does_not_fit():
+    """15 of the base language: 32 KiB."""
+    assert shown("a=1 \n" * 9000)[-1].endswith("error: this program has 36000 bytes, a motor keeps 32768")
+
+
+def test_what_a_host_sends():
+    assert shown("UCI UDI ZS A=8*25\nRP g=-1 GOSUB4", stored=False) == []
+    assert shown("ZS KGON A100\naw[0] 1 2 3. WHILE", stored=False) == [
+        "1:4 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
+        "1:9 error: A100: an assignment needs its equal sign, A=100",
+        "2:14 error: unknown command WHILE",
+    ]
+    assert shown("WAIT=5", stored=False) == ["1:1 error: WAIT= stands in a program only"]
+    assert shown("x" * 70, stored=False) == ["1:1 error: this command is longer than 64 characters: Bc is set"]
+
+
+def test_addresses_and_records_of_host_mode_are_no_commands():
+    assert shown("\x81ZS \xfa\0\0\x10\0\rG", stored=False) == []
+
+
+def test_the_program_that_a_host_loads():
+    assert shown("ZS LOAD GOTO5\nEND\xff\xff RP", stored=False) == ["1:9 error: there is no label C5"]
+
+
+def test_a_command_that_is_never_ended():
+    sent = tuple(Sent(byte, 1, column) for column, byte in enumerate(b"RP\rRV", 1))
+    found = check([Session(sent)])
+    assert [(d.column, d.message) for d in found] == [(4, "this command is never ended: a space or <CR> is missing")]
+
+
+@given(st.text(alphabet=st.characters(max_codepoint=255), max_size=80), st.booleans())
+def test_any_text_can_be_checked(text, stored):
+    shown(text, stored)

@@ -1,0 +1,71 @@
+"""The command table against an independent list, and what a word that is in neither does."""
+
+import re
+import string
+from itertools import product as combinations
+from pathlib import Path
+
+import pytest
+
+from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.forms import Accept, Form
+from axistwin.controllers.smartmotor.language import command, read
+
+LIST = Path(__file__).parents[1] / "manual" / "smartmotor.txt"
+
+
+def listed() -> dict[str, str]:
+    """How each command is written, and the section it is from."""
+    columns = re.compile(r"(\S+(?: exp)?)\s+(\S+)\s")
+    rows = (columns.match(line) for line in LIST.read_text().splitlines() if line and not line.startswith("#"))
+    return {row[1]: row[2] for row in rows}
+
+
+def test_the_table_has_the_commands_of_the_manuals():
+    assert {entry.syntax for entry in COMMANDS} == set(listed())
+
+
+def test_what_has_been_removed_is_not_accepted_and_says_what_replaces_it():
+    """1.3 Commands removed."""
+    removed = {entry.syntax for entry in COMMANDS if Accept.REMOVED in entry.accepted}
+    assert removed == {syntax for syntax, section in listed().items() if section == "removed"}
+    assert all(entry.instead for entry in COMMANDS if Accept.REMOVED in entry.accepted)
+
+
+def test_everything_else_is_implemented_and_names_its_chapter():
+    assert all(entry.chapter for entry in COMMANDS)
+    assert [entry.code for entry in COMMANDS if not entry.implemented and Accept.REMOVED not in entry.accepted] == []
+
+
+EXAMPLES = {
+    Form.NUMBER: lambda code: code[:-1] + str({"PIDn": 2, "BAUDn": 9600}.get(code, 1)),
+    Form.LET: lambda code: code + "1",
+    Form.AFTER: lambda code: code + " 1",
+    Form.ITEMS: lambda code: code[:-1] + '"a",1,#13)',
+    Form.CALL: lambda code: code[:-1] + "a,1)",
+    Form.VARIABLE: lambda _: "a=1",
+    Form.ARRAY: lambda code: code[:2] + "[1]=1",
+    Form.REPORT_VARIABLE: lambda code: {"RAINpc": "RAINA1", "RDINpc": "RDINA1"}.get(code, "Ra"),
+    Form.REPORT_ARRAY: lambda code: code[:3] + "[1]",
+    Form.OUTPUT: lambda code: code[:-1] + ("A1,1" if code == "DOUTp" else "A,1"),
+    Form.BARE: lambda code: code,
+}
+
+
+@pytest.mark.parametrize("entry", tuple(COMMANDS), ids=lambda entry: str(entry.code))
+def test_a_command_is_read_as_itself(entry):
+    text = EXAMPLES[entry.form](str(entry.code))
+    statement = read(text)
+    assert statement.command is entry
+    assert (statement.problem is None) == (Accept.REMOVED not in entry.accepted)
+    assert (command(text).problem is None) == (Accept.HOST in entry.accepted)
+
+
+def test_every_other_word_of_up_to_two_characters_is_unknown():
+    """An unknown command is ignored and sets Bs (3 of the base language)."""
+    bare = {str(entry.code) for entry in COMMANDS if entry.form is Form.BARE} | {"S", "C0"}
+    variables = {f"R{letter}" for letter in string.ascii_lowercase}
+    labels = {f"C{digit}" for digit in string.digits}
+    words = {first + second for first, second in combinations(string.printable, ["", *string.printable])}
+    known = {word for word in words if read(word).problem is None}
+    assert known == {word for word in bare | variables | labels if len(word) <= 2}

@@ -1,0 +1,212 @@
+"""Section 5.2 with a real motor: shorted windings brake a turning shaft, a free one coasts."""
+
+from itertools import pairwise
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .talking import ask, load, ready, tell
+
+SAMPLE_NS = 245_760
+MOTORS = ["frame17", "frame23", "frame34"]
+
+
+def spinning(bench: Bench, name: str, torque: int = 400) -> Controller:
+    """A motor at its speed in torque mode."""
+    motor = ready(bench, shaft={"motor": name})
+    tell(bench, motor, f"MT T={torque}", 1.0)
+    assert abs(motor.axes["shaft"].velocity) > 10_000
+    return motor
+
+
+def way_to_stand(bench: Bench, motor: Controller, seconds: float = 20) -> tuple[int, int]:
+    """Counts until the shaft stands, and nanoseconds."""
+    shaft = motor.axes["shaft"]
+    position, start = shaft.position, bench.now
+    assert bench.run_until(lambda: shaft.velocity == 0, seconds)
+    return shaft.position - position, bench.now - start
+
+
+def speeds(bench: Bench, motor: Controller, every: float, count: int) -> list[float]:
+    """Counts per second, averaged over each interval."""
+    shaft, found = motor.axes["shaft"], []
+    for _ in range(count):
+        before = shaft.position
+        bench.run(every)
+        found.append((shaft.position - before) / every)
+    return found
+
+
+def stopped_by(name: str, command: str, torque: int = 400) -> tuple[int, int]:
+    bench = Bench()
+    motor = spinning(bench, name, torque)
+    tell(bench, motor, command, 0)
+    return way_to_stand(bench, motor)
+
+
+@pytest.mark.parametrize("name", MOTORS)
+def test_mtb_stops_a_turning_shaft_much_sooner_than_coasting(name):
+    """5.2: "a resistance torque [that] helps decelerate the motor"; 3.2: "freewheel coast to a stop" without."""
+    braked, braked_ns = stopped_by(name, "MTB")
+    coasted, coasted_ns = stopped_by(name, "BRKRLS OFF")
+    assert 0 < braked < coasted / 3
+    assert 0 < braked_ns < coasted_ns / 3
+
+
+@pytest.mark.parametrize("name", MOTORS)
+def test_braking_is_the_same_in_both_directions(name):
+    """5.2: a resistance, whichever way it turns."""
+    right, right_ns = stopped_by(name, "MTB", 400)
+    left, left_ns = stopped_by(name, "MTB", -400)
+    assert abs(right + left) <= 1
+    assert abs(right_ns - left_ns) <= 2 * SAMPLE_NS
+
+
+@pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])
+def test_a_shaft_that_is_not_driven_only_becomes_slower_and_never_turns_back(bench, command):
+    """5.2: a resistance torque cannot drive."""
+    motor = spinning(bench, "frame23")
+    tell(bench, motor, command, 0)
+    bench.clock.run_to(-(-bench.now // SAMPLE_NS) * SAMPLE_NS)
+    places = [motor.axes["shaft"].position]
+    for _ in range(400):
+        bench.clock.run_to(bench.now + 4 * SAMPLE_NS)
+        places.append(motor.axes["shaft"].position)
+    ways = [later - earlier for earlier, later in pairwise(places)]
+    assert all(later <= earlier + 1 for earlier, later in pairwise(ways))  # counts are whole
+    assert min(ways) >= 0
+
+
+def test_off_brakes_with_brksrv(bench):
+    """5.2: "when the motor is off for any reason, MTB will be active"."""
+    assert stopped_by("frame23", "OFF") == stopped_by("frame23", "MTB")
+
+
+def test_brkrls_alone_does_not_end_mtb():
+    """5.2: BRKRLS and *then* OFF; with the order changed the windings stay shorted."""
+    braked = stopped_by("frame23", "MTB")[0]
+    assert stopped_by("frame23", "OFF BRKRLS")[0] == braked
+    assert stopped_by("frame23", "BRKRLS MTB")[0] == braked
+
+
+def test_mtb_after_coasting_has_begun(bench):
+    """5.2: "To re-enable the mode torque brake issue MTB again"."""
+    motor = spinning(bench, "frame23")
+    tell(bench, motor, "BRKRLS OFF", 0.02)
+    assert motor.axes["shaft"].velocity > 10_000
+    tell(bench, motor, "MTB", 0)
+    assert ask(bench, motor, "RMODE", 0) == "B"
+    assert way_to_stand(bench, motor)[1] < 100_000_000
+
+
+def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench):
+    """5.2: "applies braking torque to a *moving* motor shaft": it creeps, in proportion to the torque above friction.
+
+    Three torques, equally apart, much above friction: three speeds, equally apart.
+    """
+    motor = ready(bench, shaft={"motor": "frame23"})
+    tell(bench, motor, "BRKRLS MTB BRKRLS")
+    found = []
+    for torque in (0.1, 0.2, 0.3):
+        motor.axes["shaft"].load(torque)
+        bench.run(0.5)
+        found.append(abs(speeds(bench, motor, 0.5, 1)[0]))
+    assert 0 < found[0] < found[1] < found[2]
+    assert found[2] - found[1] == pytest.approx(found[1] - found[0], rel=0.05)
+
+
+def test_without_mtb_a_load_accelerates_the_shaft(bench):
+    """3.2: freewheel."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    tell(bench, motor, "BRKRLS OFF")
+    motor.axes["shaft"].load(0.1)
+    found = [abs(speed) for speed in speeds(bench, motor, 0.01, 5)]
+    assert found[0] < found[1] < found[2] < found[3] < found[4]
+    assert found[4] - found[3] == pytest.approx(found[1] - found[0], rel=0.1)  # constant torque, constant acceleration
+
+
+def test_the_position_is_counted_while_braking_and_while_coasting(bench):
+    """4 of the base language, OFF: "position tracking continues"."""
+    motor = spinning(bench, "frame23")
+    tell(bench, motor, "BRKRLS OFF", 0.05)
+    assert ask(bench, motor, "RP", 0) == str(motor.axes["shaft"].position)
+    tell(bench, motor, "MTB", 0.5)
+    assert ask(bench, motor, "RP", 0) == str(motor.axes["shaft"].position)
+
+
+def wired(bench: Bench, motor: Controller) -> None:
+    motor.pins["C"].drive(False)
+    motor.pins["D"].drive(False)
+    tell(bench, motor, "UCP UDM ZS", 0.01)
+
+
+@pytest.mark.parametrize(("words", "letter", "off"), [("", "B", "1"), ("BRKRLS OFF", "O", "1")])
+def test_a_limit_while_turning(bench, words, letter, off):
+    """3.2 note 3.1: with MTB "rapidly and dynamically brake", without "freewheel coast to a stop"."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    wired(bench, motor)
+    tell(bench, motor, f"{words} MT T=400", 0.5)
+    motor.pins["C"].drive(True)
+    bench.run(0.002)
+    assert tell(bench, motor, "RMODE RBo", 0) == f"{letter}\r{off}\r".encode()
+    _, lasted_ns = way_to_stand(bench, motor)
+    assert (lasted_ns < 50_000_000) is (letter == "B")
+
+
+def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
+    """A new move begins where the shaft has come to rest: no jump back, no position error."""
+    motor = spinning(bench, "frame23")
+    tell(bench, motor, "MTB", 0.5)
+    at = motor.axes["shaft"].position
+    tell(bench, motor, "MP A=100 V=100000 D=0 G", 0.2)
+    assert abs(motor.axes["shaft"].position - at) <= 2
+    assert tell(bench, motor, "RBe RBo") == b"0\r0\r"
+
+
+def test_a_program_brakes_and_reports(bench):
+    """5.2 from a program."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    load(bench, motor, "MT\nT=300\nWAIT=2000\nMTB\nWAIT=1000\nPRINT(@V,#13)\nRMODE\nEND\n")
+    assert tell(bench, motor, "RUN", 1.0) == b"0\rB\r"
+    assert motor.axes["shaft"].velocity == 0
+
+
+@pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])
+def test_the_same_stop_whole_or_in_pieces(command):
+    """Virtual time: the same inputs at the same moments, the same counts."""
+
+    def course(pieces: int) -> list[int]:
+        bench = Bench()
+        motor = spinning(bench, "frame34")
+        tell(bench, motor, command, 0)
+        found = []
+        for _ in range(5):
+            for _ in range(pieces):
+                bench.clock.run_to(bench.now + 12_000_000 // pieces)
+            found.append(motor.axes["shaft"].position)
+        return found
+
+    assert course(1) == course(1) == course(96)
+
+
+def test_power_off_in_the_middle_lets_the_motor_come_back_in_mtb(bench):
+    """2.0 item 2: MTB is the mode at power-up."""
+    motor = spinning(bench, "frame23")
+    motor.power(False)
+    bench.run(0.01)
+    motor.power(True)
+    bench.run(0.3)
+    assert tell(bench, motor, "RMODE RBo") == b"B\r1\r"
+    bench.run(1)
+    assert motor.axes["shaft"].velocity == 0
+
+
+@pytest.mark.parametrize("name", MOTORS)
+def test_bt_and_brake_with_brktrj_on_a_real_motor(bench, name):
+    """5.2: at the end of the trajectory the windings are shorted, and the shaft stays near its target."""
+    motor = ready(bench, shaft={"motor": name})
+    tell(bench, motor, "BRKTRJ A=50 V=100000 P=5000 G", 1.5)
+    assert tell(bench, motor, "RBt RMODE") == b"0\rB\r"
+    assert abs(motor.axes["shaft"].position - 5000) < 50

@@ -1,0 +1,147 @@
+"""Compiling the sampled functions: when, from where, and that it never meets an older version of itself."""
+
+import logging
+import sys
+from types import FunctionType
+
+import pytest
+
+from axistwin.controllers.smartmotor import jit, servo
+from axistwin.errors import MissingExtraError, UsageError
+
+needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+
+
+@pytest.fixture
+def afresh(monkeypatch):
+    """The setting is read again, here and afterwards."""
+    forget()
+    yield monkeypatch
+    forget()
+
+
+def forget():
+    for function in (jit.setting, jit.available, jit._numba):
+        function.cache_clear()
+
+
+def test_a_sampled_function_stays_what_it_is():
+    assert isinstance(servo.rotate, FunctionType)
+    assert servo.slowed(3.0, 1.0) == 2.0
+
+
+def test_off_means_plain_python(afresh):
+    afresh.setenv("AXISTWIN_JIT", "off")
+    assert not jit.available()
+    assert jit.best(servo.rotate) is servo.rotate
+    assert jit.note() == ""
+
+
+def test_without_numba_it_is_slow_and_says_so_once(afresh, caplog):
+    afresh.delenv("AXISTWIN_JIT", raising=False)
+    afresh.setitem(sys.modules, "numba", None)
+    with caplog.at_level(logging.INFO, "axistwin.smartmotor"):
+        assert jit.best(servo.rotate) is servo.rotate
+        assert not jit.available()
+    assert jit.note() == 'SmartMotors run in plain Python, many times slower: pip install "axistwin[fast]"'
+    assert [record.getMessage() for record in caplog.records] == [jit.note()]
+
+
+def test_on_without_numba_is_an_error(afresh):
+    afresh.setenv("AXISTWIN_JIT", "on")
+    afresh.setitem(sys.modules, "numba", None)
+    with pytest.raises(MissingExtraError, match=r'needs numba: pip install "axistwin\[fast\]"'):
+        jit.best(servo.rotate)
+
+
+def test_other_settings_do_not_exist(afresh):
+    afresh.setenv("AXISTWIN_JIT", "yes")
+    with pytest.raises(UsageError, match=r"^AXISTWIN_JIT=yes: choose one of auto, on, off$"):
+        jit.available()
+
+
+@needs_numba
+def test_a_numba_that_does_not_work_is_told_in_one_line(afresh):
+    afresh.setenv("AXISTWIN_JIT", "auto")
+    assert jit.available()
+    afresh.setitem(sys.modules, "numba", None)
+    jit._numba.cache_clear()
+    with pytest.raises(UsageError, match=r"^numba cannot be loaded \(.*\): mend it, or set AXISTWIN_JIT=off$"):
+        jit.best(inner)
+
+
+FACTOR, NOTE = 2, "a text"
+
+
+def inner(x):
+    return x + FACTOR
+
+
+def outer(x):
+    return 10 * inner(x)
+
+
+def test_the_fingerprint_is_that_of_code_and_constants(monkeypatch):
+    before = jit.fingerprint((inner, outer))
+    assert jit.fingerprint((inner, outer)) == before
+    monkeypatch.setitem(globals(), "NOTE", "another")
+    assert jit.fingerprint((inner, outer)) == before
+    monkeypatch.setitem(globals(), "FACTOR", 3)
+    assert jit.fingerprint((inner, outer)) != before
+
+
+def test_the_fingerprint_changes_with_any_function(monkeypatch):
+    before = jit.fingerprint((inner, outer))
+    monkeypatch.setattr(inner, "__code__", (lambda x: x - FACTOR).__code__)
+    assert jit.fingerprint((inner, outer)) != before
+
+
+@pytest.fixture
+def only_these(monkeypatch, tmp_path):
+    """A world in which `inner` and `outer` are all that is sampled, and the cache is empty."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(jit, "_sampled", {})
+    forget_compiled()
+    jit.sampled(inner)
+    jit.sampled(outer)
+    yield tmp_path / "cache"
+    forget_compiled()
+
+
+def forget_compiled():
+    jit._compiled.cache_clear()
+    jit._spaces.cache_clear()
+
+
+def machine_code(directory):
+    return sorted(path.name.split("-")[0] for path in directory.rglob("*.nbi"))
+
+
+@needs_numba
+def test_compiled_functions_call_compiled_functions_and_are_kept(only_these):
+    import numba
+
+    assert jit.best(outer)(1) == 30
+    assert outer(1) == 30
+    assert machine_code(only_these) == ["test_jit.outer"]
+    assert numba.config.CACHE_DIR == ""
+    assert "numba" not in outer.__module__ and outer.__globals__["inner"] is inner
+
+
+@needs_numba
+def test_a_changed_callee_is_compiled_anew(only_these, monkeypatch):
+    assert jit.best(outer)(1) == 30
+    monkeypatch.setattr(inner, "__code__", (lambda x: x * FACTOR).__code__)
+    forget_compiled()
+    assert jit.best(outer)(5) == 100
+    monkeypatch.setitem(globals(), "FACTOR", 3)
+    forget_compiled()
+    assert jit.best(outer)(5) == 150
+    assert len(list((only_these / "axistwin").iterdir())) == 3
+
+
+@needs_numba
+def test_nowhere_to_keep_it_is_no_error(only_these, tmp_path):
+    (tmp_path / "cache").write_text("a file is no directory")
+    assert jit.best(outer)(1) == 30

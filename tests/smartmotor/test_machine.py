@@ -1,0 +1,196 @@
+"""The servo motor: what its data sheet says by formula, the simulation does."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import exp, inf
+
+import pytest
+
+from axistwin.controllers.smartmotor import machine, state
+from axistwin.errors import UsageError
+from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
+
+from .rig import SAMPLE_S, Rig
+
+FRAMES = sorted(SERVO_MOTORS)
+
+
+def driven(motor, pwm, load=None, drive=state.DRIVE_ON):
+    """With this PWM, whatever the shaft does."""
+    rig = Rig(motor, load)
+    rig.i[state.DRIVE], rig.i[state.PWM] = drive, pwm
+    return rig
+
+
+@pytest.mark.parametrize("pwm", [1023, -1023, 300])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_no_load_speed(frame, pwm):
+    """Kt·(U - Ke·ω)/R = Tc + b·ω, so ω = (Kt·U/R - Tc) / (b + Kt·Ke/R)."""
+    motor = SERVO_MOTORS[frame]
+    k, ohm = motor.torque_constant_nm_per_a, motor.winding_resistance_ohm
+    volts = motor.supply_voltage_v * abs(pwm) / 1023
+    expected = (k * volts / ohm - motor.coulomb_friction_nm) / (motor.viscous_friction_nm_s + k * k / ohm)
+    rig = driven(motor, pwm)
+    rig.seconds(0.5)
+    assert rig.rad_per_s == pytest.approx(expected if pwm > 0 else -expected, rel=1e-9)
+    assert abs(rig.rad_per_s) < volts / k
+
+
+def test_stall_current():
+    """A jammed shaft: U/R; the amplifier lets no more through than its peak, and that is an over-current."""
+    rig = driven(FRAME17, 100)
+    machine.set_jam(rig.f, True)
+    rig.seconds(0.1)
+    assert (rig.i[state.CURRENT], rig.i[state.BA]) == (int(100 * 24 * 100 / 1023 / 2.5), 0)
+    rig.i[state.PWM] = -1023  # 9.6 A
+    rig.seconds(0.1)
+    assert (rig.i[state.CURRENT], rig.i[state.BA], rig.i[state.SHAFT]) == (600, 1, 0)
+
+
+def test_acceleration_at_peak_current():
+    """(Kt·I - Tc)/J; frame 34 with a load four times its rotor, far from its top speed."""
+    load = ServoLoad(inertia_kg_m2=4 * FRAME34.rotor_inertia_kg_m2)
+    rig = driven(FRAME34, 1023, load)
+    elapsed = rig.seconds(0.02)
+    acceleration = (0.125 * 24 - 0.03) / (5 * 1.2e-4)
+    assert rig.rad_per_s == pytest.approx(acceleration * elapsed, rel=0.001)
+    assert rig.radians == pytest.approx(acceleration * elapsed**2 / 2, rel=0.02)
+
+
+def test_back_emf_at_speed():
+    """Full PWM at half of the no-load speed: half of the stall current, here within the peak."""
+    motor = replace(FRAME17, peak_current_a=20.0)
+    rig = driven(motor, 1023, ServoLoad(inertia_kg_m2=1.0))
+    rig.f[machine.SPEED] = 0.5 * 24 / 0.036 * SAMPLE_S * motor.counts_per_radian
+    rig.seconds(0.05)
+    assert rig.i[state.CURRENT] == pytest.approx(480, abs=1)
+
+
+def test_shorted_windings_brake_with_the_mechanical_time_constant():
+    """ω = ω₀·exp(-t/τ), τ = J / (Kt·Ke/R + b), without friction."""
+    motor = replace(FRAME23, coulomb_friction_nm=0.0)
+    load = ServoLoad(inertia_kg_m2=2e-3)
+    tau = (2e-3 + 1.6e-5) / (0.075**2 / 0.7 + 1e-5)
+    rig = driven(motor, 0, load, state.DRIVE_SHORTED)
+    rig.f[machine.SPEED] = 20.0
+    speed = rig.rad_per_s
+    elapsed = rig.seconds(tau)
+    assert rig.rad_per_s == pytest.approx(speed * exp(-elapsed / tau), rel=0.001)
+    assert rig.i[state.CURRENT] == pytest.approx(100 * 0.075 * rig.rad_per_s / 0.7, rel=0.02)  # filtered
+
+
+def test_open_windings_coast_by_friction_alone():
+    """ω falls by Tc/J·t and stays at 0: 0.012 N·m on 2.016·10⁻³ kg·m² stop 5.95 rad/s in a second."""
+    motor = replace(FRAME23, viscous_friction_nm_s=1e-12)
+    rig = driven(motor, 500, ServoLoad(inertia_kg_m2=2e-3), state.DRIVE_OPEN)
+    rig.f[machine.SPEED] = 5.0 * SAMPLE_S * motor.counts_per_radian
+    elapsed = rig.seconds(0.5)
+    assert rig.rad_per_s == pytest.approx(5.0 - 0.012 / 2.016e-3 * elapsed, rel=1e-6)
+    rig.seconds(0.5)
+    assert rig.rad_per_s == 0.0
+
+
+def test_friction_holds_the_shaft_exactly_at_rest():
+    """12 mN·m and 8 more of the load: a torque of 0.0199 N·m does nothing for ever, 0.0201 turns it."""
+    load = ServoLoad(coulomb_friction_nm=0.008)
+    rig = driven(FRAME23, 0, load, state.DRIVE_OPEN)
+    machine.set_torque(rig.f, -0.0199)
+    rig.seconds(1)
+    assert (rig.rad_per_s, rig.radians) == (0.0, 0.0)
+    machine.set_torque(rig.f, -0.0201)
+    elapsed = rig.seconds(0.1)
+    assert rig.rad_per_s == pytest.approx(-0.0001 / 1.6e-5 * elapsed, rel=0.1)
+
+
+def test_a_weight_drops_when_the_brake_is_released():
+    """½·(T - Tc)/J·t², here 0.1 N·m and 2·10⁻³ kg·m²; the brake holds up to 1 N·m."""
+    load = ServoLoad(inertia_kg_m2=2e-3 - 1.6e-5, gravity_torque_nm=-0.1)
+    rig = driven(replace(FRAME23, viscous_friction_nm_s=1e-12), 0, load, state.DRIVE_OPEN)
+    rig.i[state.BRAKE] = 1
+    rig.seconds(0.5)
+    assert rig.radians == 0.0
+    machine.set_torque(rig.f, -0.92)
+    rig.seconds(0.1)
+    assert rig.rad_per_s < 0
+    machine.set_torque(rig.f, 0.0)
+    rig.seconds(1)
+    assert rig.rad_per_s == 0.0
+    before = rig.radians
+    rig.i[state.BRAKE] = 0
+    elapsed = rig.seconds(0.5)
+    assert rig.radians - before == pytest.approx(-0.5 * 0.088 / 2e-3 * elapsed**2, rel=0.001)
+
+
+def test_a_jam_stops_it_at_once_and_it_goes_on_afterwards():
+    rig = driven(FRAME23, 500)
+    rig.seconds(0.1)
+    machine.set_jam(rig.f, True)
+    where = rig.radians
+    rig.seconds(0.1)
+    assert (rig.rad_per_s, rig.radians) == (0.0, where)
+    machine.set_jam(rig.f, False)
+    rig.seconds(0.1)
+    assert rig.radians > where + 1
+
+
+def test_a_push_displaces_it_and_nothing_brings_it_back_with_the_drive_off():
+    rig = driven(FRAME23, 0, drive=state.DRIVE_SHORTED)
+    machine.push(rig.i, -250)
+    rig.seconds(0.1)
+    assert rig.i[state.SHAFT] == -250
+
+
+def test_the_shaft_counts_downwards_below_the_first_count():
+    """-0.4 counts are count -1: an encoder's counts lie between its edges."""
+    rig = driven(FRAME23, 0, drive=state.DRIVE_OPEN)
+    rig.f[machine.SPEED] = -0.4 - rig.f[machine.COULOMB]
+    rig.turn(1)
+    assert (rig.i[state.SHAFT], round(rig.f[machine.FRACTION], 3)) == (-1, 0.6)
+
+
+def test_heat_goes_from_the_winding_to_the_housing_to_the_air():
+    """1.98 A in 2.5 Ω: 9.8 W.  After 100 s the winding leads by 14.7 K, the housing is on its way to 39.2 K."""
+    rig = driven(FRAME17, 212)
+    machine.set_jam(rig.f, True)
+    elapsed = rig.seconds(60)
+    square = (int(100 * 24 * 212 / 1023 / 2.5) / 100) ** 2
+    lead = rig.f[machine.WINDING_C] - rig.f[machine.HOUSING_C]
+    assert lead == pytest.approx(square * 2.5 * 1.5 * (1 - exp(-elapsed / 20)), rel=0.06)
+    # What the winding has kept has not reached the housing: 20 s of 1.5 K/W are 13.3 J/K, 900 s of 4 K/W are 225 J/K.
+    joules = square * 2.5 * elapsed - 20 / 1.5 * (rig.f[machine.WINDING_C] - 25)
+    assert rig.f[machine.HOUSING_C] - 25 == pytest.approx(joules / 225, rel=0.03)
+
+
+@pytest.mark.parametrize("load", [1e-9, 1.0, 1e4])
+@pytest.mark.parametrize("drive", [state.DRIVE_OPEN, state.DRIVE_SHORTED, state.DRIVE_ON])
+def test_no_figures_make_it_unstable(load, drive):
+    """A tiny winding resistance, a huge friction, a torque beyond reason: no ringing."""
+    motor = replace(FRAME23, winding_resistance_ohm=1e-4, rotor_inertia_kg_m2=1e-8, viscous_friction_nm_s=10.0)
+    rig = driven(motor, 700, ServoLoad(inertia_kg_m2=load), drive)
+    machine.set_torque(rig.f, 1000.0)
+    speeds = []
+    for _ in range(2000):
+        rig.turn(1)
+        speeds.append(rig.rad_per_s)
+    assert all(0 <= before <= after for before, after in pairwise(speeds))
+    assert speeds[-1] < inf
+
+
+def test_what_the_processor_is_told_of_the_machine():
+    """UJA is in 0.1 V, TEMP in °C."""
+    i = Rig(replace(FRAME34, supply_voltage_v=36.54)).i
+    assert (i[state.BUS_VOLTAGE], i[state.COUNTS_PER_REV], i[state.TEMP], i[state.IDEAL]) == (365, 4000, 25, 0)
+
+
+@pytest.mark.parametrize("torque", [1001, -1001, inf, float("nan")])
+def test_a_torque_beyond_reason(torque):
+    rig = Rig(FRAME23)
+    with pytest.raises(UsageError, match="give a number from -1000 to 1000"):
+        machine.set_torque(rig.f, torque)
+
+
+@pytest.mark.parametrize("celsius", [-274, 1001, float("nan")])
+def test_no_such_temperature(celsius):
+    rig = Rig(FRAME23)
+    with pytest.raises(UsageError, match="give a temperature from -273 to 1000"):
+        machine.set_ambient(rig.i, rig.f, celsius)

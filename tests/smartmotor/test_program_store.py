@@ -1,0 +1,306 @@
+"""Section 15 of the base language, and 2.0 item 6: loading, keeping and uploading the program."""
+
+import json
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.errors import UsageError
+
+from .talking import ACKNOWLEDGE, END, ask, clear, load, ready, send, tell, upload
+
+COUNTING = "a=1 'counts\nWHILE a<5\n  a=a+1\nLOOP\nEND\n"
+TEXT = b"a=1\nWHILE a<5\na=a+1\nLOOP\nEND\n"
+IMAGE = b"$40000006D8" + b"00001D" + b"0000000000" + b"a=1\n$W0019LE a<5\na=a+1\n$L0004P\nEND\n"
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    return ready(bench)
+
+
+# Loading
+
+
+def test_each_block_of_8_is_acknowledged_but_not_the_rest(bench, motor):
+    """15: LOAD, 06, 8 bytes, 06 …, and FF FF."""
+    assert send(bench, motor, b"LOAD ") == ACKNOWLEDGE
+    assert send(bench, motor, b"a=1 b=2 ") == ACKNOWLEDGE
+    assert send(bench, motor, b"c=3 EN") == b""
+    assert send(bench, motor, b"D") == b""
+    assert send(bench, motor, END + b" ") == b""
+    assert tell(bench, motor, "RUN", 0.1) == b""
+    assert tell(bench, motor, "Ra Rb Rc RBk") == b"1\r2\r3\r0\r"
+
+
+def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
+    load(bench, motor, "a=1 END\n" * 2)
+
+
+def test_an_ff_that_ends_a_block_may_be_the_end(bench, motor):
+    """The 06 waits for 50 ms; a second FF makes it needless."""
+    send(bench, motor, b"LOAD ")
+    assert send(bench, motor, b"a=1\nEND\xff", 0.04) == b""
+    assert send(bench, motor, b"\xff", 1) == b""
+    send(bench, motor, b"LOAD ")
+    assert send(bench, motor, b"a=1\nEND\xff", 0.1) == ACKNOWLEDGE
+    assert send(bench, motor, b"a note" + END) == b""
+    assert ask(bench, motor, "RCKS") == "000000 0001BA P"  # 61+3D+31+0A, E1
+
+
+def test_a_block_may_have_32_bytes(bench):
+    """Option load_block, as in later firmware."""
+    motor = ready(bench, load_block=32)
+    load(bench, motor, COUNTING, block=32)
+
+
+@pytest.mark.parametrize("program", [COUNTING, IMAGE])
+def test_source_and_image_make_the_same_program(bench, motor, program):
+    load(bench, motor, program)
+    assert upload(bench, motor) == TEXT
+    assert upload(bench, motor, "UP") == IMAGE
+    assert tell(bench, motor, "RUN", 0.1) == b""
+    assert ask(bench, motor, "Ra") == "5"
+
+
+def test_loading_stops_the_running_program(bench, motor):
+    load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
+    tell(bench, motor, "RUN", 0.1)
+    send(bench, motor, b"LOAD ")
+    send(bench, motor, b"END" + END)
+    before = ask(bench, motor, "Ra")
+    bench.run(0.1)
+    assert ask(bench, motor, "Ra") == before != "0"
+
+
+def test_program_bytes_are_neither_commands_nor_addresses(bench, motor):
+    send(bench, motor, b"SADDR1 LOAD ")
+    send(bench, motor, b"b=7 Rb\n\r\x82\x80RP END" + END)
+    assert ask(bench, motor, "Rb") == "0"
+    assert tell(bench, motor, "RUN", 0.1) == b"7\r"
+
+
+def test_the_echo_goes_on_during_a_download(bench, motor):
+    """2: every byte that comes in."""
+    assert send(bench, motor, b"ECHO LOAD ") == b"LOAD " + ACKNOWLEDGE
+    assert send(bench, motor, b"a=1 END\n" + END) == b"a=1 END\n" + ACKNOWLEDGE + END
+
+
+# What prevents it
+
+
+def test_a_motor_in_fault_takes_no_program(bench):
+    """2.0 item 6: no 06 comes, and Bs is set.  With nothing wired it is in fault at power-up (2.0 item 1)."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.3)
+    assert tell(bench, motor, "LOAD") == b""
+    assert tell(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
+    assert tell(bench, motor, "UCI UDI LOAD ZS LOAD") == ACKNOWLEDGE
+
+
+def test_a_program_cannot_load(bench, motor):
+    load(bench, motor, "LOAD\nUPLOAD\nUP\na=1\n")
+    assert tell(bench, motor, "RUN", 0.1) == b""
+    assert tell(bench, motor, "Ra RBs") == b"1\r1\r"
+
+
+# What breaks it
+
+
+def test_a_host_that_falls_silent_leaves_a_broken_program(bench, motor):
+    """10: Bk; it is not run, and RCKS says F."""
+    load(bench, motor, COUNTING)
+    send(bench, motor, b"LOAD ")
+    assert send(bench, motor, b"a=9 b=9 ", 4.9) == ACKNOWLEDGE
+    assert send(bench, motor, b"c=9 ", 4.9) == b""
+    assert send(bench, motor, b"d=9 END ", 5.1) == ACKNOWLEDGE
+    assert tell(bench, motor, "RUN RBk RCKS", 0.1).startswith(b"1\r000000 ")
+    assert tell(bench, motor, "Ra Rb RCKS").endswith(b" F\r")
+    assert tell(bench, motor, "ZS RCKS RBk").endswith(b" F\r1\r")
+    load(bench, motor, COUNTING)
+    assert ask(bench, motor, "RBk") == "0"
+
+
+def test_one_ff_and_silence_end_a_download_too(bench, motor):
+    """A user of class 4 motors appends a single FF."""
+    send(bench, motor, b"LOAD ")
+    send(bench, motor, b"a=1\n\xff", 5.1)
+    assert tell(bench, motor, "RBk RUN", 0.1) == b"0\r"
+    assert ask(bench, motor, "Ra") == "1"
+
+
+def test_a_power_cut_leaves_a_broken_program(bench, motor):
+    """10: Bk is set at start-up; no program runs by itself."""
+    load(bench, motor, "PRINT(1,#13)\n")
+    send(bench, motor, b"LOAD ")
+    send(bench, motor, b"PRINT(2,#13)")
+    motor.power_cycle()
+    bench.run(1)
+    assert motor.serial.read() == b""
+    assert tell(bench, motor, "RBk RUN RCKS", 0.1) == b"1\r000000 000000 F\r"
+
+
+def test_a_program_that_is_too_long_is_broken(bench):
+    """Option program_bytes; what does not fit is ignored."""
+    motor = ready(bench, program_bytes=256)
+    load(bench, motor, "a=1\n" * 64)
+    send(bench, motor, b"LOAD ")
+    send(bench, motor, b"a=1\n" * 64 + b"END" + END)
+    assert tell(bench, motor, "RBk RUN Ra", 0.1) == b"1\r0\r"
+
+
+def test_a_damaged_image_is_broken(bench, motor):
+    send(bench, motor, b"LOAD ")
+    send(bench, motor, IMAGE.replace(b"a<5", b"a<6") + END)
+    assert ask(bench, motor, "RBk") == "1"
+
+
+def test_a_line_error_breaks_the_download(bench):
+    motor = clear(bench, bench.add("smartmotor"))
+    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    motor.serial.host.parity = "E"
+    send(bench, motor, b"LOAD ", 0.1)
+    motor.serial.to_device.flip(1)
+    send(bench, motor, b"a=1\nEND\n" + END, 0.1)
+    assert tell(bench, motor, "RBk RBb", 0.1) == b"1\r1\r"
+
+
+# Uploading
+
+
+def test_eight_bytes_come_for_each_acknowledge(bench, motor):
+    """15: UPLOAD, 8 bytes, 06, 8 bytes …, FF."""
+    load(bench, motor, "a=12345\nEND\n")
+    assert send(bench, motor, b"UPLOAD ") == b"a=12345\n"
+    assert send(bench, motor, ACKNOWLEDGE) == b"END\n\xff"
+    assert ask(bench, motor, "RP") == "0"
+
+
+def test_a_text_of_whole_blocks_is_followed_by_the_end_alone(bench, motor):
+    load(bench, motor, "a=1\nEND\n")
+    assert send(bench, motor, b"UPLOAD ") == b"a=1\nEND\n"
+    assert send(bench, motor, ACKNOWLEDGE) == b"\xff"
+
+
+def test_anything_else_than_06_ends_the_upload_and_is_heard(bench, motor):
+    load(bench, motor, COUNTING)
+    assert send(bench, motor, b"UPLOAD ") == TEXT[:8]
+    assert send(bench, motor, b"RP ") == b"0\r"
+
+
+def test_the_echo_applies_to_an_upload(bench, motor):
+    load(bench, motor, "a=12345\nEND\n")
+    assert send(bench, motor, b"ECHO UPLOAD ") == b"UPLOAD a=12345\n"
+    assert send(bench, motor, ACKNOWLEDGE) == ACKNOWLEDGE + b"END\n\xff"
+
+
+def test_a_locked_program_is_not_uploaded(bench, motor):
+    """LOCKP, until another one is loaded."""
+    load(bench, motor, COUNTING)
+    assert tell(bench, motor, "LOCKP UPLOAD UP RBs") == b"1\r"
+    motor.power_cycle()
+    clear(bench, motor)
+    assert tell(bench, motor, "UPLOAD RBs") == b"1\r"
+    assert ask(bench, motor, "Ra") == "0"
+    load(bench, motor, COUNTING)
+    assert upload(bench, motor) == TEXT
+
+
+# Checksums
+
+
+@pytest.mark.parametrize(
+    ("program", "sums"),
+    [
+        ("END", "000000 0000E1 P"),  # the known figure
+        ("  END 'nothing\r\n", "000000 0000E1 P"),
+        ("a=1\nC5\nEND", "000004 00023C P"),  # C5 is at 4; 61+3D+31+0A 43+35+0A, E1
+    ],
+)
+def test_rcks(bench, motor, program, sums):
+    load(bench, motor, program)
+    assert ask(bench, motor, "RCKS") == sums
+
+
+def test_a_new_motor_has_an_empty_program(bench, motor):
+    assert tell(bench, motor, "RCKS RBk RUN RBs", 0.1) == b"000000 000000 P\r0\r0\r"
+
+
+# Starting
+
+
+def test_the_program_starts_by_itself_after_200_ms(bench, motor):
+    """2: if no traffic arrives in the first 200 ms."""
+    load(bench, motor, 'PRINT("up",#13)\nEND\n')
+    motor.power_cycle()
+    bench.run(0.199)
+    assert motor.serial.read() == b""
+    bench.run(0.002)
+    assert motor.serial.read() == b"up\r"
+
+
+@pytest.mark.parametrize("traffic", [b"\r", b"\x85", b"RP"])
+def test_any_character_in_the_first_200_ms_prevents_it(bench, motor, traffic):
+    load(bench, motor, 'PRINT("up",#13)\nEND\n')
+    motor.power_cycle()
+    bench.run(0.19)
+    motor.serial.write(traffic)
+    bench.run(1)
+    assert motor.serial.read() == b""
+
+
+def test_run_question_mark_waits_for_run(bench, motor):
+    """8: RUN? stops a program that was started by power-up; RUN passes over it."""
+    load(bench, motor, 'PRINT("a")\nRUN?\nPRINT("b")\nEND\n')
+    motor.power_cycle()
+    bench.run(1)
+    assert motor.serial.read() == b"a"
+    assert tell(bench, motor, "RUN", 0.1) == b"ab"
+
+
+def test_z_starts_it_as_power_up_does(bench, motor):
+    load(bench, motor, 'PRINT("up",#13)\nEND\n')
+    assert tell(bench, motor, "Z", 0.19) == b""
+    bench.run(0.1)
+    assert motor.serial.read() == b"up\r"
+
+
+# Keeping
+
+
+def test_the_program_is_kept_in_the_state_directory(bench, tmp_path):
+    motor = ready(bench, state=tmp_path)
+    load(bench, motor, COUNTING)
+    other = Bench()
+    again = ready(other, state=tmp_path)
+    assert upload(other, again) == TEXT
+    assert json.loads((tmp_path / "smartmotor.json").read_text())["program"] == TEXT.decode()
+
+
+def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path):
+    """Whenever the power goes, what is kept is a sound program or is known not to be one."""
+    motor = ready(bench, state=tmp_path)
+    load(bench, motor, COUNTING)
+    for part in (b"LOAD ", b"a=1\n", b"END\n", b"\xff"):
+        send(bench, motor, part)
+        assert json.loads((tmp_path / "smartmotor.json").read_text())["broken"] is True
+    send(bench, motor, b"\xff")
+    assert json.loads((tmp_path / "smartmotor.json").read_text()) == {
+        "version": 1, "program": "a=1\nEND\n", "broken": False, "locked": False, "eeprom": "",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "contents",
+    ["", "no JSON", "[]", "null", '{"version": 2}', '{"version": 1}', "[" * 100_000,
+     '{"version": 1, "program": 7, "broken": false, "locked": false, "eeprom": ""}',
+     '{"version": 1, "program": "\\u20ac", "broken": false, "locked": false, "eeprom": ""}',
+     '{"version": 1, "program": "", "broken": 0, "locked": false, "eeprom": ""}',
+     '{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": "xy"}',
+     '{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": 1}'],
+)  # fmt: skip
+def test_a_spoilt_state_file_is_told_with_its_name(bench, tmp_path, contents):
+    (tmp_path / "smartmotor.json").write_text(contents)
+    with pytest.raises(UsageError, match=r"smartmotor\.json is not the memory of a SmartMotor \(.*\): delete it"):
+        bench.add("smartmotor", state=tmp_path)

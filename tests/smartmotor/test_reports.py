@@ -1,0 +1,137 @@
+"""Section 9 of the base language, and chapter 6: reports and PRINT."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .talking import ask, load, ready, tell
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    return ready(bench)
+
+
+@pytest.mark.parametrize(
+    ("command", "answer"),
+    [
+        # 16: power-on defaults; 10: worked values after UCI UDI ZS
+        ("RP", "0"), ("RPE", "0"), ("RV", "0"), ("RA", "0"), ("RD", "0"), ("RE", "1000"), ("RT", "0"), ("RI", "0"),
+        ("RW", "128"), ("RS", "128"), ("RPW", "0,128"), ("RMODE", "B"), ("RSP", "24576/476"), ("RCTR", "0"),
+        ("RU", "127"), ("RUA", "1"), ("RUG", "1"), ("RUAA", "1023"), ("RUGA", "1023"),
+        ("Ra", "0"), ("Rzzz", "0"), ("Rab[203]", "0"), ("Raw[101]", "0"), ("Ral[50]", "0"),
+        ("RAINA1", "0"), ("RDINH63", "0"), ("RAMPS", "1023"), ("RKS", "1"), ("RKV", "0"), ("RADDR", "0"),
+        ("REPTR", "0"), ("RBASE", "0"), ("RSIZE", "0"), ("RCHN", "0"), ("RCHN0", "0"), ("RCHN1", "0"), ("RCS", "0"),
+        ("RCS1", "0"), ("RCKS", "000000 000000 P"),
+        ("RBo", "1"), ("RBt", "0"), ("RBr", "0"), ("RBl", "0"), ("RBi", "0"), ("RBw", "0"), ("RBe", "0"), ("RBh", "0"),
+        ("RBx", "0"), ("RBp", "0"), ("RBm", "0"), ("RBd", "0"), ("RBu", "0"), ("RBs", "0"), ("RBa", "0"), ("RBk", "0"),
+        ("RBb", "0"), ("RBc", "0"), ("RBf", "0"),
+    ],
+)  # fmt: skip
+def test_reports_of_a_motor_that_has_done_nothing(bench, motor, command, answer):
+    """9: text and CR, nothing else; no leading blank, no padding."""
+    assert tell(bench, motor, command) == answer.encode() + b"\r"
+    assert ask(bench, motor, "RBs") == "0"
+
+
+def test_a_bare_motor_reports_its_limit_fault(bench):
+    """2.0 item 1, 10: nothing wired: RS 134, RW 1670."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.3)
+    assert tell(bench, motor, "RS RW RPW RMODE RU") == b"134\r1670\r0,1670\rB\r127\r"
+
+
+@pytest.mark.parametrize(
+    ("assignment", "report", "answer"),
+    [
+        ("A=100", "RA", "100"), ("D=-7", "RD", "-7"), ("E=32000", "RE", "32000"), ("T=-1023", "RT", "-1023"),
+        ("AMPS=100", "RAMPS", "100"), ("KP=42", "RKP", "42"), ("KI=1", "RKI", "1"), ("KD=2", "RKD", "2"),
+        ("KL=3", "RKL", "3"), ("KS=4", "RKS", "4"), ("KV=5", "RKV", "5"), ("KA=6", "RKA", "6"), ("KG=7", "RKG", "7"),
+        ("BASE=8000", "RBASE", "8000"), ("SIZE=8", "RSIZE", "8"), ("EPTR=7", "REPTR", "7"), ("SADDR7", "RADDR", "7"),
+        ("a=-2147483648", "Ra", "-2147483648"), ("zzz=2147483647", "Rzzz", "2147483647"), ("aw[3]=-1", "Raw[3]", "-1"),
+        ("O=-1234", "RP", "-1234"), ("ab[9]=200", "Rab[9]", "-56"), ("n=2 al[3]=9", "Ral[n+1]", "9"),
+    ],
+)  # fmt: skip
+def test_a_report_tells_the_buffered_value(bench, motor, assignment, report, answer):
+    assert tell(bench, motor, f"{assignment} {report} RBs") == answer.encode() + b"\r0\r"
+
+
+def test_clk_counts_samples(bench, motor):
+    """1: 245,760 ns each."""
+    tell(bench, motor, "CLK=0", 0)
+    bench.run(1000 * 245_760e-9)
+    assert tell(bench, motor, "RCLK", 0) == b"1000\r"
+
+
+@pytest.mark.parametrize(("rate", "period"), [(1, 24576), (2, 49152), (4, 98304), (8, 196608)])
+def test_rsp_tells_the_period_of_the_servo_and_the_firmware(bench, motor, rate, period):
+    """Page 1: 24576/476; PIDn multiplies the period."""
+    assert tell(bench, motor, f"PID{rate} RSP") == f"{period}/476\r".encode()
+
+
+@pytest.mark.parametrize(
+    ("commands", "letter"),
+    [
+        ("MP P=1000000 V=1000 A=10 G", "P"), ("MP D=1000000 V=1000 A=10 G", "R"), ("MV V=1000 A=10 G", "V"),
+        ("MT", "T"), ("MF1", "F"), ("MF4", "F"), ("MFR G", "X"), ("MS", "S"), ("MSR G", "X"), ("MTB", "B"),
+        ("BRKRLS OFF", "O"), ("BASE=100 SIZE=4 MC G", "C"), ("MV V=1000 A=10 G S", "P"), ("MV", "B"),
+    ],
+)  # fmt: skip
+def test_rmode_tells_the_mode_in_force_by_a_letter(bench, motor, commands, letter):
+    """5; 10.2: the running mode, not the buffered one."""
+    assert tell(bench, motor, f"{commands} RMODE RBs", 0.01) == f"{letter}\r0\r".encode()
+
+
+def test_host_mode_has_its_letter(bench, motor):
+    """10: MD, two points, G."""
+    tell(bench, motor, b"MD \xfa\0\0\0\0\r\xfb\0\0\0\0\r\xfa\0\0\4\0\r\xfb\0\0\1\0\rG")
+    assert ask(bench, motor, "RMODE") == "H"
+
+
+def test_ri_clears_bi(bench, motor):
+    """10: Bi is cleared by RI.  The index mark is 500 counts from where the shaft stood."""
+    tell(bench, motor, "MP P=600 V=100000 A=1000 G", 1)
+    assert tell(bench, motor, "RBi RI RBi") == b"1\r500\r0\r"
+
+
+def test_rs_and_rw_clear_nothing(bench):
+    """3.1: only Zl, Zr and ZS do."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.3)
+    assert tell(bench, motor, "RS RW RBr RBl") == b"134\r1670\r1\r1\r"
+
+
+def test_an_index_outside_the_array_is_not_reported(bench, motor):
+    """8.2: Bu."""
+    assert tell(bench, motor, "Rab[204] Raw[102] Ral[51] Rab[-1] RBu RBs") == b"1\r0\r"
+
+
+@pytest.mark.parametrize("command", ["RFOO", "R", "Rp2", "RAIN", "RAINA5", "RAINI1", "RDINA64", "RAA", "RUH", "RUAB"])
+def test_what_is_no_report_sets_bs(bench, motor, command):
+    assert tell(bench, motor, f"{command} RBs") == b"1\r"
+
+
+def test_print_adds_nothing(bench, motor):
+    """9: text, values in decimal, #n one byte."""
+    assert tell(bench, motor, 'a=-5 PRINT("a=",a,"  ",a*a,#13,#10,#0,#255)') == b"a=-5  25\r\n\0\xff"
+
+
+def test_print_u(bench, motor):
+    """6.1: PRINT(U), `a=U`."""
+    motor.pins["B"].drive(False)
+    assert tell(bench, motor, "PRINT(U,#13) a=U Ra RU") == b"125\r125\r125\r"
+
+
+def test_print_of_something_without_a_value_prints_nothing(bench, motor):
+    assert tell(bench, motor, 'PRINT("x",1/0) RBd') == b"1\r"
+
+
+@pytest.mark.parametrize("device", "ABCDEFGH")
+def test_print_to_a_device_that_is_not_there_is_lost(bench, motor, device):
+    assert tell(bench, motor, f'PRINT{device}("x") RBs') == b"0\r"
+
+
+def test_a_program_reports_as_a_host_does(bench, motor):
+    load(bench, motor, 'Ra PRINT("b=",b,#13)\nRPW\nEND\n')
+    assert tell(bench, motor, "RUN", 0.1) == b"0\rb=0\r0,128\r"

@@ -1,0 +1,412 @@
+"""Section 2 of the base language, chapters 6 and 10: what the motor makes of the characters that come in."""
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .talking import clear, load, ready, send, tell
+
+CHARACTER_S = 10 / 9600
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    return ready(bench)
+
+
+# Terminators
+
+
+@pytest.mark.parametrize("terminator", [" ", "\r", "\n", "\0"])
+def test_a_space_cr_lf_or_nul_ends_a_command(bench, motor, terminator):
+    """2: the terminators; a report ends with one CR and nothing else."""
+    assert send(bench, motor, b"P=12 z=P Rz" + terminator.encode()) == b"12\r"
+
+
+def test_several_commands_stand_on_one_line(bench, motor):
+    """2: `z=V Rz` and the like are what hosts send."""
+    assert tell(bench, motor, "V=-5 z=V Rz a=3 Ra") == b"-5\r3\r"
+
+
+def test_empty_commands_mean_nothing(bench, motor):
+    assert send(bench, motor, b" \r\n\0\r\r  RBs\r\n") == b"0\r"
+
+
+def test_a_command_without_its_terminator_is_not_obeyed_yet(bench, motor):
+    assert send(bench, motor, b"a=1 Ra", 0.1) == b""
+    assert send(bench, motor, b"\r") == b"1\r"
+
+
+def test_quotes_keep_the_space_in_a_command(bench, motor):
+    """2: quotes protect spaces."""
+    assert tell(bench, motor, 'PRINT("a b  c",#13)') == b"a b  c\r"
+
+
+@pytest.mark.parametrize("end", ["\r", "\n", "\0"])
+def test_a_quote_that_is_not_closed_ends_with_the_line(bench, motor, end):
+    assert send(bench, motor, b'PRINT("a b' + end.encode()) == b""
+    assert tell(bench, motor, "RBs") == b"1\r"
+
+
+def test_an_unknown_command_sets_bs_and_nothing_is_returned(bench, motor):
+    """3: ignored, Bs."""
+    assert tell(bench, motor, "HELLO") == b""
+    assert tell(bench, motor, "RBs") == b"1\r"
+
+
+# Lists of array values
+
+
+def test_a_list_of_array_values_comes_as_words(bench, motor):
+    """1.1: `aw[0] 0 100 500 700.`: consecutive elements; the list ends with its period."""
+    assert tell(bench, motor, "aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs") == b"100\r-500\r700\r0\r"
+
+
+def test_a_list_may_have_more_characters_than_a_command(bench, motor):
+    values = " ".join(str(1000 + n) for n in range(102))
+    assert tell(bench, motor, f"aw[0] {values}. Raw[0] Raw[101]") == b"1000\r1101\r"
+
+
+def test_a_list_without_its_period_is_no_list(bench, motor):
+    """The line's end and a word that is no number end it; nothing is stored, and nothing behind it is lost."""
+    assert tell(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
+    assert tell(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
+
+
+def test_a_list_with_too_many_values_sets_a_flag_and_does_no_harm(bench, motor):
+    values = " ".join("1" for n in range(300))
+    assert tell(bench, motor, f"ab[0] {values}. ZS RU") == b"127\r"
+
+
+# Long commands
+
+
+def test_a_command_has_64_characters_at_most(bench, motor):
+    """2: a longer one is dropped up to its terminator, flag Bc; nothing behind it is lost."""
+    longest = 'PRINT("' + "x" * 55 + '")'
+    assert len(longest) == 64
+    assert tell(bench, motor, longest) == b"x" * 55
+    assert tell(bench, motor, 'PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0') == b"1\r1\r1\r1\r"
+
+
+def test_a_list_is_cut_short_by_a_word_that_is_too_long(bench, motor):
+    assert tell(bench, motor, f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]") == b"1\r1\r0\r"
+
+
+# Echo
+
+
+def test_echo_sends_every_byte_back_before_the_answer(bench, motor):
+    """2: address bytes and terminators included."""
+    assert send(bench, motor, b"ECHO ") == b""
+    assert send(bench, motor, b"\x80RP\r\n") == b"\x80RP\r0\r\n"
+    assert send(bench, motor, b"ECHO_OFF ") == b"ECHO_OFF "
+    assert send(bench, motor, b"RP\r") == b"0\r"
+
+
+# Addresses
+
+
+def test_an_address_byte_holds_until_the_next_one(bench, motor):
+    """2: 80h + address; 80h is for all."""
+    assert tell(bench, motor, "SADDR5 RADDR") == b"5\r"
+    assert send(bench, motor, b"\x86RP RP ") == b""
+    assert send(bench, motor, b"RP ") == b""
+    assert send(bench, motor, b"\x85RP RP ") == b"0\r0\r"
+    assert send(bench, motor, b"\x86RP \x80RP ") == b"0\r"
+
+
+@pytest.mark.parametrize("number", [1, 120])
+def test_addresses_go_up_to_120(bench, motor, number):
+    assert send(bench, motor, f"SADDR{number} ".encode() + bytes([0x80 + number]) + b"RBs ") == b"0\r"
+
+
+def test_there_is_no_address_121(bench, motor):
+    assert tell(bench, motor, "SADDR121 RADDR RBs") == b"0\r1\r"
+
+
+def test_an_address_byte_ends_what_had_been_begun(bench, motor):
+    assert send(bench, motor, b"SADDR1 G\x81RP RBs ") == b"0\r1\r"
+
+
+def test_echo_goes_on_for_the_commands_of_others(bench, motor):
+    """2: a daisy chain lives by it."""
+    assert send(bench, motor, b"SADDR1 ECHO \x82RP ") == b"\x82RP "
+
+
+def test_sleep_obeys_nothing_but_wake(bench, motor):
+    """2: echo goes on."""
+    assert tell(bench, motor, "SLEEP a=1 Ra HELLO WAKE Ra RBs") == b"0\r0\r"
+    assert send(bench, motor, b"ECHO SLEEP Ra WAKE ") == b"SLEEP Ra WAKE "
+
+
+def test_a_chain_is_addressed_from_power_up(bench):
+    """2: SADDR1 for all, then motor by motor: ECHO, SLEEP, and at the end WAKE for all."""
+    motors = [bench.add("smartmotor", line="instant") for _ in range(3)]
+    chain = bench.chain(*motors)
+    bench.run(0.3)
+    for number in (1, 2, 3):
+        send_to = bytes([0x80 + number])
+        chain.write(b"\x80SADDR%d " % number + send_to + b"ECHO " + send_to + b"SLEEP ")
+        bench.run(0.1)
+    chain.write(b"\x80WAKE ")
+    bench.run(0.1)
+    chain.read()
+    for number in (1, 2, 3):
+        chain.write(b"%cRADDR " % (0x80 + number))
+        bench.run(0.1)
+        assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
+
+
+# Line errors
+
+
+def other_format(bench: Bench, **differences: object) -> Controller:
+    motor = clear(bench, bench.add("smartmotor"))
+    for name, value in differences.items():
+        setattr(motor.serial.host, name, value)
+    return motor
+
+
+def test_a_framing_error_sets_bf_and_spoils_the_command(bench):
+    """10 of the base language: Bf.  The host sends 8 data bits with the parity bit where the stop bit is expected."""
+    motor = other_format(bench, parity="S")
+    tell(bench, motor, "a=1", 0.1)
+    motor.serial.host.parity = "N"
+    assert tell(bench, motor, "\rRa RBf RCHN RBs", 0.2) == b"0\r1\r2\r0\r"
+    assert tell(bench, motor, "Zf RBf RCHN", 0.2) == b"0\r0\r"
+
+
+def test_a_parity_error_sets_bb(bench):
+    motor = clear(bench, bench.add("smartmotor"))
+    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    motor.serial.host.parity = "O"
+    tell(bench, motor, "a=1", 0.1)
+    motor.serial.host.parity = "E"
+    assert tell(bench, motor, "\rRa RBb RCHN0 RCHN1 RBf", 0.2) == b"0\r1\r8\r0\r0\r"
+
+
+def test_a_break_is_a_framing_error_and_ends_what_had_been_begun(bench):
+    motor = clear(bench, bench.add("smartmotor"))
+    motor.serial.write(b"a=")
+    motor.serial.send_break(0.01)
+    bench.run(0.1)
+    assert tell(bench, motor, "RBf RBs", 0.1) == b"1\r0\r"
+
+
+def test_one_damaged_character_spoils_one_command(bench):
+    motor = clear(bench, bench.add("smartmotor"))
+    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    motor.serial.host.parity = "E"
+    motor.serial.to_device.flip(1)
+    assert tell(bench, motor, "b=5 b=b+1 Rb", 0.1) == b"1\r"
+
+
+# Host mode records and what is binary
+
+
+def test_the_bytes_of_a_record_are_no_addresses_and_no_terminators(bench, motor):
+    """10.1: 0xFA, four bytes, CR."""
+    assert send(bench, motor, b"SADDR1 \x81MD \xfa\x82\x0d\x20\x83\r\xfb\x00\x00\x0d\x00\r") == b""
+    assert send(bench, motor, b"RADDR RBs ") == b"1\r0\r"
+
+
+def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
+    assert send(bench, motor, b"SADDR1 \x82\xfa\x81\x81\x81\x81\rRP \x81RBs ") == b"0\r"
+
+
+def test_a_record_without_its_cr_is_dropped(bench, motor):
+    """Bs; what stands behind it up to the next terminator belongs to it, records and addresses excepted."""
+    assert send(bench, motor, b"MD \xfa\x00\x00\x00\x00XX a=1 Ra RBs Zs ") == b"1\r1\r"
+    assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
+
+
+def test_host_mode_tells_its_status(bench, motor):
+    """11: 0xF9 or Q: status byte, free places, clock.  128: the motor is off."""
+    assert send(bench, motor, b"MD \xf9") == bytes([128, 32, 0, 0, 0, 0])
+    records = b"\xfa\x00\x00\x00\x00\r\xfb\x00\x00\x00\x00\r\xfa\x00\x00\x04\x00\r\xfb\x00\x00\x01\x00\r"
+    assert send(bench, motor, records + b"Q ") == bytes([128, 30, 0, 0, 0, 0])
+
+
+# Speed and format
+
+
+def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
+    """When the characters of the answer arrive, from when the host begins to send."""
+    began, times = bench.now, list[float]()
+    stop = motor.serial.hear(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
+    tell(bench, motor, text, 0.1)
+    stop()
+    return times
+
+
+def test_baud_takes_effect_at_once(bench):
+    """2: BAUDn.  At 38400 baud a character takes 0.2604 ms; three come in, two go out."""
+    motor = clear(bench, bench.add("smartmotor"))
+    assert tell(bench, motor, "BAUD38400", 0.1) == b""
+    motor.serial.host.baudrate = 38400
+    assert arrivals_ms(bench, motor, "RP") == [1.042, 1.302]
+    assert tell(bench, motor, "BAUD300 RBs RBf", 0.1) == b"1\r0\r"
+    motor.power_cycle()
+    motor.serial.host.baudrate = 9600
+    assert tell(bench, motor, "RP", 0.1) == b"0\r"
+
+
+def test_a_reply_begins_when_the_terminator_has_been_received(bench):
+    """A character of 10 bits takes 1.0417 ms at 9600 baud; three come in, two go out."""
+    motor = clear(bench, bench.add("smartmotor"))
+    assert arrivals_ms(bench, motor, "RP") == [4.167, 5.208]
+
+
+def test_a_reply_waits_while_another_one_is_being_sent(bench):
+    """2: the second report is asked for while the first one is on the wire; nothing is lost."""
+    motor = clear(bench, bench.add("smartmotor"))
+    assert tell(bench, motor, "RSP RP RP", 0.1) == b"24576/476\r0\r0\r"
+
+
+def test_ochn_sets_the_format(bench):
+    motor = clear(bench, bench.add("smartmotor"))
+    tell(bench, motor, "OCHN(RS2,0,O,19200,2,7,C)", 0.1)
+    host = motor.serial.host
+    host.baudrate, host.bytesize, host.parity, host.stopbits = 19200, 7, "O", 2
+    assert tell(bench, motor, "RP RBs", 0.1) == b"0\r0\r"
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    ["RS2,1,N,9600,1,8,C", "RS3,0,N,9600,1,8,C", "RS2,2,N,9600,1,8,C", "RS2,0,X,9600,1,8,C", "RS2,0,N,9601,1,8,C",
+     "RS2,0,N,9600,3,8,C", "RS2,0,N,9600,1,9,C", "RS2,0,N,9600,1,8,E", "RS2,0", "", "RS2,0,N,9600,1,8,C,x"],
+)  # fmt: skip
+def test_what_cannot_be_opened_sets_bs(bench, motor, parameters):
+    assert tell(bench, motor, f"OCHN({parameters}) RBs") == b"1\r"
+
+
+def test_a_closed_channel_neither_hears_nor_speaks(bench, motor):
+    motor.rs485.write(b"")
+    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) CCHN(RS2,0)")
+    assert tell(bench, motor, "RP") == b""
+    assert tell(bench, motor.rs485, "OCHN(RS2,0,N,9600,1,8,C) RP", 0.1) == b"0\r"
+    assert tell(bench, motor, "RBs") == b"0\r"
+
+
+# Channel 1
+
+
+def test_channel_1_is_closed_at_first(bench, motor):
+    assert tell(bench, motor.rs485, "RP") == b""
+    assert tell(bench, motor, 'PRINT1("lost") RBs') == b"0\r"
+    assert motor.rs485.read() == b""
+
+
+def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
+    """6.2: "to the active channel"."""
+    port = motor.rs485
+    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
+    assert tell(bench, port, 'RP PRINT("x")') == b"0\rx"
+    assert motor.serial.read() == b""
+    assert tell(bench, motor, 'PRINT1("one",#13)') == b""
+    assert port.read() == b"one\r"
+
+
+def test_data_mode_keeps_sixteen_bytes(bench, motor):
+    """2: LEN1 and GETCHR1; the seventeenth byte sets Bc."""
+    port = motor.rs485
+    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)")
+    port.write(bytes(range(0x80, 0x90)))
+    assert tell(bench, motor, "a=LEN1 Ra b=GETCHR1 Rb b=GETCHR1 Rb a=LEN1 Ra RBc") == b"16\r128\r129\r14\r0\r"
+    port.write(b"\xfaRP")
+    assert tell(bench, motor, "a=LEN1 Ra RBc RCHN1 RCHN0") == b"16\r1\r1\r0\r"
+
+
+def test_getchr_of_nothing_is_0(bench, motor):
+    assert tell(bench, motor, "a=5 a=GETCHR Ra a=GETCHR1 Ra RBs") == b"0\r0\r0\r"
+
+
+def test_a_channel_sleeps_by_itself(bench, motor):
+    port = motor.rs485
+    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) SLEEP1 ECHO1")
+    assert tell(bench, port, "RP") == b"RP\r"
+    assert tell(bench, motor, "RP") == b"0\r"
+    assert tell(bench, port, "WAKE RP WAKE1 RP") == b"WAKE RP WAKE1 RP\r0\r"
+
+
+def test_rs4_takes_pin_g_as_its_direction_line(bench):
+    """5.1: RS4 or OCHN(RS4,0,…) changes the function of pin G; it is high while the motor transmits."""
+    motor = clear(bench, bench.add("smartmotor"))
+    levels: list[tuple[float, bool]] = []
+    tell(bench, motor, "RS4", 0.1)
+    assert motor.pins["G"].level is False
+    began = bench.now
+    motor.pins["G"].watch(lambda pin: levels.append((round((bench.now - began) / 1e6, 3), pin.level)))
+    assert tell(bench, motor, "RP", 0.1) == b"0\r"
+    assert levels == [(3.125, True), (5.208, False)]
+    tell(bench, motor, "RS2", 0.1)
+    assert motor.pins["G"].level is True
+
+
+# The running program
+
+
+def test_a_program_waits_when_more_than_16_characters_are_to_be_sent(bench):
+    """26 characters take 27.08 ms; the first is on the wire, 25 wait, so the program goes on when all have left."""
+    motor = clear(bench, bench.add("smartmotor"))
+    load_slowly(bench, motor, 'UAO UA=0\nPRINT("abcdefghijklmnopqrstuvwxyz")\nUA=1\nEND\n')
+    motor.serial.write(b"RUN ")
+    assert bench.run_until(lambda: motor.serial.read() == b"a", 0.1)
+    first = bench.now
+    assert bench.run_until(lambda: motor.pins["A"].level, 0.1)
+    assert 25 * CHARACTER_S <= (bench.now - first) / 1e9 <= 25 * CHARACTER_S + 0.001
+
+
+def load_slowly(bench: Bench, motor: Controller, program: str) -> None:
+    motor.serial.write(b"LOAD ")
+    bench.run(0.1)
+    motor.serial.write(program.encode() + b"\xff\xff")
+    bench.run(1)
+    assert set(motor.serial.read()) == {6}
+
+
+def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
+    """2: SILENT; a host that asks is answered all the same."""
+    load(bench, motor, 'PRINT("x")\nRa\nEND\n')
+    assert tell(bench, motor, "SILENT RUN Ra", 0.1) == b"0\r"
+    assert tell(bench, motor, "TALK RUN", 0.1) == b"x0\r"
+
+
+def test_f_4_sends_what_the_program_says_to_channel_1(bench, motor):
+    """7, F=4."""
+    port = motor.rs485
+    load(bench, motor, 'PRINT("x")\nRa\nEND\n')
+    assert tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 RUN", 0.1) == b""
+    assert port.read() == b"x0\r"
+
+
+def test_a_character_ends_the_pause(bench, motor):
+    """8: ! pauses the program until a serial character arrives."""
+    load(bench, motor, "a=1\n!\na=2\nEND\n")
+    tell(bench, motor, "RUN", 0.1)
+    assert tell(bench, motor, "", 0.1) == b""
+    assert tell(bench, motor, "Ra") == b"2\r"
+
+
+# Whatever comes
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.one_of(st.binary(max_size=12), st.sampled_from(
+    [b"\x80", b"\xfa", b"\r", b" ", b'"', b"aw[0] ", b"1 ", b"2.", b"LOAD ", b"\xff\xff", b"MD G ", b"RW ", b"ECHO "]
+)), max_size=20).map(b"".join))  # fmt: skip
+def test_no_bytes_do_any_harm_and_pieces_make_no_difference(data):
+    """Fed whole or byte by byte, the answers are the same."""
+    heard = []
+    for size in (len(data) or 1, 1):
+        bench = Bench()
+        motor = ready(bench)
+        for at in range(0, len(data), size):
+            motor.serial.write(data[at : at + size])
+        bench.run(0.01)
+        heard.append(motor.serial.read())
+    assert heard[0] == heard[1]

@@ -1,0 +1,343 @@
+"""Servo law, protection and rest of a SmartMotor (base language, chapter 13; manual, chapter 4)."""
+
+from dataclasses import replace
+from math import log
+
+import pytest
+
+from axistwin.controllers.smartmotor import jit, machine, servo, servo_law, state
+from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
+
+from .rig import SAMPLE_S, Rig
+
+FRAMES = sorted(SERVO_MOTORS)
+QUICK = replace(FRAME17, winding_time_constant_s=1.0, housing_time_constant_s=20.0)
+"""Warms up as if it were much smaller."""
+
+
+def tuned(**tuning):
+    """A motor with this tuning and nothing else, its drive on, its shaft jammed."""
+    rig = Rig(FRAME23)
+    names = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
+    machine.tune(rig.i, [tuning.get(name, 1 if name == "ks" else 0) for name in names])
+    machine.set_jam(rig.f, True)
+    return rig
+
+
+def pwm_of(rig, *errors):
+    """PWM for these following errors, one a sample."""
+    found = []
+    for error in errors:
+        rig.i[state.COMMANDED] = error << 16
+        rig.sample()
+        found.append(rig.i[state.PWM])
+    return found
+
+
+# The law, worked out by hand
+
+
+def test_kp_is_in_sixteenths_of_a_pwm_unit_per_count():
+    """42 × 100 / 16 = 262.5, rounded upwards; 42 × 1000 / 16 is beyond full PWM."""
+    assert pwm_of(tuned(kp=42), 0, 100, -100, 1, 1000, -1000) == [0, 263, -262, 3, 1023, -1023]
+
+
+def test_ki_adds_the_error_up_within_kl():
+    """28 × 10 / 2048 = 0.1367 PWM units a sample: 1, then 2 after 11 samples; KL = 1 is 4 units."""
+    pwm = pwm_of(tuned(ki=28, kl=1), *[10] * 100)
+    assert (pwm[2], pwm[3], pwm[10], pwm[-1]) == (0, 1, 2, 4)
+    assert pwm_of(tuned(ki=28), *[10] * 100)[-1] == 0
+
+
+def test_kd_takes_the_difference_of_two_errors():
+    """550 × 2 / 16 = 68.75."""
+    assert pwm_of(tuned(kd=550), 0, 2, 4, 4) == [0, 69, 69, 0]
+
+
+def test_ks_is_the_number_of_samples_between_the_two_errors():
+    """With KS = 3 the difference of samples 0, 3, 6 and 9 is taken, and holds in between: 550 × 3 / 16 = 103.125."""
+    assert pwm_of(tuned(kd=550, ks=3), 0, 1, 2, 3, 4, 5, 6, 6, 6, 6) == [0, 0, 0, 103, 103, 103, 103, 103, 103, 0]
+
+
+def test_kg_is_a_constant():
+    """-100 / 16 = -6.25, 160 / 16 = 10."""
+    assert pwm_of(tuned(kg=-100), 0) == [-6]
+    assert pwm_of(tuned(kg=160), 0) == [10]
+
+
+def test_kv_and_ka_look_ahead():
+    """2.5 counts/sample × 400 / 16 = 62.5; 0.25 counts/sample² × 8000 / 16 = 125."""
+    rig = tuned(kv=400)
+    rig.i[state.VELOCITY] = 5 * 65536 // 2
+    assert pwm_of(rig, 0, 0) == [63, 63]
+    rig = tuned(ka=8000)
+    rig.i[state.VELOCITY] = 65536 // 4
+    assert pwm_of(rig, 0, 0) == [125, 0]
+
+
+def test_amps_limits_everything():
+    rig = tuned(kp=42)
+    rig.i[state.AMPS] = 100
+    assert pwm_of(rig, 1000, -1000) == [100, -100]
+    rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, -700
+    assert pwm_of(rig, 0) == [-100]
+    rig.i[state.AMPS] = 1023
+    assert pwm_of(rig, 0) == [-700]
+
+
+def test_with_f_2_everything_is_the_other_way_round():
+    rig = tuned(kp=42)
+    rig.i[state.DIRECTION] = -1
+    assert pwm_of(rig, 16) == [-42]
+    rig.i[state.SHAFT], rig.i[state.ORIGIN] = 50, 60
+    assert pwm_of(rig, 26) == [-42]
+
+
+def test_pid4_speaks_in_every_fourth_sample():
+    rig = tuned(kp=16)
+    rig.i[state.PID_RATE] = 4
+    assert pwm_of(rig, 1, 2, 3, 4, 5, 6) == [1, 1, 1, 1, 5, 5]
+
+
+def test_the_error_has_32_bits():
+    """A position beyond 2³¹ - 1 goes on at -2³¹, for the shaft as for the trajectory."""
+    rig = tuned(kp=16)
+    rig.i[state.SHAFT] = 2**31 - 1
+    rig.i[state.COMMANDED] = -(2**31) << 16
+    assert rig.error == 1
+
+
+def test_off_forgets_integral_and_difference():
+    rig = tuned(ki=28, kd=550, kl=15)
+    pwm_of(rig, *[10] * 50)
+    rig.i[state.DRIVE] = state.DRIVE_OPEN
+    assert pwm_of(rig, 10) == [0]
+    rig.i[state.DRIVE] = state.DRIVE_ON
+    assert pwm_of(rig, 0) == [0]
+
+
+def test_the_integral_can_be_cleared():
+    rig = tuned(ki=28, kl=15)
+    assert pwm_of(rig, *[10] * 50)[-1] == 7
+    servo_law.clear_integral(rig.i)
+    assert pwm_of(rig, 0) == [0]
+
+
+# The tuning as it leaves the factory
+
+
+@pytest.mark.parametrize("gravity", [0.0, 0.3])
+@pytest.mark.parametrize("inertia", [0, 1, 5])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_trapezoid_settles_and_the_error_stays_small(frame, inertia, gravity):
+    """Ten revolutions at 30 rev/s and 300 rev/s², a load of 0 to 5 rotors, a weight of 0.3 times the rated torque."""
+    motor = SERVO_MOTORS[frame]
+    weight = -gravity * motor.torque_constant_nm_per_a * motor.continuous_current_a
+    rig = Rig(motor, ServoLoad(inertia_kg_m2=inertia * motor.rotor_inertia_kg_m2, gravity_torque_nm=weight))
+    errors, end = rig.trapezoid(10 * motor.counts_per_rev, 30, 300)
+    assert max(map(abs, errors)) < 250
+    assert max(abs(error) for error in errors[end + 814 :]) <= 2
+    assert errors[-1] == 0
+
+
+@pytest.mark.parametrize("inertia", [0, 1, 5])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_step_settles(frame, inertia):
+    """100 counts at once; within 0.2 s it is there."""
+    motor = SERVO_MOTORS[frame]
+    rig = Rig(motor, ServoLoad(inertia_kg_m2=inertia * motor.rotor_inertia_kg_m2))
+    rig.i[state.COMMANDED] = 100 << 16
+    errors = []
+    for _ in range(4000):
+        rig.sample()
+        errors.append(rig.error)
+    assert min(errors) > -70
+    assert max(abs(error) for error in errors[814:]) <= 2
+
+
+# Protection
+
+
+def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
+    """4 A with 2 A rated: the mean square over 1 s reaches 4 A² after ln(4/3) s, and 12,000 samples on it trips."""
+    rig = Rig(FRAME17)
+    machine.set_jam(rig.f, True)
+    rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 427  # 24 V × 427/1023 / 2.5 Ω = 4.007 A
+    assert rig.until_protest(20_000) == pytest.approx(log(4 / 3) + 12_000 * SAMPLE_S, abs=0.08)
+    assert (rig.i[state.TEMP], rig.i[state.CURRENT], rig.i[state.BA]) == (25, 400, 0)
+
+
+def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
+    """From 25 °C in air of 50: 1.98 A are 9.8 W, in the end 39.2 K over it.  More than 70 °C is 71; ready again at 65.
+
+    The housing's 5 J/K have to be warmed, and the winding's 0.67 with them.
+    """
+    rig = Rig(QUICK)
+    machine.set_ambient(rig.i, rig.f, 50.0)
+    machine.set_jam(rig.f, True)
+    rig.i[state.THD] = 100
+    rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212  # 1.99 A
+    assert rig.until_protest(400_000) == pytest.approx(22.7 * log(64.2 / 18.2), rel=0.05)
+    assert rig.i[state.TEMP] == 71
+    machine.set_ambient(rig.i, rig.f, 35.0)
+    rig.i[state.DRIVE] = state.DRIVE_OPEN
+    while rig.sample():
+        assert rig.i[state.TEMP] > 65
+    assert rig.i[state.TEMP] == 65
+
+
+def test_the_rated_current_at_25_degrees_never_is_too_much():
+    """10 W through 4 K/W: 65 °C.  Jammed, it can be left alone for days."""
+    rig = Rig(FRAME17)
+    machine.set_jam(rig.f, True)
+    rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212
+    for _ in range(2000):
+        rig.sample()
+    assert rig.resting
+    rig.rest(100_000_000)
+    assert rig.i[state.TEMP] == 64  # 1.99 A
+    assert rig.f[machine.HOUSING_C] == pytest.approx(25 + 1.98**2 * 2.5 * 4, abs=0.5)
+    assert rig.f[machine.WINDING_C] == pytest.approx(25 + 1.98**2 * 2.5 * 5.5, abs=0.6)
+    assert not rig.sample()
+
+
+# Rest
+
+
+@pytest.mark.parametrize("samples", [1, 255, 256, 257, 5000])
+def test_a_motor_that_holds_can_be_left_alone(samples):
+    """Behind a move, with a weight: all is as if it had been done sample by sample."""
+    rigs = []
+    for _ in range(2):
+        rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
+        rig.trapezoid(3000, 30, 300)
+        assert rig.resting
+        rigs.append(rig)
+    one, other = rigs
+    one.rest(samples)
+    for _ in range(samples):
+        other.sample()
+    assert (one.i, one.f) == (other.i, other.f)
+    assert one.i[state.PWM] != 0
+
+
+def test_rest_takes_no_time_once_nothing_changes_any_more():
+    """A motor that cools down: temperatures end exactly where they end sample by sample."""
+    cold = Rig(replace(QUICK, winding_time_constant_s=0.05, housing_time_constant_s=1.0))
+    cold.i[state.DRIVE] = state.DRIVE_SHORTED
+    machine.set_ambient(cold.i, cold.f, -20.0)
+    once = Rig(cold.motor)
+    once.i[:], once.f[:] = cold.i, cold.f
+    once.rest(256 * 10**12 + 77)
+    for _ in range(250_000):
+        cold.turn(1)
+    assert once.f == cold.f
+    assert once.i[state.HEAT_SAMPLES] == 77
+    assert once.i[state.TEMP] == -20
+
+
+def test_an_overheated_motor_can_be_left_alone_while_it_cools_down():
+    """Once its fault has been reported and its winding is below TH."""
+    rigs = []
+    for _ in range(2):
+        rig = Rig(replace(QUICK, winding_time_constant_s=0.5))
+        rig.i[state.DRIVE], rig.i[state.HOT], rig.i[state.BH], rig.i[state.OVERLOAD] = state.DRIVE_SHORTED, 1, 1, 12_000
+        rig.f[machine.HOUSING_C], rig.f[machine.WINDING_C], rig.i[state.TEMP] = 72.5, 70.5, 72
+        assert not rig.resting
+        while rig.f[machine.WINDING_C] >= 70:
+            rig.sample()
+        assert rig.resting
+        rigs.append(rig)
+    one, other = rigs
+    for samples, hot in ((1000, 1), (1001, 1), (30_000, 0)):
+        one.rest(samples)
+        for _ in range(samples):
+            other.sample()
+        assert (one.i, one.f) == (other.i, other.f)
+        assert one.i[state.HOT] == hot
+    assert one.resting
+
+
+@pytest.mark.parametrize(
+    ("slot", "value"),
+    [(state.DRIVE, state.DRIVE_OPEN), (state.COMMANDED, 65536), (state.VELOCITY, 1), (state.CURRENT_SUM, 4000),
+     (state.OVERLOAD, 1), (state.HOT, 1), (state.PWM, 700), (state.INTEGRAL, 5000), (state.TH, 20)],
+)  # fmt: skip
+def test_no_rest_while_something_changes(slot, value):
+    """With its weight the motor holds; without its drive it would fall."""
+    rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
+    rig.trapezoid(3000, 30, 300)
+    assert rig.resting
+    rig.i[slot] = value
+    assert not rig.resting
+
+
+def test_no_rest_while_it_turns_or_would():
+    rig = Rig(FRAME23)
+    rig.i[state.DRIVE] = state.DRIVE_OPEN
+    assert rig.resting
+    machine.set_torque(rig.f, 0.02)
+    assert not rig.resting
+    rig.i[state.BRAKE] = 1
+    assert rig.resting
+    rig.f[machine.SPEED] = 1.0
+    assert not rig.resting
+
+
+# Without a data sheet
+
+
+def test_the_ideal_motor_is_where_the_trajectory_is():
+    rig = Rig(None)
+    rig.i[state.DIRECTION], rig.i[state.ORIGIN], rig.i[state.COMMANDED] = -1, 100, 1234 << 16 | 5
+    assert not rig.resting
+    servo.ideal(rig.i, rig.f)
+    assert (rig.i[state.SHAFT], rig.error, rig.resting) == (-1134, 0, True)
+
+
+def test_the_ideal_motor_stays_where_it_is_when_off_or_jammed():
+    rig = Rig(None)
+    rig.i[state.COMMANDED] = 1234 << 16
+    machine.set_jam(rig.f, True)
+    servo.ideal(rig.i, rig.f)
+    assert (rig.i[state.SHAFT], rig.resting) == (0, True)
+    machine.set_jam(rig.f, False)
+    rig.i[state.DRIVE] = state.DRIVE_OPEN
+    machine.push(rig.i, 7)
+    servo.ideal(rig.i, rig.f)
+    assert (rig.i[state.SHAFT], rig.resting) == (7, True)
+
+
+def test_the_ideal_motor_in_torque_mode_turns_by_a_count_a_sample_for_32():
+    rig = Rig(None)
+    rig.i[state.MODE] = state.M_TORQUE
+    for torque, shaft in ((96, 3), (-96, 0), (31, 0), (-31, 0), (1023, 31)):
+        rig.i[state.T] = torque
+        servo.ideal(rig.i, rig.f)
+        assert rig.i[state.SHAFT] == shaft
+    assert not rig.resting
+
+
+def test_the_ideal_motor_is_as_warm_as_the_air_and_rests_for_nothing():
+    rig = Rig(None)
+    assert (rig.i[state.TEMP], rig.i[state.IDEAL]) == (25, 1)
+    machine.set_ambient(rig.i, rig.f, 30.7)
+    assert rig.i[state.TEMP] == 30
+    rig.rest(10**15)
+    assert rig.i[state.SAMPLE] == 10**15
+    machine.set_ambient(rig.i, rig.f, 80.0)
+    assert not rig.resting
+
+
+@pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+def test_rest_is_the_same_compiled():
+    rigs = []
+    for compiled in (False, True):
+        rig = Rig(FRAME23, compiled=compiled)
+        rig.i[state.COMMANDED] = 100 << 16
+        for _ in range(4000):
+            rig.sample()
+        assert rig.resting
+        rig.rest(1_000_000)
+        rigs.append((list(rig.i), list(rig.f)))
+    assert rigs[0] == rigs[1]

@@ -1,0 +1,188 @@
+"""The trajectory generator, sample by sample: chapters 4 and 5 of the base language."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.controllers.smartmotor.trajectory import approach, fastest, way_to_stop
+
+SAMPLE_NS = 245_760
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    made = bench.add("smartmotor", line="instant")
+    bench.run(0.25)
+    made.serial.write(b"UCI UDI ZS ")
+    bench.clock.run_to(1100 * SAMPLE_NS)
+    return made
+
+
+def positions(bench: Bench, motor: Controller, samples: int) -> list[int]:
+    """Where the shaft is at each of the samples to come."""
+    found = []
+    for _ in range(samples):
+        bench.clock.run_to(bench.now + SAMPLE_NS)
+        found.append(motor.axes["shaft"].position)
+    return found
+
+
+def say(motor: Controller, bench: Bench, words: bytes) -> bytes:
+    motor.serial.write(words)
+    bench.clock.run_to(bench.now)
+    return motor.serial.read()
+
+
+def test_a_trapezoid_of_whole_counts(bench, motor):
+    """V is in 1/65536 count per sample, A in 1/65536 count per sample².
+
+    A of 1 count/sample² to 10 counts/sample: 1+2+…+10 = 55 counts in 10 samples; the same back, of which the first
+    sample is the last at full speed; between them 890 counts in 89 samples.  109 samples in all.
+    """
+    assert say(motor, bench, b"A=65536 V=10*65536 P=1000 G RBt ") == b"1\r"
+    path = positions(bench, motor, 112)
+    assert path[:11] == [1, 3, 6, 10, 15, 21, 28, 36, 45, 55, 65]
+    assert path[98:109] == [945, 955, 964, 972, 979, 985, 990, 994, 997, 999, 1000]
+    assert path.index(1000) == 108
+
+
+def test_a_triangle(bench, motor):
+    """Too short a way to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
+    say(motor, bench, b"A=65536 V=100*65536 P=20 G ")
+    assert positions(bench, motor, 9) == [1, 3, 6, 10, 14, 17, 19, 20, 20]
+
+
+def test_bt_falls_in_the_sample_in_which_the_commanded_trajectory_ends(bench, motor):
+    """Bt is 1 until the sample in which the target is commanded."""
+    say(motor, bench, b"A=65536 V=100*65536 P=20 G ")
+    positions(bench, motor, 7)
+    assert say(motor, bench, b"RBt RV ") == b"1\r131072\r"
+    positions(bench, motor, 1)
+    assert say(motor, bench, b"RBt RV RP ") == b"0\r0\r20\r"
+
+
+def test_a_fraction_of_a_count_per_sample(bench, motor):
+    """A=1/4 count per sample², V=1/2: 1/4, 3/4, 1 1/4 … and counts are whole: the position is rounded down."""
+    say(motor, bench, b"A=16384 V=32768 MV G ")
+    assert positions(bench, motor, 8) == [0, 0, 1, 1, 2, 2, 3, 3]
+
+
+def test_a_relative_move_is_repeated_by_g(bench, motor):
+    """D=100 G, and G again: another 100."""
+    say(motor, bench, b"A=65536 V=65536*50 D=100 G ")
+    positions(bench, motor, 40)
+    assert motor.axes["shaft"].position == 100
+    assert say(motor, bench, b"RMODE G ") == b"R\r"
+    positions(bench, motor, 40)
+    assert motor.axes["shaft"].position == 200
+
+
+def test_a_target_behind_the_motor(bench, motor):
+    """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then comes back.
+
+    Back: 1, 2, 3 counts; 4 are left, of which 7/3, 4/3 and 1/3 are the largest steps that end there: 21 2/3, 20 1/3, 20.
+    """
+    say(motor, bench, b"A=65536 V=5*65536 P=1000 G ")
+    path = positions(bench, motor, 6)
+    assert path == [1, 3, 6, 10, 15, 20]
+    say(motor, bench, b"P=20 G ")
+    assert positions(bench, motor, 12) == [24, 27, 29, 30, 30, 29, 27, 24, 21, 20, 20, 20]
+
+
+def test_v_lowered_on_the_fly_takes_effect_at_g(bench, motor):
+    """A V assigned without G changes nothing; with G the motor decelerates at A to the new V."""
+    say(motor, bench, b"A=65536 V=5*65536 MV G ")
+    positions(bench, motor, 5)
+    say(motor, bench, b"V=2*65536 ")
+    assert positions(bench, motor, 2) == [20, 25]
+    say(motor, bench, b"G ")
+    assert positions(bench, motor, 5) == [29, 32, 34, 36, 38]
+
+
+def test_a_change_of_sign_passes_through_zero_at_a(bench, motor):
+    """MV from 2 to -2 counts per sample with A=1: 1, 0, -1, -2."""
+    say(motor, bench, b"A=65536 V=2*65536 MV G ")
+    assert positions(bench, motor, 3) == [1, 3, 5]
+    say(motor, bench, b"V=-2*65536 G ")
+    assert positions(bench, motor, 5) == [6, 6, 5, 3, 1]
+
+
+def test_x_decelerates_with_the_newest_a(bench, motor):
+    """X from 6 counts per sample with A=2: 4, 2, 0; then the servo holds."""
+    say(motor, bench, b"A=65536 V=6*65536 MV G ")
+    positions(bench, motor, 6)
+    say(motor, bench, b"A=2*65536 X ")
+    assert positions(bench, motor, 4) == [25, 27, 27, 27]
+    assert say(motor, bench, b"RBt RBo ") == b"0\r0\r"
+
+
+def test_s_stops_at_once(bench, motor):
+    """S: the trajectory's velocity is 0 from the next sample on."""
+    say(motor, bench, b"A=65536 V=6*65536 MV G ")
+    path = positions(bench, motor, 6)
+    say(motor, bench, b"S ")
+    assert positions(bench, motor, 3) == [path[-1]] * 3
+    assert say(motor, bench, b"RBt RBo ") == b"0\r0\r"
+
+
+@pytest.mark.parametrize("words", [b"V=1000 P=100 G ", b"A=1000 P=100 G ", b"P=0 A=100 V=100 G "])
+def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, words):
+    """A=0 or V=0: no travel; Bo falls, and no trajectory remains in progress."""
+    say(motor, bench, words)
+    positions(bench, motor, 20)
+    assert say(motor, bench, b"RBo RBt RP ") == b"0\r0\r0\r"
+
+
+def test_o_changes_the_numbers_and_nothing_else(bench, motor):
+    """O= while moving: the shaft's course stays the same."""
+    say(motor, bench, b"A=65536 V=100*65536 P=20 G ")
+    path = positions(bench, motor, 4)
+    say(motor, bench, b"O=1000 ")
+    path += positions(bench, motor, 5)
+    assert path == [1, 3, 6, 10, 14, 17, 19, 20, 20]
+    assert say(motor, bench, b"RP RPE ") == b"1010\r0\r"
+
+
+SPEEDS = st.integers(1, 5_000_000)
+RATES = st.integers(1, 300_000)
+
+
+@given(speed=SPEEDS, rate=RATES)
+def test_way_to_stop_is_what_it_says(speed, rate):
+    """Found here by adding up."""
+    count = -(-speed // rate)
+    if count > 5000:
+        rate = speed // 1000 + 1
+    way, left = 0, speed
+    while left > 0:
+        way, left = way + left, left - rate
+    assert way_to_stop(speed, rate) == way
+
+
+@given(distance=st.integers(1, 1 << 48), rate=st.integers(1, (1 << 31) - 1))
+def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
+    """Its way to a stop fits, and that of the next larger speed does not."""
+    speed = fastest(distance, rate)
+    assert way_to_stop(speed, rate) <= distance < way_to_stop(speed + 1, rate)
+
+
+@settings(deadline=None)
+@given(
+    target=st.integers(-3000, 3000),
+    top=st.integers(65_536, 5_000_000),
+    rate=st.integers(2_000, 300_000),
+    speed=st.integers(-(10**6), 10**6),
+)
+def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, rate, speed):
+    """From any velocity: it changes by at most A per sample, does not exceed V once below it, and ends at rest there."""
+    position, velocity, target = 0, speed, target << 16
+    for _ in range(10_000):
+        before, velocity = velocity, approach(velocity, target - position, top, rate)
+        assert abs(velocity - before) <= rate
+        assert abs(velocity) <= max(top, abs(before) - rate)
+        position += velocity
+        if position == target and abs(velocity) <= rate:
+            return
+    raise AssertionError("it does not arrive")
