@@ -56,7 +56,8 @@ class Controller:
         self.axes: Mapping[str, Axis] = axes
         self.pins: Mapping[str, Pin] = device.pins
         self._device, self._plug = device, plug
-        self._second: SerialPort | None = None
+        self._second = _second_port(device, plug)
+        self._asked_for_second = False
         self._lines: dict[str, str] = {}  # which of its channels, serial or rs485, are on which shared line
         self._bus = device.bus if isinstance(device, BusDevice) else None
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
@@ -83,10 +84,8 @@ class Controller:
                 f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
             )
         if self._second is None:
-            uart, plug = self._rs485_uart(), self._plug
-            assert plug is not None, "a second channel is beside a first"
-            wiring = shared_pair([uart], instant=plug.instant)
-            self._second = SerialPort(plug.port.clock, wiring, line=plug.format)
+            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+        self._asked_for_second = True
         return self._second
 
     @property
@@ -98,9 +97,9 @@ class Controller:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Serial ports of its own that a host talks to, by name; the second channel as soon as somebody has it."""
+        """Serial ports of its own that a host talks to, by name; the second channel when somebody has asked for it."""
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
-        if self._second is not None and "rs485" not in self._lines:
+        if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
             found[f"{self.name}.rs485"] = self._second
         return found
 
@@ -150,6 +149,14 @@ class _Plug:
     port: SerialPort
     format: UartFormat
     instant: bool
+
+
+def _second_port(device: Device, plug: _Plug | None) -> SerialPort | None:
+    """The host's end of a second channel, if there is one: a pair of wires of its own."""
+    if not isinstance(device, Rs485Device):
+        return None
+    assert plug is not None, "a second channel is beside a first"
+    return SerialPort(plug.port.clock, shared_pair([device.rs485], instant=plug.instant), line=plug.format)
 
 
 @dataclass(frozen=True)

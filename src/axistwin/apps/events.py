@@ -89,14 +89,15 @@ def observing(bench: Bench, sink: Sink) -> Iterator[None]:
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
-    """All that has a level: the pins, and the control lines of the serial connection or the bus."""
+    """All that has a level and keeps it for a while: pins, and control lines of the serial connection or the bus."""
+    pins = {name: pin for name, pin in controller.pins.items() if not pin.restless}
     if on_a_bus(controller):
-        return {**controller.pins, "interrupt": controller.bus.interrupt_line}
+        return {**pins, "interrupt": controller.bus.interrupt_line}
     port = controller.ports.get(controller.name)
     if port is None or not port.handshake:
-        return dict(controller.pins)
+        return pins
     lines = {"dtr": port.dtr_line, "rts": port.rts_line, "host.dtr": port.host.dtr_line, "host.rts": port.host.rts_line}
-    return {**controller.pins, **lines}
+    return {**pins, **lines}
 
 
 def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: ExitStack) -> None:

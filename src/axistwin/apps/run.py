@@ -102,8 +102,10 @@ def _report(history: History, outcome: Outcome, as_json: bool) -> None:
         click.echo(line)
     if not history.complete:
         click.echo("axistwin: too much happened to keep it all: this is the latest of it", err=True)
-    if outcome.note:
-        click.echo(f"axistwin: {outcome.note}", err=True)
+    notes = {controller.product.note() for controller in history.bench.controllers.values()}
+    for note in (outcome.note, *sorted(notes)):
+        if note:
+            click.echo(f"axistwin: {note}", err=True)
     if outcome.difference:
         click.echo(f"axistwin: {outcome.difference}", err=True)
 

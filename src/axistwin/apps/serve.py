@@ -4,6 +4,7 @@ import asyncio
 import logging
 import shlex
 import signal
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,7 @@ import click
 
 from axistwin.apps import partners
 from axistwin.apps.target import read_options
-from axistwin.bench import Bench
+from axistwin.bench import Bench, product
 from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.plug import Flow
@@ -107,6 +108,7 @@ def serve(
             bench.port(f"{name}.rs485")  # so that it can be observed
         headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
+    _prepare(bench, times)
     with _recording(bench, record, headers), _tracing(bench, trace) as catch_up:
         return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts, catch_up))
 
@@ -152,6 +154,16 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
 
     with recording_to(bench, Path(path), headers):
         yield
+
+
+def _prepare(bench: Bench, speed: float | None) -> None:
+    """Do now what would keep a host waiting; tell what the user should know."""
+    products = Counter(controller.product.model for controller in bench.controllers.values())
+    for model, number in products.items():
+        made = product(model)
+        made.prepare(speed, number)
+        if note := made.note():
+            logging.getLogger("axistwin").warning("%s", note)
 
 
 def _talk() -> None:

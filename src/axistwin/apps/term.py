@@ -54,6 +54,7 @@ def term(
       axistwin term if1 --speed 10 --option X.limits=[-100,5000]
       printf 'X1000$\\nE\\n:axes\\n' | axistwin term if1 --speed max
       axistwin term 1811
+      axistwin term smartmotor --option shaft.motor=frame23
       axistwin term socket://127.0.0.1:5001
       axistwin term rfc2217://127.0.0.1:2217 --line '2400 7E1'
       axistwin term /dev/ttyUSB0

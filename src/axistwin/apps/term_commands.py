@@ -114,7 +114,7 @@ def _axes(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
             yield (
                 name,
                 str(axis.position),
-                f"{axis.velocity:.4g} counts/s" if axis.moving else "at rest",
+                f"{axis.velocity:.0f} counts/s" if axis.moving else "at rest",
                 (f"commanded {axis.commanded}"),
             )
             continue

@@ -125,7 +125,7 @@ def _words(item: Happening, codec: Codec) -> str:
 
 def _rate(move: AnyMove) -> str:
     """Pulses have an exact rate; counts are sampled, and four figures are more than is known of it."""
-    return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.4g}"
+    return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.0f}"
 
 
 def _utterance(item: Utterance, codec: Codec) -> str:

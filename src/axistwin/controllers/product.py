@@ -158,5 +158,9 @@ class Product:
     home_pin: str | None = None
     language: Language | None = None
     """How its commands are written, where they are not characters on a line."""
+    note: Callable[[], str] = lambda: ""
+    """What its users should know about this installation, in a line; mostly nothing."""
+    prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
+    """Do what would keep a host waiting later, for so many controllers at a speed (None: as fast as it goes)."""
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Makes a host for its registers, where it sits on a bus."""

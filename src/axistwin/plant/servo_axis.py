@@ -139,8 +139,6 @@ class ServoAxis:
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
         """The state of the physics, which belongs to the machine; whoever calculates it fills it."""
-        self.left_ns = 0
-        """Since when nobody has calculated it."""
         self.shaft = 0
         """The position while there is no source but rest."""
         self.outside_torque, self.jammed = 0.0, False

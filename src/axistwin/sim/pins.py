@@ -24,6 +24,9 @@ FULL_SCALE = 1023
 class Pin:
     """A digital terminal of a device.  `level` is the electrical level there, as the family defines it."""
 
+    restless = False
+    """Whether it changes so often by itself that one looks at it rather than being told."""
+
     def __init__(self, clock: Clock, name: str, level: bool = False) -> None:
         self.clock, self.name = clock, name
         self._source = level

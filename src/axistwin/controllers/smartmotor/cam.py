@@ -18,6 +18,7 @@ from axistwin.controllers.smartmotor.state import (
     CAM_SIZE,
     CAM_TABLE,
     CI_PENDING,
+    CI_SPOILT,
     COMMANDED,
     CTR,
     CX,
@@ -50,7 +51,13 @@ def take_over(i: Ints) -> None:
     i[CAM_BASE], i[CAM_SIZE], i[CAM_FACTOR] = i[MC_BASE], i[MC_SIZE], i[MC_FACTOR]
     i[CAM_F] = i[F] & DWELLING
     i[CAM_DWELL] = max(i[D], 0) if i[CAM_F] else 0
-    i[CI_PENDING] = 0
+    i[CI_PENDING] = i[CI_SPOILT] = 0
+
+
+def invalidate(i: Ints) -> None:
+    """A cam parameter has been changed: a CI that waits for the zero point is void; the next needs an MCn (9.5)."""
+    if i[CI_PENDING]:
+        i[CI_PENDING], i[CI_SPOILT] = 0, 1
 
 
 @sampled
@@ -66,7 +73,6 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
         end = entry(i, v, i[CAM_SIZE])  # of the cycle that is entered at its end
         i[CAM_PHASE] = max(left + i[CAM_BASE] + i[CAM_DWELL], 0)
-        end = entry(i, v, i[CAM_SIZE])  # it is the new cycle whose end is entered
     if word & MODULO_CAM:  # position and counter begin anew
         shift = i[CAM_ORIGIN] + end * way
         i[CAM_ORIGIN] = 0

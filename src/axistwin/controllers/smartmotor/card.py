@@ -4,8 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from axistwin.controllers.product import Product, Store
+from axistwin.controllers.smartmotor import jit
 from axistwin.controllers.smartmotor.check import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.core import prepare
 from axistwin.controllers.smartmotor.inputs import IndexLine
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
@@ -30,16 +32,19 @@ class SmartMotor:
         self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True), "index": self._index}
         self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
         self._motor: Motor | None = None
+        self._before: Motor | None = None  # without power, but its shaft may still turn
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
         if on and self._motor is None:
+            if self._before is not None:
+                self._before.leave()
             self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
             if self._index.watched:
                 self._motor.watch_index()
         elif not on and self._motor is not None:
             self._motor.power_off()
-            self._motor = self._index.motor = None
+            self._before, self._motor, self._index.motor = self._motor, None, None
             self._let_go()
 
     def _restart(self) -> None:
@@ -63,6 +68,8 @@ PRODUCTS = {
         options=Options,
         build=SmartMotor,
         check=check,
+        note=jit.note,
+        prepare=prepare,
         make_axis=servo_axis,
         line=UartFormat(),
         limit_pins=("D", "C"),

@@ -41,6 +41,8 @@ SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 8
 """Samples in a block; plain Python computes 256 in a few milliseconds."""
 PLAIN_SAMPLES = 20_000
 """So many samples, of all motors, are done in plain Python before it is worth while to load the compiler."""
+PLAIN_MOTORS = 8
+"""So many are certainly done in real time by plain Python."""
 STACK = 64
 
 Listener = Callable[[int, "array[int]", "array[int]"], None]
@@ -314,3 +316,12 @@ class _Engine:
         others = self._stack, self._code, self.shaft, self.commanded
         stack, code, shaft, commanded = (np.frombuffer(numbers, "q") for numbers in others)
         self._views = i, v, f, stack, code, ring, shaft, commanded
+
+
+def prepare(speed: float | None, motors: int) -> None:
+    """Compile now, or fetch what is kept, if plain Python could not keep pace with so many motors."""
+    if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
+        clock = Clock()
+        clock.patient = True
+        _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
+        _Engine(Core(clock, lambda why: None, 1)).run(0)

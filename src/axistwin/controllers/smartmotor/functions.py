@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from axistwin.controllers.smartmotor.state import CI_PENDING, DIRECTION, ORIGIN, SHAFT, F
+from axistwin.controllers.smartmotor.cam import invalidate
+from axistwin.controllers.smartmotor.state import DIRECTION, ORIGIN, SHAFT, F
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
@@ -28,4 +29,4 @@ def functions(motor: "Motor", value: int) -> None:
         i[DIRECTION] = -1 if value & REVERSE else 1
         i[ORIGIN] = position - i[DIRECTION] * i[SHAFT]
     if changed & (RELATIVE_CAM | MODULO_CAM):
-        i[CI_PENDING] = 0
+        invalidate(i)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
 
 GOES_ON, UNDERFLOW, EXIT, LAST = range(4)
-CLOCK_MOST = 1 << 32
+CLOCK_TURN = 1 << 32
 
 
 @sampled
@@ -87,17 +87,17 @@ def position(motor: "Motor", value: int) -> None:
 def clock(motor: "Motor", value: int) -> None:
     """Record 0xFB: the clock value, in samples, of the position before it; the value of the last point again: exit.
 
-    A value that lies before the last point's is no clock value: flag Bs.
+    The clock has 32 bits and goes on from FFFFFFFFh at 0.  A value behind the last point's sets Bs.
     """
     waiting = motor.reception
-    value &= CLOCK_MOST - 1
-    if waiting.clock is not None and value < waiting.clock:
+    ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
+    if ahead >= CLOCK_TURN // 2:
         motor.syntax_error()
-    elif value == waiting.clock:
+    elif waiting.clock is not None and ahead == 0:
         waiting.position = None
-        _append(motor, 0, value)
+        _append(motor, 0, waiting.clock)
     elif waiting.position is not None:
-        _point(motor, value)
+        _point(motor, value % CLOCK_TURN if waiting.clock is None else waiting.clock + ahead)
 
 
 def complete(motor: "Motor") -> bool:

@@ -45,6 +45,8 @@ QUADRATURE = (0, 1, 3, 2)
 class IndexLine(Pin):
     """The encoder's index mark, high while the shaft stands on it.  It is looked up, unless somebody watches it."""
 
+    restless = True
+
     def __init__(self, clock: Clock) -> None:
         super().__init__(clock, "index")
         self.motor: Motor | None = None
@@ -192,7 +194,7 @@ class Inputs:
         return self.motor.core.speed() * S / SAMPLE_NS
 
     def moving(self) -> bool:
-        """Whether the shaft turns or a trajectory is in progress.  A change of Bt ends a block, so Bt holds for all of it."""
+        """Whether the shaft turns or a trajectory is in progress.  Bt holds for a block, which a change of it ends."""
         return bool(self.motor.i[BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:

@@ -64,6 +64,7 @@ from axistwin.controllers.smartmotor.state import (
     SOFT_LIMITS,
     STATEMENTS_PER_SAMPLE,
     STOPPED,
+    STOPPING,
     VELOCITY,
     WAIT_UNTIL,
     WATCH_INDEX,
@@ -155,7 +156,9 @@ def beyond_minus(i: Ints) -> int:
 
 @sampled
 def heading(i: Ints) -> int:
-    """Positive or negative: which way the motor is driven."""
+    """Positive or negative: which way the motor is driven; 0 while it stops because of a fault."""
+    if i[STOPPING]:
+        return 0
     return i[T] if i[MODE] == M_TORQUE else i[VELOCITY]
 
 
@@ -166,11 +169,11 @@ def protect(i: Ints, f: Floats) -> int:
     plus, minus = beyond_plus(i), beyond_minus(i)
     if plus == 0:
         i[ACKNOWLEDGED_PLUS] = 0
-    elif not i[BP] or not i[BR] or (i[ACKNOWLEDGED_PLUS] and heading(i) > 0):
+    elif not i[BP] or not i[BR] or heading(i) > 0:
         why |= PLUS
     if minus == 0:
         i[ACKNOWLEDGED_MINUS] = 0
-    elif not i[BM] or not i[BL] or (i[ACKNOWLEDGED_MINUS] and heading(i) < 0):
+    elif not i[BM] or not i[BL] or heading(i) < 0:
         why |= MINUS
     i[BP], i[BM] = plus, minus
     if i[DRIVE] == DRIVE_ON and i[MODE] != M_TORQUE and not i[BE]:

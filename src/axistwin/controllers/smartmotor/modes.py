@@ -4,11 +4,13 @@ from typing import TYPE_CHECKING
 
 from axistwin.controllers.smartmotor import host_mode
 from axistwin.controllers.smartmotor.brakes import Control, switch_off
-from axistwin.controllers.smartmotor.cam import RELATIVE_CAM, TABLE_MOST, take_over
+from axistwin.controllers.smartmotor.cam import RELATIVE_CAM, TABLE_MOST, invalidate, take_over
 from axistwin.controllers.smartmotor.faults import may_move
 from axistwin.controllers.smartmotor.servo_law import clear_integral
 from axistwin.controllers.smartmotor.state import (
     BASE,
+    BE,
+    BH,
     BO,
     BT,
     BUFFERED_FACTOR,
@@ -21,6 +23,7 @@ from axistwin.controllers.smartmotor.state import (
     CAM_PHASE,
     CAM_TABLE,
     CI_PENDING,
+    CI_SPOILT,
     CLK_ZERO,
     COMMANDED,
     CTR,
@@ -51,6 +54,8 @@ from axistwin.controllers.smartmotor.state import (
     ORIGIN,
     PID_RATE,
     RATE,
+    RATIO_DIV,
+    RATIO_MUL,
     RELATIVE,
     RESOLUTION,
     SAMPLE,
@@ -96,7 +101,7 @@ def parameter(motor: "Motor", value: int, *, slot: int, low: int, high: int) -> 
         return
     motor.i[slot] = value
     if slot in (BASE, SIZE):
-        motor.i[CI_PENDING] = 0
+        invalidate(motor.i)
 
 
 def position(motor: "Motor", value: int) -> None:
@@ -109,7 +114,7 @@ def distance(motor: "Motor", value: int) -> None:
     """D=exp: the distance of a relative move of MP, in counts; in mode cam the dwell, taken over by CI (9.3)."""
     motor.i[D] = value
     motor.i[RELATIVE] = 1
-    motor.i[CI_PENDING] = 0
+    invalidate(motor.i)
 
 
 def clock(motor: "Motor", value: int) -> None:
@@ -145,15 +150,21 @@ def pid(motor: "Motor", rate: int) -> None:
 
 
 def buffer(motor: "Motor", mode: int, factor: int = 0) -> None:
-    """MP, MV, MFR, MSR, MD: the mode that the next G starts.  MD empties the buffer of points (10.1)."""
+    """MP, MV, MFR, MSR, MD: the mode that the next G starts.
+
+    MFR and MSR take the ratio as it is now; MFDIV=0 sets Bs.  MD empties the buffer of points (10.1).
+    """
     i = motor.i
     if mode == M_HOST:
-        host_mode.clear(motor)
+        if i[MODE] != M_HOST:  # what is being done is not thrown away
+            host_mode.clear(motor)
         i[HOST_ARMED] = 1  # the mode buffered before is the one that host mode ends in (10.2)
         return
-    if mode in RATIOS and i[MFDIV] == 0:
-        motor.syntax_error()
-        return
+    if mode in RATIOS:
+        if i[MFDIV] == 0:
+            motor.syntax_error()
+            return
+        i[RATIO_MUL], i[RATIO_DIV] = i[MFMUL], i[MFDIV]
     i[BUFFERED_MODE], i[BUFFERED_FACTOR], i[HOST_ARMED] = mode, factor, 0
 
 
@@ -168,13 +179,16 @@ def cam(motor: "Motor", factor: int) -> None:
         motor.syntax_error()
         return
     i[MC_BASE], i[MC_SIZE], i[MC_FACTOR] = i[BASE], i[SIZE], factor
-    i[CI_PENDING] = 0
+    i[CI_PENDING] = i[CI_SPOILT] = 0
     buffer(motor, M_CAM, factor)
 
 
 def initialize_cam(motor: "Motor") -> None:
-    """CI: at the next zero point the buffered D, BASE, SIZE, MCn, F=16 and F=128 replace those in force (9.5)."""
-    motor.i[CI_PENDING] = 1
+    """CI: at the next zero point the buffered D, BASE, SIZE, MCn, F=16 and F=128 replace those in force (9.5).
+
+    If a CI has become invalid, "a new MCn and CI command must be issued".
+    """
+    motor.i[CI_PENDING] = not motor.i[CI_SPOILT]
 
 
 # What acts at once
@@ -213,8 +227,8 @@ def start(motor: "Motor", mode: int) -> None:
     elif mode == M_VELOCITY:
         i[TOP] = i[V]
     elif mode in RATIOS:
-        sign = -1 if i[MFDIV] < 0 else 1
-        i[FACTOR], i[TARGET], i[FOLLOW_REM] = sign * i[MFMUL], sign * i[MFDIV], 0
+        sign = -1 if i[RATIO_DIV] < 0 else 1
+        i[FACTOR], i[TARGET], i[FOLLOW_REM] = sign * i[RATIO_MUL], sign * i[RATIO_DIV], 0
     elif mode == M_CAM:
         _begin_cam(motor)
     elif mode in (M_FOLLOW, M_STEP):
@@ -243,18 +257,25 @@ def _begin_cam(motor: "Motor") -> None:
     i[CAM_ORIGIN] = here if i[CAM_F] & RELATIVE_CAM else 0
 
 
-def stop(motor: "Motor") -> None:
-    """S: the trajectory stops at once and the servo holds.  Inhibited by a fault that has not been cleared."""
+def may_stop(motor: "Motor") -> bool:
+    """S and X are inhibited by a fault as G is (3.2), unless the motor moves away from a limit: that can be stopped."""
     i = motor.i
-    if may_move(motor, 0) and not i[BO]:
+    leaving = i[VELOCITY] != 0 and not (i[STOPPING] or i[BE] or i[BH])
+    return not i[BO] and (leaving or may_move(motor, 0))
+
+
+def stop(motor: "Motor") -> None:
+    """S: the trajectory stops at once and the servo holds.  Without effect while the motor is off."""
+    i = motor.i
+    if may_stop(motor):
         turn_on(motor, M_HOLD)
         i[VELOCITY] = 0
 
 
 def decelerate(motor: "Motor") -> None:
-    """X: decelerate to a stop at A, then hold.  Inhibited by a fault that has not been cleared."""
+    """X: decelerate to a stop at A, then hold.  Without effect while the motor is off."""
     i = motor.i
-    if may_move(motor, 0) and not i[BO]:
+    if may_stop(motor):
         turn_on(motor, M_STOP if i[VELOCITY] else M_HOLD)
         i[RATE] = i[A]
 

@@ -18,11 +18,11 @@ from axistwin.controllers.smartmotor import (
     machine,
     modes,
     program_store,
-    servo,
 )
 from axistwin.controllers.smartmotor.brakes import Control
 from axistwin.controllers.smartmotor.channel import Channel, ChannelError
-from axistwin.controllers.smartmotor.core import SAMPLE_NS, Core
+from axistwin.controllers.smartmotor.core import Core
+from axistwin.controllers.smartmotor.faults import LATCHED
 from axistwin.controllers.smartmotor.functions import CALL_C2, CHANNEL_1, CLEAR_INTEGRAL
 from axistwin.controllers.smartmotor.host_mode import Reception
 from axistwin.controllers.smartmotor.inputs import IndexLine, Inputs
@@ -54,9 +54,12 @@ from axistwin.controllers.smartmotor.state import (
     AMPS,
     ARRAY_BASE,
     BC,
+    BE,
+    BH,
     BI,
     BLOCKED,
     BO,
+    BRAKE,
     BS,
     BT,
     BUFFERED_MODE,
@@ -65,12 +68,12 @@ from axistwin.controllers.smartmotor.state import (
     CALL_INPUT,
     CAM_TABLE,
     COUNTS_PER_REV,
-    CURRENT_SUM,
     DEBOUNCE,
     DIRECTION,
     DOUBLES,
+    DRIVE,
+    DRIVE_OPEN,
     GO_PIN,
-    IDEAL,
     INDEX,
     INDEX_ARMED,
     INDEX_FORCED,
@@ -81,7 +84,9 @@ from axistwin.controllers.smartmotor.state import (
     LIMIT_D,
     M_BRAKE,
     M_ERROR,
+    M_OFF,
     M_POSITION,
+    MASTER_LEFT,
     MC_BASE,
     MC_FACTOR,
     MC_SIZE,
@@ -92,15 +97,17 @@ from axistwin.controllers.smartmotor.state import (
     PENDING,
     PID_RATE,
     PROGRAM,
+    PWM,
     RESOLUTION,
     RUNNING,
-    SAMPLE,
     SHAFT,
+    SOFT_LIMITS,
     STATEMENT,
     STATEMENTS_PER_SAMPLE,
     STOPPING,
     TH,
     THD,
+    VELOCITY,
     WAIT_UNTIL,
     WATCH_INDEX,
     E,
@@ -110,7 +117,7 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
-from axistwin.units import S, to_ns
+from axistwin.units import to_ns
 
 DEFAULTS = {
     E: 1000, AMPS: 1023, TH: 70, THD: 12_000, MFMUL: 1, MFDIV: 1, PID_RATE: 1, BUFFERED_MODE: M_POSITION, MODE: M_BRAKE,
@@ -121,6 +128,8 @@ DEFAULTS = {
 IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
 """What a motor without a data sheet reports for KP … KG."""
 IDEAL_COUNTS_PER_REV = 2000
+UNPOWERED = LIMIT_C, LIMIT_D, SOFT_LIMITS, BT, VELOCITY, STOPPING, MASTER_LEFT, PWM, PENDING
+"""What is nothing without power."""
 INPUT_2 = 2
 """The label that pin G calls with F=64."""
 
@@ -152,7 +161,7 @@ class Motor:
         self.reception = Reception()
         self.brake_control, self.mtb_enabled = Control.SERVO, True
         self.brake_pin: str | None = None
-        self.reset = restart
+        self.reset, self.powered = restart, True
         self._asking: Channel | None = None
         self._set_defaults()
         self._take_machine()
@@ -243,22 +252,30 @@ class Motor:
 
     def settle(self) -> None:
         """Brake, windings and signals follow what has been done."""
-        if self.core.running:
+        if self.powered:
             brakes.settle(self)
             limits.settle(self)
 
     def power_off(self) -> None:
-        """The power is gone; what the machine is doing goes on without the processor."""
+        """The power is gone: nobody hears, obeys or protects any more; the shaft turns on by itself until it rests."""
         self.catch_up()
         self._inputs.close()
-        self.core.stop()
-        self._run_down()
-        self.axis.f = list(self.f)
-        self._fittings.machine[:] = [self.i[slot] for slot in MACHINE]
-        self.axis.shaft, self.axis.left_ns = self.i[SHAFT], self.clock.now
-        self.axis.disconnect()
         for channel in self.channels:
             channel.close()
+        flow.end(self)
+        self.powered = False
+        i = self.i
+        i[MODE], i[DRIVE], i[BRAKE], i[BO] = M_OFF, DRIVE_OPEN, self.options.brake, 1
+        for slot in (*UNPOWERED, *LATCHED):
+            i[slot] = slot in LATCHED  # no flag can rise
+
+    def leave(self) -> None:
+        """There will be another processor for this machine, which takes it as it is now."""
+        self.catch_up()
+        self.core.stop()
+        self.axis.f, self.axis.shaft = list(self.f), self.i[SHAFT]
+        self._fittings.machine[:] = [self.i[slot] for slot in MACHINE]
+        self.axis.disconnect()
 
     # Power-up
 
@@ -279,9 +296,6 @@ class Motor:
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
-            i[CURRENT_SUM] = 0
-            servo.rest(i, self.f, (self.clock.now - axis.left_ns) // SAMPLE_NS)  # meanwhile it has cooled
-            i[SAMPLE] = 0
         i[SHAFT], i[ORIGIN] = axis.shaft, -axis.shaft
         i[KP : KP + 8] = array("q", axis.motor.tuning if axis.motor else IDEAL_TUNING)
         modes.tune(self)
@@ -291,23 +305,18 @@ class Motor:
 
     def _start_by_itself(self) -> None:
         """The stored program starts if nobody has spoken meanwhile."""
-        if self.core.running and not any(channel.heard for channel in self.channels):
+        if self.powered and not any(channel.heard for channel in self.channels):
             self.catch_up()
             program_store.boot(self)
             self.settle()
 
-    def _run_down(self) -> None:
-        """Without power the shaft comes to rest by itself; that takes no time here."""
-        brakes.switch_off(self, M_BRAKE)
-        self.settle()
-        for _ in range(10 * S // SAMPLE_NS):
-            if self.i[IDEAL] or servo.resting(self.i, self.f):
-                break
-            servo.rotate(self.i, self.f)
-
     # What the kernel has stopped for
 
     def _act(self, why: int) -> None:
+        if not self.powered:
+            if why & SWITCH:
+                self._inputs.switches()
+            return
         if why & STATEMENT_WAITS:
             self._perform(self.program.statements[self.i[STATEMENT]])
         if why & VALUE_WAITS:
@@ -341,7 +350,8 @@ class Motor:
         """At the end of a statement: C1 comes before C2, which then is not called at all (table 7.1)."""
         pending, self.i[PENDING] = self.i[PENDING], 0
         if pending & CALL_FAULT:
-            flow.call(self, faults.FAULT_1, CALL_FAULT)
+            if not flow.call(self, faults.FAULT_1, CALL_FAULT) and (self.i[BE] or self.i[BH]):
+                flow.end(self)  # no room for the call: a motor protection fault ends the program all the same
         elif pending & CALL_INPUT:
             flow.call(self, INPUT_2, CALL_INPUT)
 
@@ -366,6 +376,6 @@ class Motor:
 
     def _go_on(self) -> None:
         """What was said has left: the program goes on."""
-        if self.core.running and self.i[PROGRAM] == BLOCKED:
+        if self.powered and self.i[PROGRAM] == BLOCKED:
             self.catch_up()
             self.i[PROGRAM] = RUNNING

@@ -37,6 +37,8 @@ LIMIT_BITS = 6
 """KL is in 4 PWM units: it limits the integral term, in 1/16 of a unit, to 64 KL."""
 VELOCITY_BITS = 16
 HALF = 1 << (FRACTION_BITS - 1)
+FASTEST = 1 << 32
+"""A jump of the trajectory counts as no more, which is twice the largest V: so that every product has room."""
 
 
 @sampled
@@ -72,7 +74,8 @@ def integrated(i: Ints, error: int) -> int:
 def output(i: Ints, error: int) -> int:
     """PWM in the controller's direction: KP, KI, KD, KV, KA, KG, within AMPS."""
     total = i[TUNING] * error + (i[INTEGRAL] >> INTEGRAL_BITS) + i[TUNING + 2] * i[DIFFERENCE] + i[TUNING + 7]
-    forward = i[TUNING + 5] * i[VELOCITY] + i[TUNING + 6] * (i[VELOCITY] - i[VELOCITY_BEFORE])
+    velocity, before = clipped(i[VELOCITY], FASTEST), clipped(i[VELOCITY_BEFORE], FASTEST)
+    forward = i[TUNING + 5] * velocity + i[TUNING + 6] * (velocity - before)
     return clipped((total + (forward >> VELOCITY_BITS) + HALF) >> FRACTION_BITS, i[AMPS])
 
 

@@ -39,6 +39,7 @@ KP, KI, KD, KL, KS, KV, KA, KG = (next(_slots) for _ in range(8))
 F = next(_slots)  # the function word, chapter 7
 SLN, SLP, SOFT_LIMITS = (next(_slots) for _ in range(3))  # chapter 3.2; SOFT_LIMITS: 1 enabled
 MFMUL, MFDIV = next(_slots), next(_slots)
+RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # taken by MFR and MSR
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 RELATIVE = next(_slots)  # 1: D was assigned later than P
@@ -73,7 +74,7 @@ FOLLOW_REM = next(_slots)  # what MFMUL/MFDIV has left over
 CAM_PHASE, CAM_ORIGIN, CX = (next(_slots) for _ in range(3))
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = (next(_slots) for _ in range(5))  # in force
 MC_BASE, MC_SIZE, MC_FACTOR = (next(_slots) for _ in range(3))  # taken by MCn, wait for CI
-CI_PENDING = next(_slots)
+CI_PENDING, CI_SPOILT = next(_slots), next(_slots)  # CI waits for the zero point; it has become invalid, up to MCn
 CAM_TABLE = next(_slots)  # 1: MCn multiplies the table instead of the external encoder's counts
 
 # Host mode
