@@ -1,4 +1,4 @@
-"""Golden conversations: `tests/conversations/*.talk`.  Each names its model in its first comments.
+"""Golden conversations: `tests/conversations/*.talk`.  Each names its model, or a scene, in its first comments.
 
 With `--record-conversations` what differs is written into the files instead, to be reviewed as a difference.
 """
@@ -20,7 +20,11 @@ MOST_CORRECTIONS = 1000
 
 
 def bench_of(conversation: Conversation, state: Path) -> Bench:
-    return bench_for(conversation.headers["model"], options(conversation), state)
+    """A model with its options, or a scene that lies beside the conversation."""
+    model = conversation.headers["model"]
+    if model.endswith(".toml"):
+        return bench_for(str(Path(__file__).parent / "conversations" / model))
+    return bench_for(model, options(conversation), state)
 
 
 def corrected(conversation: Conversation, difference: Difference) -> Conversation:

@@ -28,7 +28,7 @@ def test_the_consoles_show_what_is_printed(tmp_path, monkeypatch):
         elif arguments[0] != "serve":  # that one is seen in tests/apps/test_serve.py
             assert CliRunner().invoke(axistwin, arguments).stdout == shown
             ran += 1
-    assert ran == 2
+    assert ran == 4
 
 
 @pytest.mark.parametrize("program", re.findall(r"```python\n(.*?)```", README, re.DOTALL))

@@ -22,7 +22,7 @@ def test_what_is_said_and_what_moves(demo, tmp_path):
     for line in (
         "> (", "< U<CR>", "> U61<CR>", "> X4000@4000$<CR>", "< 768<CR>", "= X 4000, Y 0", "= X 2000, Y 1000", "= Z 0",
         "< 64<CR>", "< 4888<CR>", "> X-4888$<CR>", "= X 2000", "! power off", "! power on", "= X 800", "= X 0",
-        "< [<CR>",
+        "< [<CR>", "= motor 50000", "< 24576/476<CR>", "< B<CR>", "! shaft.jam on", "< 1<CR>",
     ):  # fmt: skip
         at = next(n for n in range(at, len(said)) if said[n].startswith(line)) + 1
     assert "Drawn in axistwin-demo.png." in output

@@ -1,4 +1,4 @@
-"""From the reference to the processor's arrays: which slot shows what, and the kernel run on them, plain or compiled."""
+"""From the reference to the processor's arrays: which slot shows what, and the kernel run on them."""
 
 from axistwin.controllers.smartmotor import interpreter as ops
 from axistwin.controllers.smartmotor import jit, kernel, machine, state
@@ -27,8 +27,6 @@ OPERATIONS = {
 }  # fmt: skip
 POINTS = 16
 SAMPLES = 512
-OWN = set(range(state.RETURNS, state.RETURNS + state.DEPTH_MOST)) | {state.PC}
-"""Slots that hold places in the code, which the reference does not know."""
 
 
 def integers(motor):
@@ -140,6 +138,7 @@ def _protection(motor):
     return {getattr(state, flag.upper()): value for flag, value in motor.flags.items()} | {
         state.E: motor.error_limit,
         state.SOFT_LIMITS: motor.soft_limits,
+        state.STOPPING: motor.stopping,
         state.SLP: motor.plus.soft,
         state.SLN: motor.minus.soft,
         state.LIMIT_C: motor.plus.has_pin,
@@ -257,7 +256,8 @@ class Kernel:
         expected = [int(value) for value in self.i]
         for slot, value in integers(motor).items():
             expected[slot] = value
-        differences = {NAMES.get(n, n): (int(self.i[n]), expected[n]) for n in range(state.INTS) if self.i[n] != expected[n]}
+        pairs = enumerate(zip(map(int, self.i), expected, strict=True))
+        differences = {NAMES.get(slot, slot): pair for slot, pair in pairs if pair[0] != pair[1]}
         assert not differences, f"kernel, reference: {differences}"
         assert [int(value) for value in self.v] == variables(motor)
         for slot, value in floats(motor).items():
@@ -268,5 +268,5 @@ class Kernel:
             assert (self.place(word >> 2), word & 3) == (step(motor, back), CALLS[why])
 
 
-NAMES = {value: name for name, value in vars(state).items() if name.isupper() and isinstance(value, int)}
+NAMES = {value: name for name, value in reversed(vars(state).items()) if name.isupper() and isinstance(value, int)}
 assert {getattr(state, flag.upper()) for flag in FLAGS} == set(state.STATUS)

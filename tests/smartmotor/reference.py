@@ -159,7 +159,8 @@ class ReferenceServo:
         self.integral = max(-kl * 8192, min(kl * 8192, self.integral + ki * error))
         if sample // self.rate % max(ks, 1) == 0:
             self.difference, self.error_before = error - self.error_before, error
-        forward = (kv * velocity + ka * (velocity - self.velocity_before)) // 65536
+        speed, before = (max(-(2**32), min(2**32, value)) for value in (velocity, self.velocity_before))
+        forward = (kv * speed + ka * (speed - before)) // 65536
         sixteenths = kp * error + self.integral // 128 + kd * self.difference + kg + forward
         self.torque((sixteenths + 8) // 16)
         self.velocity_before = velocity

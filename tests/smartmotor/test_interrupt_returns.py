@@ -1,57 +1,9 @@
-"""Chapter 7: how C1 and C2 are left, when C2 is called again, and which pin roles call it."""
+"""Chapter 7: how C1 and C2 are left, and when C2 is called again."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from axistwin import Bench
-from axistwin.bench import Controller
-
+from .interrupts import main_with, running, samples, trigger, value
 from .talking import ask, load, ready, tell
-
-SAMPLE_NS = 245_760
-
-
-def samples(bench: Bench, count: int) -> None:
-    bench.clock.run_to((-(-bench.now // SAMPLE_NS) + count) * SAMPLE_NS)
-
-
-def running(bench: Bench, motor: Controller, program: str) -> None:
-    load(bench, motor, program.strip() + "\n")
-    tell(bench, motor, "RUN", 0)
-    samples(bench, 100)
-
-
-def value(bench: Bench, motor: Controller, name: str) -> int:
-    return int(ask(bench, motor, f"R{name}", 0))
-
-
-def trigger(bench: Bench, motor: Controller, low: int = 20, high: int = 20) -> None:
-    motor.pins["G"].drive(False)
-    samples(bench, low)
-    motor.pins["G"].drive(True)
-    samples(bench, high)
-
-
-def main_with(c2: str) -> str:
-    return f"""
-UGI
-F=64
-WHILE 1
-m=m+1
-LOOP
-END
-C9
-k=k+1
-WHILE 1
-n=n+1
-LOOP
-END
-C2
-j=j+1
-{c2}
-"""
-
 
 # Re-entrance
 
@@ -225,135 +177,45 @@ def test_without_a_label_the_motor_keeps_its_wits(bench):
     assert value(bench, motor, "m") > 5
 
 
-# UG, UGI, UGO, BRKG
-
-
-def test_f_64_and_ug_goes_and_calls_c2(bench):
-    """7.1, F=64 1: "GOSUB2 triggered with concurrent "Go" on input pin G high to low edge transition"."""
+@pytest.mark.parametrize("again", ["power_cycle", "Z", "LOAD"])
+def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
+    """7.1: what was not completed is forgotten with the power, by a total reset and by a new program."""
+    program = main_with("WHILE 1\nLOOP\nRETURNI")
     motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
-    trigger(bench, motor, 300, 20)
-    assert value(bench, motor, "j") == 1
-    assert motor.axes["shaft"].position == 100
-
-
-def test_f_64_and_ugi_only_calls_c2(bench):
-    """7.1, F=64 2."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UGI\nA=65536\nV=65536\nP=100"))
-    trigger(bench, motor, 300, 20)
-    assert value(bench, motor, "j") == 1
-    assert motor.axes["shaft"].position == 0
-
-
-def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench):
-    """7.1, F=64 3: "GOSUB2 triggered on UG=0 (when Port G goes from High to Low)"."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UG=1\nUGO"))
-    assert value(bench, motor, "j") == 0
-    for count in (1, 2, 3):
-        tell(bench, motor, "UG=0", 0)
-        samples(bench, 20)
-        assert value(bench, motor, "j") == count
-        tell(bench, motor, "UG=1", 0)
-        samples(bench, 20)
-        assert value(bench, motor, "j") == count
-
-
-def test_a_program_triggers_itself(bench):
-    """7.1, F=64 3: UG=0 in the program; C2 is called in the WAIT behind it, which it cuts short."""
-    motor = ready(bench)
-    running(bench, motor, "UG=1\nUGO\nF=64\nWAIT=20\nUG=0\nWAIT=9000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
-    assert 0 < value(bench, motor, "g") < value(bench, motor, "b")
-
-
-@pytest.mark.parametrize("mode", ["BRKSRV", "BRKTRJ"])
-def test_brkg_calls_c2_when_the_brake_is_released(bench, mode):
-    """7.1, F=64 3a: "C2 will be called anytime port G goes low due to brake control"; 5.1 note 4."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", f"UGO\nBRKG\n{mode}\nA=65536\nV=65536\nD=50"))
-    assert value(bench, motor, "j") == 0
-    for count in (1, 2, 3):
-        tell(bench, motor, "G", 0)
-        samples(bench, 100)
-        assert value(bench, motor, "j") == count
-        tell(bench, motor, "OFF", 0)
-        samples(bench, 50)
-        assert value(bench, motor, "j") == count
-
-
-def test_a_motor_fault_calls_c1_while_g_is_a_motor_fault_output(bench):
-    """5.1 note 3: BRKG with BRKSRV: G rises at the fault; "If F=32 is issued, C1 will also be called"."""
-    motor = ready(bench)
-    program = "F=32\nUGO\nBRKG\nE=50\nMV\nA=65536\nV=65536\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n"
     running(bench, motor, program)
-    assert motor.pins["G"].level is False
-    motor.axes["shaft"].jam(True)
-    samples(bench, 200)
-    assert (value(bench, motor, "i"), motor.pins["G"].level) == (1, True)
+    trigger(bench, motor)
+    assert value(bench, motor, "j") == 1
+    if again == "power_cycle":
+        motor.power_cycle()
+        bench.run(0.5)
+    elif again == "Z":
+        tell(bench, motor, "Z", 0.5)
+    else:
+        running(bench, motor, program)
+        tell(bench, motor, "j=0", 0)
+    trigger(bench, motor)
+    assert value(bench, motor, "j") == 1
 
 
-# Anything at all
-
-
-ACTS = """
-G0 G1 C0 C1 D0 D1 ZS F=96 F=0 F=64 F=32 F=F&191 RUN END STACK RETURNI RETURNF RETURN GOSUB1 GOSUB2 GOTO2 UG UGI UGO
-UG=0 UG=1 BRKG BRKI BRKTRJ G OFF UCI UCP Z WAIT=9 F=-1 F=255 F=256 F=2147483647
-"""
-PROGRAM = """
-UGI
-F=96
-A=65536
-V=65536
-D=30
-WHILE 1
-G
-WAIT=10
-GOSUB5
-LOOP
-END
-C5
-m=m+1
-RETURN
-C1
-F=F&191
-i=i+1
-WAIT=5
-ZS
-F=96
-RETURNF
-C2
-j=j+1
-GOSUB5
-RETURNI
-"""
-
-
-def played(acts: list[tuple[str, int]], pieces: int) -> tuple[bytes, int, int]:
-    bench = Bench()
+def test_a_full_stack_costs_one_call_and_no_more(bench):
+    """8 of the base language: ten returns; GOSUB within GOSUB, ten deep, leaves no room for C2 until one is left."""
+    deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nWHILE 1\nLOOP\nRETURN\n" for n in range(9))
+    last = "C19\nWHILE p==0\nm=m+1\nLOOP\nRETURN\n"
     motor = ready(bench)
-    motor.pins["C"].drive(False)
-    motor.pins["D"].drive(False)
-    running(bench, motor, PROGRAM)
-    heard = b""
-    for act, count in acts:
-        if act[1:] in {"0", "1"}:
-            motor.pins[act[0]].drive(act[1] == "1")
-        else:
-            motor.serial.write(act.encode() + b" ")
-        for _ in range(pieces):
-            bench.clock.run_to(bench.now + count * SAMPLE_NS // pieces)
-        heard += motor.serial.read()
-    motor.serial.write(b"END RW Ri Rj Rm RP RCLK ")
-    bench.run(0.01)
-    return heard + motor.serial.read(), motor.axes["shaft"].position, bench.now
+    running(bench, motor, f"F=64\nUGI\nGOSUB10\nEND\n{deep}{last}C2\nj=j+1\nRETURNI\n")
+    trigger(bench, motor)
+    assert (value(bench, motor, "j"), ask(bench, motor, "RBs", 0)) == (0, "1")
+    tell(bench, motor, "p=1", 0)
+    samples(bench, 20)
+    trigger(bench, motor)
+    assert value(bench, motor, "j") == 1
 
 
-@settings(deadline=None, max_examples=60)
-@given(acts=st.lists(st.tuples(st.sampled_from(ACTS.split()), st.sampled_from([0, 1, 2, 3, 4, 8, 48])), max_size=30))
-def test_any_order_of_edges_faults_and_words_is_survived_and_repeatable(acts):
-    """Played twice, and in pieces: the same bytes, the same counts."""
-    first = played(acts, 1)
-    assert first[0].count(b"\r") == 6
-    assert played(acts, 1) == first
-    assert played(acts, 32)[:2] == first[:2]
+@pytest.mark.parametrize("statements", [1, 2, 3, 50])
+def test_calls_with_more_statements_per_sample(bench, statements):
+    """Ruling 14: option statements_per_sample; each edge is one call all the same."""
+    motor = ready(bench, statements_per_sample=statements)
+    running(bench, motor, main_with("RETURNI"))
+    for count in range(1, 8):
+        trigger(bench, motor)
+        assert value(bench, motor, "j") == count

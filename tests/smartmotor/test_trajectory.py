@@ -82,7 +82,7 @@ def test_a_relative_move_is_repeated_by_g(bench, motor):
 def test_a_target_behind_the_motor(bench, motor):
     """At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then comes back.
 
-    Back: 1, 2, 3 counts; 4 are left, of which 7/3, 4/3 and 1/3 are the largest steps that end there: 21 2/3, 20 1/3, 20.
+    Back: 1, 2, 3 counts; 4 are left.  The largest steps that end there are 7/3, 4/3 and 1/3: 21 2/3, 20 1/3, 20.
     """
     say(motor, bench, b"A=65536 V=5*65536 P=1000 G ")
     path = positions(bench, motor, 6)

@@ -1,0 +1,193 @@
+"""The trajectory written once more: every move by its definition, in 1/65536 count, without short cuts."""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import floor
+
+COUNT = 65536
+
+
+def braking(speed, rate):
+    """How far it is from here if this sample goes `speed` and each further one `rate` less, down to nothing."""
+    steps, rest = divmod(speed, rate)
+    return steps * (steps + 1) // 2 * rate + (steps + 1) * rest if speed > 0 else 0
+
+
+def fastest(limit, distance, rate):
+    """The largest speed up to `limit` that does not overshoot; bisected."""
+    low, high = 0, limit
+    while low < high:
+        middle = (low + high + 1) // 2
+        if braking(middle, rate) <= distance:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+def nearer(value, wanted, rate):
+    """A step of at most `rate` from a value to another."""
+    return value + max(-rate, min(rate, wanted - value))
+
+
+@dataclass
+class Run:
+    """The external encoder turns evenly: `ahead + done · rate` edges after `base`; at its end it has made `counts`."""
+
+    base: int = 0
+    way: int = 1
+    rate: Fraction = Fraction(0)
+    ahead: Fraction = Fraction(0)
+    end: int = 0
+    left: int = 0
+    done: int = 0
+
+    @property
+    def turned(self):
+        return self.ahead + self.done * self.rate
+
+
+@dataclass
+class Master:
+    """The external encoder on pins A and B, and the counter CTR."""
+
+    edges: int = 0
+    resolution: int = 4
+    seen: int = 0
+    ctr: int = 0
+    run: Run = field(default_factory=Run)
+
+    def turn(self):
+        """One sample."""
+        run = self.run
+        if run.left:
+            run.left, run.done = run.left - 1, run.done + 1
+            self.edges = run.base + run.way * floor(run.turned) if run.left else run.end
+
+    def counted(self):
+        """Since the last look."""
+        counts = floor(Fraction(self.edges * self.resolution, 4))
+        moved, self.seen = counts - self.seen, counts
+        self.ctr = (self.ctr + moved + 2**31) % 2**32 - 2**31
+        return moved
+
+
+@dataclass
+class Trajectory:
+    """Commanded place and velocity; `mode` and what it needs."""
+
+    mode: str = "off"
+    place: int = 0
+    velocity: int = 0
+    target: int = 0
+    """In counts; of a ratio the divisor."""
+    top: int = 0
+    rate: int = 0
+    factor: int = 0
+    """Of a ratio the multiplier."""
+    owed: Fraction = Fraction(0)
+    """Counts that a ratio has not turned into motion yet."""
+
+    def move(self, motor, moved):
+        """One sample; returns what it stops for."""
+        actions = {
+            "position": self._position, "velocity": self._velocity, "stop": self._stop, "follow": self._follow,
+            "step": self._follow, "ratio": self._ratio, "step ratio": self._ratio, "cam": self._cam,
+            "host": self._host, "hold": lambda motor, moved: None,
+        }  # fmt: skip
+        return actions.get(self.mode, self._nothing)(motor, moved)
+
+    def _nothing(self, motor, moved):
+        self.place, self.velocity = motor.position * COUNT, 0
+
+    def _position(self, motor, moved):
+        remaining = self.target * COUNT - self.place
+        way = 1 if remaining >= 0 else -1
+        self.velocity = way * self._approach(way * self.velocity, abs(remaining))
+        self.place += self.velocity
+        arrived = self.place == self.target * COUNT and abs(self.velocity) <= self.rate
+        if arrived:
+            self.velocity = 0
+        if arrived or (self.velocity == 0 and not (self.rate and self.top)):
+            motor.flags["Bt"] = 0
+
+    def _approach(self, speed, distance):
+        """The speed towards a target that is so far away."""
+        if self.rate == 0:
+            return speed
+        slowest = speed - self.rate
+        limit = max(slowest, self.top) if speed > self.top else min(speed + self.rate, self.top)
+        return limit if limit <= 0 else max(slowest, fastest(limit, distance, self.rate))
+
+    def _velocity(self, motor, moved):
+        self.velocity = nearer(self.velocity, self.top, self.rate)
+        self.place += self.velocity
+        motor.flags["Bt"] = int(self.velocity != 0 or (self.top != 0 and self.rate != 0))
+
+    def _stop(self, motor, moved):
+        self.velocity = nearer(self.velocity, 0, self.rate)
+        self.place += self.velocity
+        if self.velocity == 0:
+            self.mode, motor.flags["Bt"] = "hold", 0
+
+    def _follow(self, motor, moved):
+        self.velocity = moved * COUNT
+        self.place += self.velocity
+
+    def _ratio(self, motor, moved):
+        self.owed += moved * Fraction(self.factor, self.target)
+        self._follow(motor, floor(self.owed))
+        self.owed -= floor(self.owed)
+
+    def _cam(self, motor, moved):
+        motor.cam.sample(motor, moved)
+
+    def _host(self, motor, moved):
+        return motor.host.sample(self)
+
+    def wrap(self, motor):
+        """At 2^31 counts the position goes on at -2^31."""
+        inside = (self.place + 2**47) % 2**48 - 2**47
+        if inside != self.place:
+            turn = (inside - self.place) // COUNT
+            self.place = inside
+            motor.origin += turn
+            motor.cam.origin += turn
+            motor.flags["Bw"] = 1
+
+
+@dataclass
+class Host:
+    """Host mode: (position, clock) points, of which the first is the one that was reached last."""
+
+    points: list = field(default_factory=list)
+    passed: int = 0
+    started: bool = False
+    left: int = 0
+    clock: int = 0
+
+    def sample(self, trajectory):
+        if not self.started and self.points:
+            self.started = True
+            trajectory.place, self.clock = self.points[0][0] * COUNT, self.points[0][1]
+        if not self.left:
+            if len(self.points) < 2:
+                return "underflow"
+            (here, now), (there, then) = self.points[:2]
+            if now == then:
+                return "exit"
+            trajectory.velocity, self.left = floor(Fraction((there - here) * COUNT, then - now)), then - now
+        return self._go_on(trajectory)
+
+    def _go_on(self, trajectory):
+        trajectory.place += trajectory.velocity
+        self.left -= 1
+        self.clock += 1
+        if self.left:
+            return None
+        del self.points[0]
+        self.passed += 1
+        trajectory.place = self.points[0][0] * COUNT
+        if len(self.points) == 1:
+            return "last"
+        return "exit" if self.points[0][1] == self.points[1][1] else None

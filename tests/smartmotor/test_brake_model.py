@@ -1,0 +1,99 @@
+"""Chapter 5 in any order: the motor against the chapter's rules written down once more, in the plainest way."""
+
+from dataclasses import dataclass
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .talking import ready, tell
+
+SHORT = "MP A=65536 V=65536*4 D=40 G"  # ends within 20 samples
+LONG = "MV A=65536 V=65536 G"
+WORDS = [
+    "BRKSRV",
+    "BRKTRJ",
+    "BRKRLS",
+    "BRKENG",
+    "BRKI",
+    "BRKC",
+    "BRKG",
+    "MTB",
+    "OFF",
+    SHORT,
+    LONG,
+    "S",
+    "X",
+    "G",
+    "MF4",
+]
+
+
+@dataclass
+class Rules:
+    """5.1 and 5.2."""
+
+    control: str = "BRKSRV"
+    routing: str = "BRKI"
+    enabled: bool = True  # MTB has not been disabled by BRKRLS and OFF
+    servo: bool = False
+    trajectory: bool = False
+    for_ever: bool = False  # what G begins does not end by itself
+
+    def hear(self, word: str) -> None:
+        """One command, and what has become of it a long time after."""
+        if word in {"BRKI", "BRKC", "BRKG"}:
+            self.routing = word
+        elif word.startswith("BRK"):
+            self.control = word
+        elif word == "MTB":
+            self.enabled, self.servo, self.trajectory = True, False, False
+        elif word == "OFF":
+            self.enabled = self.enabled and self.control != "BRKRLS"
+            self.servo = self.trajectory = False
+        elif word in {"S", "X"}:
+            self.servo, self.trajectory = True, False
+        else:
+            self.for_ever = word in {LONG, "MF4"} or (word == "G" and self.for_ever)
+            self.servo, self.trajectory = True, self.for_ever
+        if self.control == "BRKTRJ" and self.enabled and not self.trajectory:
+            self.servo = False
+
+    @property
+    def engaged(self) -> bool:
+        """The static brake."""
+        by_control = {"BRKSRV": not self.servo, "BRKTRJ": not self.trajectory, "BRKRLS": False, "BRKENG": True}
+        return by_control[self.control]
+
+    @property
+    def shorted(self) -> bool:
+        """MTB."""
+        return self.enabled and not self.servo
+
+
+def said(bench: Bench, motor: Controller) -> tuple[bool, bool, bool]:
+    """Bo, Bt, and whether RMODE reports B."""
+    off, busy, mode = tell(bench, motor, "RBo RBt RMODE").split()
+    return off == b"1", busy == b"1", mode == b"B"
+
+
+@settings(deadline=None, max_examples=150)
+@given(words=st.lists(st.sampled_from(WORDS), max_size=14))
+def test_any_order_of_brake_commands(words):
+    """The internal brake, the signal on pin C or G, Bo, Bt and RMODE after each command."""
+    bench = Bench()
+    motor = ready(bench)
+    tell(bench, motor, "UCO UGO")
+    rules = Rules()
+    for word in words:
+        if word in {"S", "X"} and not rules.servo:
+            continue  # what they do to a motor that is off is not told
+        tell(bench, motor, word, 0.02)
+        rules.hear(word)
+        assert said(bench, motor) == (not rules.servo, rules.trajectory, rules.shorted)
+        assert motor.pins["brake"].level is rules.engaged
+        for routing, name in (("BRKC", "C"), ("BRKG", "G")):
+            if rules.routing == routing:
+                assert motor.pins[name].level is rules.engaged

@@ -1,0 +1,247 @@
+"""Base language 5: following an external encoder or a step source (MF, MS, MFR, MSR)."""
+
+from fractions import Fraction
+from math import floor
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .cam import course, pass_samples, say, turn_to, value
+from .talking import ready
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    made = ready(bench)
+    pass_samples(bench)
+    return made
+
+
+@pytest.mark.parametrize(("mode", "edges"), [("MF1", 4), ("MF2", 2), ("MF4", 1), ("MS", 1)])
+def test_the_shaft_follows_one_to_one(bench, motor, mode, edges):
+    """5: quadrature ×1, ×2, ×4, or steps; 1:1 with the counter."""
+    say(bench, motor, mode + " ")
+    assert course(bench, motor, [100 * edges, 4000, 0, -4000]) == [100, 4000 // edges, 0, -4000 // edges]
+    assert say(bench, motor, "RCTR RBo RBs ") == b"%d\r0\r0\r" % (-4000 // edges)
+
+
+@pytest.mark.parametrize("mode", ["MF1", "MF2", "MF4", "MF0", "MS", "MS0"])
+def test_the_counter_is_zeroed(bench, motor, mode):
+    """5: "zeroes CTR"."""
+    turn_to(bench, motor, 1000)
+    assert value(bench, motor, "CTR") != 0
+    say(bench, motor, mode + " ")
+    assert value(bench, motor, "CTR") == 0
+    assert motor.axes["shaft"].position == 0
+
+
+@pytest.mark.parametrize("mode", ["MFR G", "MSR G", "MP", "MV", "MT", "O=5", "OFF"])
+def test_other_commands_leave_the_counter_alone(bench, motor, mode):
+    say(bench, motor, "MF4 ")
+    turn_to(bench, motor, 1000)
+    say(bench, motor, mode + " ")
+    pass_samples(bench, 3)
+    assert value(bench, motor, "CTR") == 1000
+
+
+@pytest.mark.parametrize("mode", ["MF0", "MS0"])
+def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
+    """5: set A and B and zero the counter; the motor goes on as it was."""
+    say(bench, motor, mode + " ")
+    assert turn_to(bench, motor, 300) == 0
+    assert say(bench, motor, "RMODE RBo RCTR ") == b"B\r1\r300\r"
+    say(bench, motor, "A=65536 V=65536 MV G ")
+    pass_samples(bench, 3)
+    assert say(bench, motor, mode + " RMODE RV ") == b"V\r65536\r"
+
+
+def test_following_begins_where_the_shaft_is(bench, motor):
+    """MF4 after a move: no jump, and the position is not redefined."""
+    say(bench, motor, "A=65536*50 V=65536*50 P=500 G ")
+    pass_samples(bench, 30)
+    say(bench, motor, "MF4 ")
+    pass_samples(bench, 2)
+    assert motor.axes["shaft"].position == 500
+    assert turn_to(bench, motor, -100) == 400
+    assert say(bench, motor, "RP ") == b"400\r"
+
+
+def test_mf4_in_a_move_takes_over_at_once(bench, motor):
+    """5: at once: nothing is left of the velocity."""
+    say(bench, motor, "A=65536*5 V=65536*5 MV G ")
+    pass_samples(bench, 10)
+    assert say(bench, motor, "MF4 RMODE ") == b"F\r"
+    pass_samples(bench, 1)
+    here = motor.axes["shaft"].position
+    assert here == 50
+    assert turn_to(bench, motor, 7, 1) == 57
+
+
+def test_leaving_follow_mode_for_a_velocity(bench, motor):
+    """MV at G: from the velocity of the master (here 3 counts per sample) to 5 at A=1."""
+    say(bench, motor, "MF4 A=65536 V=5*65536 ")
+    motor.master.move(3000, 1000 * 245_760 / 1e9)
+    pass_samples(bench, 100)
+    assert say(bench, motor, "RV MV G RMODE ") == b"196608\rV\r"
+    at = motor.axes["shaft"].position
+    found = []
+    for _ in range(4):
+        pass_samples(bench)
+        found.append(motor.axes["shaft"].position - at)
+    assert found == [4, 9, 14, 19]
+
+
+@pytest.mark.parametrize("word", ["S", "OFF", "MTB"])
+def test_following_ends(bench, motor, word):
+    """S, OFF and MTB end it; CTR goes on counting."""
+    say(bench, motor, "MF4 ")
+    turn_to(bench, motor, 100)
+    say(bench, motor, word + " ")
+    assert turn_to(bench, motor, 500) == 100
+    assert value(bench, motor, "CTR") == 500
+
+
+# Ratios
+
+
+@pytest.mark.parametrize(
+    ("mul", "div", "counts", "expected"),
+    [
+        (3, 2, [2, 100, 1000, -2000], [3, 150, 1500, -3000]),
+        (1, 3, [3, 300, 300_000, 0, -3], [1, 100, 100_000, 0, -1]),
+        (-1, 1, [5, -5], [-5, 5]),
+        (1, -2, [100], [-50]),
+        (-3, -4, [400], [300]),
+        (0, 5, [1000], [0]),
+        (32_767, 32_767, [1234], [1234]),
+        (-32_768, 32_767, [32_767], [-32_768]),
+    ],
+)
+@pytest.mark.parametrize("mode", ["MF4 {} MFR G", "MS0 {} MSR G"])
+def test_the_ratio_is_mfmul_by_mfdiv(bench, motor, mul, div, counts, expected, mode):
+    """5: both signed 16-bit."""
+    say(bench, motor, mode.format(f"MFMUL={mul} MFDIV={div}") + " ")
+    assert say(bench, motor, "RMODE RBs ") == b"X\r0\r"
+    assert course(bench, motor, counts, 500) == expected
+    assert value(bench, motor, "CTR") == counts[-1]
+
+
+def test_the_default_ratio_is_one(bench, motor):
+    """16: MFMUL and MFDIV are 1."""
+    say(bench, motor, "MF4 MFR G ")
+    assert turn_to(bench, motor, 77) == 77
+
+
+def test_the_remainder_is_carried(bench, motor):
+    """5: "remainder carried, no drift": a thousand single steps of 2/7, there and back."""
+    say(bench, motor, "MFMUL=2 MFDIV=7 MFR G ")
+    for count in range(1, 141):
+        turn_to(bench, motor, count, 1)
+    assert motor.axes["shaft"].position == 40
+    for count in range(139, -1, -1):
+        turn_to(bench, motor, count, 1)
+    assert motor.axes["shaft"].position == 0
+
+
+def test_the_ratio_waits_for_mfr_and_g(bench, motor):
+    """5: "MFR must come after MFMUL and MFDIV"; it starts with G."""
+    say(bench, motor, "MF4 MFMUL=2 MFR G ")
+    turn_to(bench, motor, 100)
+    say(bench, motor, "MFMUL=5 G ")
+    assert turn_to(bench, motor, 200) == 400
+    say(bench, motor, "MFR ")
+    assert turn_to(bench, motor, 300) == 600
+    say(bench, motor, "G ")
+    assert turn_to(bench, motor, 400) == 1100
+
+
+def test_a_divisor_of_zero_is_an_error(bench, motor):
+    """5: "MFDIV=0 → error": following does not begin, and the motor goes on hearing."""
+    say(bench, motor, "MFMUL=1 MFDIV=0 MFR G ")
+    assert turn_to(bench, motor, 100) == 0
+    assert say(bench, motor, "RBs ") == b"1\r"
+
+
+# Pins A and B
+
+
+def test_quadrature_on_the_pins_themselves(bench, motor):
+    """12: A and B are the encoder's signals; A before B is forwards here."""
+    quadrature(
+        bench,
+        motor,
+        [(1, 0), (1, 1), (0, 1), (0, 0)] * 3 + [(0, 1), (1, 1), (1, 0), (0, 0)] * 3 + [(0, 1)],
+        "MF4",
+        [1] * 12 + [-1] * 13,
+    )
+
+
+@pytest.mark.parametrize(("mode", "edges"), [("MF1", 4), ("MF2", 2)])
+def test_quadrature_counted_in_halves_and_quarters(bench, motor, mode, edges):
+    for pin in "AB":
+        motor.pins[pin].drive(False)
+    pass_samples(bench, 2)
+    say(bench, motor, mode + " ")
+    for a, b in [(1, 0), (1, 1), (0, 1), (0, 0)] * 5:
+        motor.pins["A"].drive(bool(a))
+        motor.pins["B"].drive(bool(b))
+        pass_samples(bench)
+    assert abs(value(bench, motor, "CTR")) == 20 // edges
+
+
+def quadrature(bench, motor, levels, mode, steps):
+    for pin in "AB":
+        motor.pins[pin].drive(False)
+    pass_samples(bench, 2)
+    say(bench, motor, mode + " ")
+    count = 0
+    for (a, b), step in zip(levels, steps, strict=True):
+        motor.pins["A"].drive(bool(a))
+        motor.pins["B"].drive(bool(b))
+        pass_samples(bench, 3)
+        count += step
+        assert value(bench, motor, "CTR") == motor.axes["shaft"].position == count
+
+
+def test_steps_and_direction_on_the_pins_themselves(bench, motor):
+    """5: A steps, B tells the direction; one edge of A counts, the other does not."""
+    motor.pins["A"].drive(False)
+    motor.pins["B"].drive(False)
+    pass_samples(bench, 2)
+    say(bench, motor, "MS ")
+    found = []
+    for direction in (False, True):
+        motor.pins["B"].drive(direction)
+        for _ in range(10):
+            motor.pins["A"].drive(True)
+            pass_samples(bench)
+            motor.pins["A"].drive(False)
+            pass_samples(bench, 3)
+        found.append(value(bench, motor, "CTR"))
+    assert abs(found[0]) == 10
+    assert found[1] == motor.axes["shaft"].position == 0
+
+
+# Any ratio, any walk
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    mul=st.integers(-32_768, 32_767),
+    div=st.integers(-32_768, 32_767).filter(bool),
+    walk=st.lists(st.integers(-30_000, 30_000), min_size=1, max_size=6),
+)
+def test_any_ratio_never_drifts(mul, div, walk):
+    """The shaft is where the ratio says, rounded down, whatever way the master has gone."""
+    bench = Bench()
+    motor = ready(bench)
+    say(bench, motor, f"E=32000 MF4 MFMUL={mul} MFDIV={div} MFR G ")
+    for count in walk:
+        position = turn_to(bench, motor, count, 1000)
+        exact = Fraction(count * mul, div)
+        assert position in (floor(exact), -floor(-exact))
+    assert say(bench, motor, "RMODE RBs ") == b"X\r0\r"

@@ -1,0 +1,188 @@
+"""Chapter 10: long streams of host mode records, on the wire, with a real motor, and cut in pieces."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .cam import SAMPLE_NS, pass_samples, say
+from .host_records import begin, clock, path, points, position
+from .talking import ready
+
+SEGMENTS = st.lists(st.tuples(st.sampled_from([1, 7, 16, 64, 100]), st.integers(-500, 500)), min_size=1, max_size=12)
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    made = ready(bench)
+    pass_samples(bench)
+    return made
+
+
+def records_of(segments, omit):
+    """Clocks are omitted where the delta is the one before and `omit` says so; the positions at each clock."""
+    words, at, where, last, stations = points((0, 0)), 0, 0, 0, {}
+    for (samples, way), left_out in zip(segments, omit, strict=False):
+        at, where = at + samples, where + way
+        stations[at] = where
+        words += position(where) + ("" if left_out and last == samples else clock(at))
+        last = samples
+    return words + clock(at) + clock(at), stations
+
+
+@settings(deadline=None, max_examples=60)
+@given(segments=SEGMENTS, omit=st.lists(st.booleans(), min_size=12, max_size=12))
+def test_any_stream_is_followed_to_the_count(segments, omit):
+    """10.1: exact at each clock, within a count of the straight line between two, whatever clocks are left out."""
+    bench = Bench()
+    motor = ready(bench)
+    pass_samples(bench)
+    words, stations = records_of(segments, omit)
+    begin(bench, motor, "O=0 MP A=65536000 V=0 ", words)
+    found = [0, *path(bench, motor, max(stations))]
+    at, where = 0, 0
+    for end, goal in stations.items():
+        assert found[end] == goal
+        for sample in range(at, end):
+            assert abs((found[sample] - where) * (end - at) - (goal - where) * (sample - at)) <= end - at
+        at, where = end, goal
+    assert say(bench, motor, "RMODE RBs RBo ") == b"P\r0\r0\r"
+
+
+@settings(deadline=None, max_examples=20)
+@given(segments=SEGMENTS, cut=st.lists(st.integers(1, 40), min_size=1, max_size=8))
+def test_a_stream_in_pieces_is_the_same_stream(segments, cut):
+    """However the bytes are grouped and the time is divided: the same path."""
+    words, _ = records_of(segments, [True] * 12)
+    assert streamed(words, [len(words)], 1) == streamed(words, cut, 3)
+
+
+def streamed(words, cut, pieces):
+    bench = Bench()
+    motor = ready(bench)
+    pass_samples(bench)
+    assert say(bench, motor, "O=0 MV V=65536 A=65536 MD ") == b""
+    rest, turn = words, 0
+    while rest:
+        size = cut[turn % len(cut)]
+        motor.serial.write(rest[:size].encode("latin-1"))
+        rest, turn = rest[size:], turn + 1
+    say(bench, motor, "G ")
+    found = []
+    for _ in range(300):
+        for piece in range(pieces):
+            bench.clock.run_to(bench.now + (SAMPLE_NS - bench.now % SAMPLE_NS) // (pieces - piece))
+        found.append(motor.axes["shaft"].position)
+    return found
+
+
+def test_a_stream_at_9600_baud_is_fed_while_it_runs(bench):
+    """10.1: omitting clocks saves half the line: 6 characters are 6.25 ms, less than the 62.9 ms of 256 samples."""
+    motor = ready(bench, line="9600 8N1")
+    words = "O=0 MV V=65536 A=100 MD " + points((0, 0), (256, 256)) + "G "
+    words += "".join(position(256 * index) for index in range(2, 30)) + clock(256 * 29) + clock(256 * 29)
+    motor.serial.write(words.encode("latin-1"))
+    assert bench.run_until(lambda: motor.axes["shaft"].position == 10, 1.0)
+    began = bench.now
+    for _ in range(20):
+        bench.clock.run_to(bench.now + 350 * SAMPLE_NS)
+        assert motor.axes["shaft"].position - 10 == (bench.now - began) // SAMPLE_NS
+    assert motor.serial.read() == b""
+    bench.run(0.5)
+    motor.serial.write(b"RMODE RV RBo ")
+    bench.run(0.1)
+    assert motor.serial.read() == b"V\r65536\r0\r"
+
+
+def test_a_line_that_is_too_slow_underflows(bench):
+    """16 samples are 3.9 ms, a record 6.25 ms."""
+    motor = ready(bench, line="9600 8N1")
+    words = "O=0 MD " + points((0, 0), (16, 16)) + "G " + "".join(position(16 * index) for index in range(2, 60))
+    motor.serial.write(words.encode("latin-1"))
+    bench.run(2)
+    motor.serial.write(b"RMODE RBo ")
+    bench.run(0.1)
+    assert motor.serial.read() == b"B\r1\r"
+    assert motor.axes["shaft"].position < 16 * 59
+
+
+def test_a_real_motor_keeps_its_velocity_through_the_exit(bench):
+    """10.2: "allow exit from host mode at a non-zero velocity while maintaining position and velocity control"."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    pass_samples(bench)
+    begin(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x1000, 0x400)) + clock(0x400))
+    shaft = motor.axes["shaft"]
+    pass_samples(bench, 0x300)
+    assert shaft.commanded == 4 * 0x300
+    lag = shaft.commanded - shaft.position
+    for sample in range(0x301, 0x600):
+        pass_samples(bench)
+        assert shaft.commanded == 4 * sample
+        assert abs(shaft.commanded - shaft.position - lag) <= 4
+    assert say(bench, motor, "RMODE RV RBe ") == b"V\r262144\r0\r"
+
+
+def test_reversed_by_f_2_the_shaft_runs_the_other_way(bench, motor):
+    """7.1: F=2: "the motor shaft will physically spin in the opposite direction for any given mode"."""
+    begin(bench, motor, "F=2 O=0 MV V=65536 A=100 ", points((0, 0), (100, 100)) + clock(100))
+    assert path(bench, motor, 150) == [-at for at in range(1, 151)]
+    assert say(bench, motor, "RP RV ") == b"150\r65536\r"
+
+
+def test_a_limit_in_the_middle_stops_it(bench, motor):
+    """3.2: a limit ends the motion; records that still come disturb nothing; after ZS it can begin anew."""
+    motor.pins["C"].drive(False)
+    say(bench, motor, "UCP ZS ")
+    begin(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
+    path(bench, motor, 100)
+    motor.pins["C"].drive(True)
+    pass_samples(bench, 50)
+    here = motor.axes["shaft"].position
+    assert 100 <= here < 110
+    say(bench, motor, points((2000, 2000)))
+    assert say(bench, motor, "RMODE RBr RBo ") == b"B\r1\r1\r"
+    motor.pins["C"].drive(False)
+    pass_samples(bench, 50)
+    say(bench, motor, "ZS ")
+    begin(bench, motor, "O=0 MV V=0 A=65536000 ", points((0, 0), (10, 10), (10, 20)) + clock(20))
+    assert path(bench, motor, 30)[-1] == here + 10
+
+
+def test_host_mode_after_host_mode(bench, motor):
+    """Each begins with its own clock; the first pair is where it starts."""
+    begin(bench, motor, "O=0 MV V=65536 A=100 ", points((0, 0), (10, 10)) + clock(10))
+    assert path(bench, motor, 20)[-1] == 20
+    begin(bench, motor, "", points((20, 5000), (40, 5010), (60, 5020), (70, 5030)) + clock(5030))
+    assert path(bench, motor, 40) == [*range(22, 61, 2), *range(61, 81)]
+
+
+def test_a_relative_move_from_the_exit_can_be_repeated(bench, motor):
+    """10.2: relative distance: after the exit's own step G makes another."""
+    begin(bench, motor, "O=0 MP A=65536000 V=65536000 D=50 ", points((0, 0), (100, 100)) + clock(100))
+    assert path(bench, motor, 102)[-1] == 150
+    say(bench, motor, "G ")
+    assert path(bench, motor, 3)[-1] == 200
+
+
+def test_underflow_without_the_dynamic_brake_is_mode_e(bench, motor):
+    """10.2: "entering mode E": with MTB disabled by BRKRLS and OFF (5.2) it is what RMODE says."""
+    begin(bench, motor, "BRKRLS OFF O=0 ", points((0, 0), (100, 100)))
+    pass_samples(bench, 110)
+    assert say(bench, motor, "RMODE RBo ") == b"E\r1\r"
+
+
+@pytest.mark.parametrize(
+    "records",
+    [
+        points((0, 0), (64, 64)) + position(128) + points((9, 128)),
+        points((0, 0), (64, 64), (128, 128), (9, 128), (500, 600)),
+        points((0, 0), (64, 64), (128, 128)) + clock(128) + points((500, 600)),
+    ],
+)
+def test_the_position_of_the_duplicated_clock_is_ignored(bench, motor, records):
+    """10.2, also when the clock before has been omitted, and when more records follow."""
+    begin(bench, motor, "O=0 MV V=0 A=65536000 ", records)
+    assert path(bench, motor, 200) == [*range(1, 129)] + [128] * 72
+    assert say(bench, motor, "RMODE RBs ") == b"V\r0\r"

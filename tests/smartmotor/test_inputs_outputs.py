@@ -1,0 +1,341 @@
+"""Chapter 6, and 12 of the base language: the seven user pins as the host and a program see them."""
+
+from itertools import pairwise, product
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from axistwin import AxistwinError, Bench
+from axistwin.bench import Controller
+
+from .talking import ask, clear, load, ready, send, tell
+
+SAMPLE_NS = 245_760
+PINS = "ABCDEFG"
+OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    return ready(bench)
+
+
+def wire(motor: Controller, word: int) -> None:
+    """Table 6.1: A is bit 0, G is bit 6."""
+    for bit, name in enumerate(PINS):
+        motor.pins[name].drive(bool(word >> bit & 1))
+
+
+def flag(bench: Bench, motor: Controller, text: str) -> bool:
+    """Is that a syntax error?  Nothing is returned then."""
+    tell(bench, motor, "ZS", 0)
+    assert tell(bench, motor, text) == b""
+    return ask(bench, motor, "RBs") == "1"
+
+
+# U
+
+
+def test_before_anything_is_wired_all_pins_are_high(bench):
+    """10 of the base language: RU 127, RS 134, RW 1670 at power-up: both limits are open."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.5)
+    assert tell(bench, motor, "RU RS RW") == b"127\r134\r1670\r"
+
+
+def test_u_is_the_sum_of_the_values_in_table_6_1(bench, motor):
+    """All 128 words."""
+    for word in range(128):
+        wire(motor, word)
+        assert ask(bench, motor, "RU", 0) == str(word)
+
+
+def test_single_reports_and_u_agree(bench, motor):
+    """6.1, 6.2, for words with each bit once high, once low."""
+    for word in (0b1010101, 0b0101010, 0b1110000, 0b0001111):
+        wire(motor, word)
+        answers = tell(bench, motor, " ".join(f"RU{name}" for name in PINS)).split()
+        assert [int(answer) for answer in answers] == [word >> bit & 1 for bit in range(7)]
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [("U", 90), ("U&64", 64), ("U&1", 0), ("U|1", 91), ("U*2+1", 181), ("U!|127", 37), ("127-U", 37), ("U==90", 1)],
+)
+def test_u_in_expressions(bench, motor, expression, value):
+    """6.1: "U can be operated by logical and mathematical operations"; 90 is 64+16+8+2."""
+    wire(motor, 90)
+    assert tell(bench, motor, f"a={expression} Ra") == f"{value}\r".encode()
+
+
+def test_u_is_stored_into_variables_and_arrays(bench, motor):
+    """6.1: <variable>=U; a later change of a pin does not change the variable."""
+    wire(motor, 90)
+    tell(bench, motor, "a=U zz=U ab[3]=U aw[5]=U al[9]=U")
+    wire(motor, 0)
+    assert tell(bench, motor, "Ra Rzz Rab[3] Raw[5] Ral[9] RU") == b"90\r90\r90\r90\r90\r0\r"
+
+
+def test_u_tells_pins_whatever_their_role(bench):
+    """6.1: "state of all 7 I/O pins", limits and the go input included."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.3)
+    motor.pins["C"].drive(False)
+    motor.pins["G"].drive(False)
+    assert tell(bench, motor, "RU RUC RUD RUG") == f"{127 - 4 - 64}\r0\r1\r0\r".encode()
+
+
+def test_u_tells_outputs_too(bench, motor):
+    """1.2, RU{pin}: "input or output"."""
+    for word in (0, 127, 0b1001100):
+        tell(bench, motor, " ".join(f"U{name}={word >> bit & 1} U{name}O" for bit, name in enumerate(PINS)))
+        assert ask(bench, motor, "RU") == str(word)
+
+
+def test_print_u_adds_nothing(bench, motor):
+    """6.1, PRINT(U): the value of U, without a CR."""
+    wire(motor, 90)
+    assert tell(bench, motor, "PRINT(U)") == b"90"
+    assert tell(bench, motor, "PRINT(U,#13)") == b"90\r"
+    assert tell(bench, motor, 'PRINT("U=",U," ",U&8,#13)') == b"U=90 8\r"
+
+
+def test_print1_u_goes_to_channel_1(bench, motor):
+    """6.1, PRINT1(U): to the RS485 channel; pins E and F are the channel then."""
+    port = motor.rs485
+    tell(bench, motor, OPEN)
+    motor.pins["D"].drive(False)
+    assert tell(bench, motor, "PRINT1(U&15,#13)", 0.1) == b""
+    assert port.read() == b"7\r"
+
+
+def test_channel_1_is_heard_without_being_looked_at_first(bench, motor):
+    """`read()` gives everything the host has received."""
+    tell(bench, motor, OPEN)
+    tell(bench, motor, 'PRINT1("abc")', 0.1)
+    assert motor.rs485.read() == b"abc"
+
+
+@pytest.mark.parametrize("channel", [0, 1])
+@pytest.mark.parametrize("word", ["RU", "RUA", "RUAA", "RUD"])
+def test_reports_go_to_the_current_channel(bench, motor, channel, word):
+    """6.1: "To current communication channel"; 6.2: "the active RS232 or RS485 channel"."""
+    tell(bench, motor, OPEN)
+    ports = motor.serial, motor.rs485
+    ports[channel].write(word.encode() + b"\r")
+    bench.run(0.2)
+    assert ports[channel].read().endswith(b"\r")
+    assert ports[1 - channel].read() == b""
+
+
+def test_u_in_a_program(bench, motor):
+    """6.1 with IF and WHILE: counts the samples a button has been pressed."""
+    load(bench, motor, "WHILE U&1\nLOOP\nIF U&2\nPRINT(U&3,#13)\nELSE\nRUB\nENDIF\nEND\n")
+    tell(bench, motor, "RUN", 0.1)
+    assert motor.serial.read() == b""
+    motor.pins["A"].drive(False)
+    bench.run(0.1)
+    assert motor.serial.read() == b"2\r"
+
+
+@pytest.mark.parametrize("text", ["U=5", "RUH", "RUU", "RUAB", "RU1", "UHI", "UAX", "UAA=5", "UAI=1", "Rua", "U"])
+def test_what_is_no_command(bench, motor, text):
+    """U and the analog values are read only; there are seven pins."""
+    assert flag(bench, motor, text)
+
+
+# Digital levels
+
+
+@pytest.mark.parametrize("name", PINS)
+@pytest.mark.parametrize(("volts", "level"), [(0.0, 0), (0.5, 0), (0.8, 0), (2.0, 1), (2.4, 1), (5.0, 1)])
+def test_thresholds(bench, motor, name, volts, level):
+    """6.2: "1 is 2.0 volts or higher and 0 is 0.8 volts or lower", in every form of the question."""
+    motor.pins[name].drive(volts)
+    answer = tell(bench, motor, f"RU{name} a=U{name}I Ra b=U{name} Rb c=U>>0")
+    assert answer == f"{level}\r{level}\r{level}\r".encode()
+
+
+def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, motor):
+    """6.2 leaves it open: no third value."""
+    for tenths in range(9, 20):
+        motor.pins["A"].drive(tenths / 10)
+        first, second, word = tell(bench, motor, "RUA a=UAI Ra a=U&1 Ra").split()
+        assert first == second == word
+        assert first in {b"0", b"1"}
+
+
+def test_a_pin_let_go_is_pulled_up(bench, motor):
+    """12 of the base language: 5 kΩ to +5 V."""
+    for name in PINS:
+        motor.pins[name].drive(False)
+        motor.pins[name].release()
+        assert (motor.pins[name].level, motor.pins[name].volts) == (True, 5.0)
+    assert ask(bench, motor, "RU") == "127"
+
+
+# Analog values
+
+
+@pytest.mark.parametrize("name", PINS)
+def test_full_scale(bench, motor, name):
+    """6.3: "1023 is 5.0 Vdc and 0 is zero volts"; an open pin is pulled up to 5 V."""
+    assert ask(bench, motor, f"RU{name}A") == "1023"
+    motor.pins[name].drive(0.0)
+    assert ask(bench, motor, f"RU{name}A") == "0"
+    motor.pins[name].drive(5.0)
+    assert ask(bench, motor, f"RU{name}A") == "1023"
+
+
+@given(millivolts=st.integers(0, 5000), name=st.sampled_from(PINS))
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_analog_values_are_proportional(bench, motor, millivolts, name):
+    """6.3: ten bits; within one step of 1023 × volts / 5."""
+    motor.pins[name].drive(millivolts / 1000)
+    value = int(ask(bench, motor, f"RU{name}A", 0))
+    assert abs(value - 1023 * millivolts / 5000) <= 1
+
+
+@pytest.mark.parametrize("volts", [-3.0, 12.0, float("nan"), float("inf")])
+def test_what_would_destroy_a_pin_is_refused(bench, motor, volts):
+    """6.3: 0 to 5 V; the user is told, and the pin stays as it was."""
+    motor.pins["B"].drive(2.5)
+    with pytest.raises(AxistwinError):
+        motor.pins["B"].drive(volts)
+    assert ask(bench, motor, "RUBA") in {"511", "512"}
+
+
+def test_analog_values_of_outputs(bench, motor):
+    """6.3, on a pin that is driven by the motor itself: its own 0 or 5 V."""
+    for name in PINS:
+        assert tell(bench, motor, f"U{name}=0 U{name}O RU{name}A U{name}=1 RU{name}A") == b"0\r1023\r"
+
+
+def test_analog_values_in_a_program(bench, motor):
+    """6.3: 1 V, 2 V, 4 V: 1023 × 1/5, 2/5 and 4/5 to the nearest."""
+    load(bench, motor, "a=UAA+0\nb=UBA*2\nc=UEA/2\nPRINT(a,#32,b,#32,c,#13)\nEND\n")
+    for name, volts in (("A", 1.0), ("B", 2.0), ("E", 4.0)):
+        motor.pins[name].drive(volts)
+    assert tell(bench, motor, "RUN", 0.1) == b"205 818 409\r"
+
+
+# Directions, latches, roles
+
+
+@pytest.mark.parametrize("name", PINS)
+def test_directions_and_latches(bench, motor, name):
+    """12: UxO, UxI, Ux=; the latch is kept while the pin is an input."""
+    pin = motor.pins[name]
+    tell(bench, motor, f"U{name}=1 U{name}O")
+    assert pin.volts == 5.0
+    tell(bench, motor, f"U{name}=0")
+    assert pin.volts == 0.0
+    tell(bench, motor, f"U{name}I")
+    assert pin.volts == 5.0
+    tell(bench, motor, f"U{name}O")
+    assert pin.volts == 0.0
+    tell(bench, motor, f"U{name}I U{name}=1")
+    pin.drive(False)
+    assert ask(bench, motor, f"RU{name}") == "0"
+
+
+def test_outputs_are_independent(bench, motor):
+    """Every word on the seven outputs, pin by pin."""
+    tell(bench, motor, " ".join(f"U{name}O" for name in PINS))
+    for levels in list(product([0, 1], repeat=7))[::5]:
+        tell(bench, motor, " ".join(f"U{name}={level}" for name, level in zip(PINS, levels, strict=True)), 0)
+        assert [motor.pins[name].level for name in PINS] == [bool(level) for level in levels]
+
+
+def test_an_output_is_set_in_the_moment_of_its_command(bench, motor):
+    """Host commands are carried out when they arrive (ruling 14)."""
+    tell(bench, motor, "UBO")
+    found: list[tuple[int, bool]] = []
+    motor.pins["B"].watch(lambda pin: found.append((bench.now, pin.level)))
+    start = bench.now
+    send(bench, motor, b"UB=1 ", 0.001)
+    send(bench, motor, b"UB=0 ", 0.001)
+    assert found == [(start, True), (start + 1_000_000, False)]
+
+
+def test_a_program_makes_pulses_of_whole_samples(bench, motor):
+    """Ruling 14: one statement per sample: UA=1, UA=0 and LOOP, WHILE: high for one, low for three."""
+    load(bench, motor, "UAO\nWHILE 1\nUA=1\nUA=0\nLOOP\nEND\n")
+    found: list[tuple[int, bool]] = []
+    motor.pins["A"].watch(lambda pin: found.append((bench.now, pin.level)))
+    tell(bench, motor, "RUN", 0.01)
+    times = [at for at, _ in found]
+    assert all(at % SAMPLE_NS == 0 for at in times)
+    gaps = [(later - earlier) // SAMPLE_NS for earlier, later in pairwise(times)]
+    assert gaps[:9] == [2, 1, 3, 1, 3, 1, 3, 1, 3]  # the first: UAO, WHILE, UA=1
+
+
+@pytest.mark.parametrize(("name", "role", "flags"), [("C", "UCP", "RBp RBr"), ("D", "UDM", "RBm RBl")])
+def test_limit_roles(bench, motor, name, role, flags):
+    """3.1: active high; inputs have no such effect."""
+    motor.pins[name].drive(False)
+    tell(bench, motor, role, 0.01)
+    assert tell(bench, motor, flags) == b"0\r0\r"
+    motor.pins[name].drive(True)
+    bench.run(0.01)
+    assert tell(bench, motor, flags) == b"1\r1\r"
+    tell(bench, motor, f"U{name}I ZS", 0.01)
+    assert tell(bench, motor, flags) == b"0\r0\r"
+
+
+def test_reading_pin_g_or_c_changes_no_role(bench, motor):
+    """12: RUG, U, UG as values: pin G is still the go input."""
+    tell(bench, motor, "A=65536 V=65536 P=50 RUG a=U a=UG a=UGI RUGA")
+    motor.pins["G"].drive(False)
+    bench.run(0.1)
+    assert motor.axes["shaft"].position == 50
+
+
+@pytest.mark.parametrize("level", [True, False])
+def test_the_index_input_is_bx(bench, motor, level):
+    """10 of the base language: Bx is the real-time level of the index input, and no part of U."""
+    motor.pins["index"].drive(level)
+    bench.run(0.001)
+    assert tell(bench, motor, "RBx RU") == f"{int(level)}\r127\r".encode()
+
+
+def test_counting_goes_on_whatever_the_direction_of_a_and_b(bench, motor):
+    """5 of the base language: "UAI/UAO/UBI/UBO do not stop the counter from counting"."""
+    tell(bench, motor, "MF0")
+    motor.master.move(100, 0.05)
+    tell(bench, motor, "UAI UBI", 0.1)
+    assert ask(bench, motor, "RCTR") == "100"
+
+
+def test_pins_after_a_power_cut_in_the_middle(bench, motor):
+    """12: inputs, latches 0, limits and the go input."""
+    tell(bench, motor, "UCO UC=1 UGO UG=1 UAO UA=1")
+    motor.power(False)
+    bench.run(0.01)
+    motor.power(True)
+    bench.run(0.3)
+    assert tell(bench, motor, "RU RBr RBl") == b"127\r1\r1\r"
+    clear(bench, motor)
+    tell(bench, motor, "UAO UCO UGO")
+    assert [motor.pins[name].level for name in "ACG"] == [False, False, False]
+
+
+WORDS = [f"U{pin}{rest}" for pin in "ABCDEFGH" for rest in ("I", "O", "=0", "=1", "=-1", "=U", "A", "P", "M", "")]
+WORDS += [f"RU{pin}{rest}" for pin in ["", *PINS] for rest in ("", "A", "I")] + ["BRKC", "BRKG", "BRKI", "RS4", OPEN]
+
+
+@settings(deadline=None, max_examples=60)
+@given(words=st.lists(st.sampled_from(WORDS) | st.text("UABCGIO=R01()\x00\x7f ", max_size=8), max_size=25))
+def test_any_words_about_pins_are_survived(words):
+    """Whatever was said, the next command is heard, and twice the same is answered the same."""
+
+    def answer() -> bytes:
+        bench = Bench()
+        motor = ready(bench)
+        heard = tell(bench, motor, " ".join(words), 0.05)
+        return heard + b"|" + tell(bench, motor, "RU RCLK")
+
+    first = answer()
+    assert first.split(b"|")[-1].count(b"\r") == 2
+    assert answer() == first

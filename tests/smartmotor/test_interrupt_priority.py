@@ -1,0 +1,189 @@
+"""Chapter 7: C1 and C2 at the same time, and the command that is in progress when they are called."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .interrupts import COUNTING, delays, fault, running, samples, trigger, values, wired
+from .talking import ask, load, ready, tell
+
+# Both at once
+
+
+def moment_of_both(bench: Bench, motor: Controller, offset: int, **options) -> None:
+    """Edges such that C1 alone would begin `offset` samples after C2 alone."""
+    to_c1, to_c2 = delays(**options)
+    first, second, apart = ("G", "C", to_c2 - to_c1 + offset)
+    if apart < 0:
+        first, second, apart = "C", "G", -apart
+    motor.pins[first].drive(first == "C")
+    samples(bench, apart)
+    motor.pins[second].drive(second == "C")
+
+
+@pytest.mark.parametrize("debounce", [1, 2, 8])
+def test_at_the_same_time_the_fault_takes_priority_and_c2_is_not_called(bench, debounce):
+    """7.1, F=32, 1: "The fault takes priority and GOSUB2 will not be called"; not later either."""
+    motor = wired(bench, debounce_samples=debounce)
+    running(bench, motor, "F=96" + COUNTING)
+    moment_of_both(bench, motor, 0, debounce_samples=debounce)
+    samples(bench, 200)
+    assert values(bench, motor, "ij") == [1, 0]
+    motor.pins["G"].drive(True)
+    samples(bench, 20)
+    trigger(bench, motor)
+    assert values(bench, motor, "ij") == [1, 1]
+
+
+NESTED = """
+UGI
+WHILE 1
+LOOP
+END
+C1
+PRINT("<1")
+WAIT=50
+PRINT("1>")
+RETURNF
+C2
+PRINT("<2")
+n=0
+WHILE n<20
+n=n+1
+LOOP
+PRINT("2>")
+RETURNI
+"""
+
+
+@pytest.mark.parametrize(("offset", "said"), [(5, b"<2<11>2>"), (-5, b"<1<22>1>")])
+def test_each_may_interrupt_the_other(bench, offset, said):
+    """7.1: a fault in C2: C1 "will be called and return to C2"; an edge in C1: "a call to C2 will occur"."""
+    motor = wired(bench)
+    running(bench, motor, "F=96" + NESTED)
+    moment_of_both(bench, motor, offset)
+    samples(bench, 400)
+    assert motor.serial.read() == said
+
+
+def test_the_rest_of_c1_follows_when_pin_g_is_still_low(bench):
+    """7.1, F=32, 3: "The Motor will enter back into C1 at the end of C2"."""
+    motor = wired(bench)
+    running(bench, motor, "F=96" + NESTED)
+    fault(bench, motor)
+    samples(bench, 10)
+    motor.pins["G"].drive(False)
+    samples(bench, 500)
+    assert motor.serial.read() == b"<1<22>1>"
+
+
+GUARDED = """
+UGI
+WHILE 1
+m=m+1
+LOOP
+END
+C1
+F=F&191
+i=i+1
+WAIT=100
+i=i+1
+F=96
+RETURNF
+C2
+j=j+1
+RETURNI
+"""
+
+
+def test_f_and_191_as_the_first_instruction_of_c1_inhibits_c2(bench):
+    """7.1, note: "F=F&191 (191+64=255)"; F=96 at its end allows C2 again."""
+    motor = wired(bench)
+    running(bench, motor, "F=96" + GUARDED)
+    fault(bench, motor)
+    samples(bench, 20)
+    assert tell(bench, motor, "f=F Rf", 0) == b"32\r"
+    trigger(bench, motor)
+    assert values(bench, motor, "ij") == [1, 0]
+    samples(bench, 200)
+    assert values(bench, motor, "ij") == [2, 0]
+    trigger(bench, motor)
+    assert values(bench, motor, "ij") == [2, 1]
+
+
+# Commands in progress
+
+
+def test_wait_is_cut_short_by_c2(bench):
+    """7.1: WAIT=8000 and G low less than 4000 ticks later: "the WAIT will be terminated"."""
+    motor = ready(bench)
+    running(bench, motor, "F=64\nUGI\na=CLK\nWAIT=8000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
+    samples(bench, 3000)
+    motor.pins["G"].drive(False)
+    start = int(ask(bench, motor, "RCLK", 0))
+    samples(bench, 50)
+    _, to_c2 = delays()
+    assert values(bench, motor, "g") == [start + to_c2]
+    assert values(bench, motor, "b") == [start + to_c2 + 2]  # g=CLK, RETURNI, b=CLK
+    samples(bench, 9000)
+    assert values(bench, motor, "b") == [start + to_c2 + 2]
+
+
+def test_wait_is_not_cut_short_by_c1(bench):
+    """8 of the base language: "nothing else is"."""
+    motor = wired(bench)
+    running(bench, motor, "F=32\na=CLK\nWAIT=1000\nb=CLK\nEND\nC1\nc=CLK\nRETURNF\n")
+    fault(bench, motor)
+    samples(bench, 2000)
+    begin, end, called = values(bench, motor, "abc")
+    assert end - begin >= 1000
+    assert called
+
+
+def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench):
+    """4.1: "End program execution"; what stands behind the WAIT is never done."""
+    motor = ready(bench)
+    running(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")
+    motor.axes["shaft"].jam(True)
+    samples(bench, 50)
+    motor.axes["shaft"].jam(False)
+    assert ask(bench, motor, "RBe", 0) == "1"
+    tell(bench, motor, "OFF ZS", 0)
+    samples(bench, 2000)
+    assert values(bench, motor, "a") == [1]
+
+
+def test_twait_is_not_cut_short(bench):
+    """7.1: "All other valid commands will finish processing prior to the call"; 400 counts at 1 per sample."""
+    motor = ready(bench)
+    moving = "UGI\nA=65536\nV=65536\nP=400\nG\nTWAIT\nb=CLK\nEND\nC2\ng=CLK\nh=Bt\nRETURNI\n"
+    running(bench, motor, "F=64\n" + moving)
+    assert ask(bench, motor, "RBt", 0) == "1"
+    motor.pins["G"].drive(False)
+    samples(bench, 100)
+    assert values(bench, motor, "g") == [0]
+    samples(bench, 400)
+    called, after, busy = values(bench, motor, "gbh")
+    assert 0 < called < after
+    assert busy == 0
+
+
+def test_a_long_print_is_completed_before_c2_is_called(tmp_path):
+    """7.1: "Long PRINT commands will be completed prior to GOSUB2 call"; at 9600 baud, edges in the middle of it.
+
+    The host sees whole lines only; both 12 edges and 12 answers.
+    """
+    text = "The quick brown fox jumps over"
+    program = f'UGI\nF=64\nWHILE 1\nPRINT("{text}",#13)\nLOOP\nEND\nC2\nPRINT("!",#13)\nRETURNI\n'
+    first = Bench()
+    load(first, ready(first, state=tmp_path), program)
+    bench = Bench()
+    motor = bench.add("smartmotor", state=tmp_path)
+    bench.run(0.5)
+    for _ in range(12):
+        trigger(bench, motor, 300, 277)
+    bench.run(0.1)
+    lines = motor.serial.read().split(b"\r")
+    assert set(lines[:-1]) == {text.encode(), b"!"}
+    assert lines.count(b"!") == 12

@@ -1,0 +1,142 @@
+"""What must hold of any run of the kernel: acceleration and speed are kept to, moves end where they should."""
+
+import itertools
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin.controllers.smartmotor import jit, state
+from axistwin.controllers.smartmotor.interpreter import STACK, evaluate
+from axistwin.controllers.smartmotor.kernel import ALL_DONE, TRAJECTORY
+
+from . import inventing
+from .bridge import Kernel
+from .reference_motor import ReferenceMotor
+from .reference_program import Abandoned, Program, expression
+from .reference_trajectory import Trajectory
+from .test_kernel_reference import CHANCE, PLAIN_AND_COMPILED, THOROUGH, Pair
+
+SPEEDS = st.integers(-(2**24), 2**24)
+RATES = st.one_of(st.integers(1, 500), st.integers(1, 2**22))
+TARGETS = st.integers(-3000, 3000)
+MOST = 400
+
+
+def moving(mode, velocity, **values):
+    """The kernel of an ideal motor in the middle of a move, at 0."""
+    motor = ReferenceMotor(Program("END"), values={"WATCH_INDEX": 0}, error_limit=2**31)
+    motor.runner.state = "stopped"
+    motor.trajectory = Trajectory(mode, 0, velocity, **values)
+    motor.flags["Bt"] = 1
+    return Kernel(motor, "END")
+
+
+def course(kernel, most=MOST):
+    """Place, and velocity at which it came there, of each sample until the move ends, in 1/65536 count."""
+    i, done = kernel.i, [(0, kernel.i[state.VELOCITY])]
+    while i[state.BT] and len(done) < most:
+        before = i[state.COMMANDED]
+        assert kernel.advance(1)[0] in (ALL_DONE, TRAJECTORY)
+        done.append((i[state.COMMANDED], i[state.COMMANDED] - before))
+    return done
+
+
+def check_rate(places, rate):
+    for (_, before), (_, after) in itertools.pairwise(places):
+        assert abs(after - before) <= rate
+
+
+@settings(max_examples=60, deadline=None)
+@given(velocity=SPEEDS, top=st.integers(1, 2**24), rate=RATES, target=TARGETS)
+def test_a_position_move_keeps_to_a_and_v_in_every_sample(velocity, top, rate, target):
+    """4 of the base language: at most A from one sample to the next, at most V once it is there, to a stop at P."""
+    kernel = moving("position", velocity, target=target, top=top, rate=rate)
+    places = course(kernel)
+    check_rate(places, rate)
+    for (_, before), (_, after) in itertools.pairwise(places):
+        assert abs(after) <= max(top, abs(before) - rate)
+    if not kernel.i[state.BT]:
+        assert places[-1][0] == target * 65536
+        assert abs(places[-1][1]) <= rate
+
+
+@settings(max_examples=40, deadline=None)
+@given(top=st.integers(1, 2**24), rate=RATES, target=TARGETS)
+def test_a_move_from_rest_never_turns_round(top, rate, target):
+    places = course(moving("position", 0, target=target, top=top, rate=rate))
+    assert all(velocity * target >= 0 for _, velocity in places)
+    assert all(abs(place) <= abs(target) * 65536 for place, _ in places)
+
+
+@settings(max_examples=40, deadline=None)
+@given(velocity=SPEEDS, top=SPEEDS, rate=RATES)
+def test_a_velocity_move_goes_straight_to_its_velocity(velocity, top, rate):
+    """MV: a ramp of A per sample, from sign to sign through zero."""
+    places = course(moving("velocity", velocity, top=top, rate=rate), 60)
+    for n, (_, now) in enumerate(places):
+        way = 1 if top >= velocity else -1
+        assert now == way * min(way * velocity + n * rate, way * top)
+
+
+@settings(max_examples=40, deadline=None)
+@given(velocity=SPEEDS, rate=st.integers(2**16, 2**22))
+def test_x_comes_to_a_stop_at_a(velocity, rate):
+    places = course(moving("stop", velocity, rate=rate))
+    for n, (_, now) in enumerate(places):
+        assert abs(now) == max(abs(velocity) - n * rate, 0)
+    assert places[-1][1] == 0
+
+
+# Expressions
+
+
+@pytest.mark.parametrize("compiled", PLAIN_AND_COMPILED)
+@THOROUGH
+@given(random=CHANCE)
+def test_expressions_have_the_value_of_the_reference_or_none(compiled, random):
+    """7 of the base language: Bd for what does not fit and for a division by zero, Bu for an index."""
+    lines = [f"{random.choice('pq')}={inventing.expression(random, 4, fetches=True)}" for _ in range(30)]
+    pair = Pair(random, "\n".join(lines), compiled)
+    while pair.motor.runner.state == "running":
+        pair.run(1)
+        for flag in "Bd", "Bu":
+            pair.motor.flags[flag] = 0
+        pair.happen()
+
+
+@pytest.mark.parametrize(
+    ("text", "flag"),
+    [
+        ("2147483647+1", "Bd"),
+        ("-2147483648-1", "Bd"),
+        ("65536*32768", "Bd"),
+        ("a/0", "Bd"),
+        ("a%0", "Bd"),
+        ("2^5", "Bd"),
+        ("2^-1", "Bd"),
+        ("al[51]", "Bu"),
+        ("al[-1]", "Bu"),
+        ("ab[204]", "Bu"),
+        ("aw[102]", "Bu"),
+        ("1/0+al[51]", "Bd"),
+        ("al[51]+1/0", "Bu"),
+    ],
+)
+def test_the_reference_gives_up_where_it_should(text, flag):
+    motor = ReferenceMotor(Program("END"))
+    with pytest.raises(Abandoned) as reason:
+        expression(text)(motor)
+    assert reason.value.flag == flag
+
+
+@pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+def test_there_is_room_for_the_longest_expression():
+    """Numba does not look after the ends of arrays; the reader does."""
+    from axistwin.controllers.smartmotor.expressions import Malformed, Reader
+
+    deep = "a+(" * 20 + "a" + ")" * 20
+    code = Reader(deep).expression().code
+    assert evaluate([0] * state.INTS, [1] * state.VARIABLES, [0] * STACK, code, 0) > 0
+    with pytest.raises(Malformed):
+        Reader(f"a+({deep})").expression()

@@ -1,0 +1,301 @@
+"""The kernel against a plain reference, to the bit: random motors and programs, in plain Python and compiled."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from axistwin.controllers.smartmotor import interpreter, jit, state
+from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
+
+from . import inventing
+from .bridge import CALLS, POINTS, REASONS, Kernel
+from .reference import ON, OPEN, SHORTED
+from .reference_cam import Cam, Parameters
+from .reference_motor import FLAGS, ReferenceMotor
+from .reference_program import Program
+from .reference_trajectory import Run, Trajectory
+
+PLAIN_AND_COMPILED = [
+    False,
+    pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not there")),
+]
+CHANCE = st.randoms(use_true_random=False)
+THOROUGH = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+PARAMETERS = ["A", "V", "P", "MFMUL", "MFDIV", "BASE", "SIZE", "KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG", "ADDR"]
+
+
+def invented(random, text="END"):
+    """A motor and its surroundings."""
+    data = random.choice([None, *SERVO_MOTORS.values()])
+    if data:
+        data = replace(data, winding_time_constant_s=0.05, housing_time_constant_s=0.2)
+    load = ServoLoad(coulomb_friction_nm=random.choice([0.0, 0.01]), inertia_kg_m2=random.choice([0.0, 1e-5]))
+    motor = ReferenceMotor(Program(text), data, load, random.random() < 0.8, random.choice([1, 1, 2, 5]))
+    motor.runner.left = motor.per_sample
+    motor.values |= {name: random.choice([0, 1, -1, random.randint(-(2**31), 2**31 - 1)]) for name in PARAMETERS}
+    motor.values |= {f"U{pin}A": random.randrange(1024) for pin in "ABCDEFG"} | {"WATCH_INDEX": random.randrange(2)}
+    motor.sample_number, motor.clock_zero = random.choice([0, random.randrange(2**40)]), random.randrange(1000)
+    motor.machine.shaft = random.randint(-5000, 5000)
+    index = motor.index
+    index.at, index.turn = random.randrange(2000), random.choice([2000, 4000])
+    index.shaft = motor.shaft
+    index.below = (motor.shaft - index.at) // index.turn * index.turn + index.at
+    motor.flags["Bx"] = int(index.below == motor.shaft)
+    motor.cam.table_factor = random.random() < 0.3
+    for name in inventing.NAMES:
+        motor.memory[name] = random.choice([0, 1, 2, 3, -1, -7, -13, -100, random.randint(-(2**31), 2**31 - 1)])
+    motor.trajectory.place = motor.position * 65536
+    return motor
+
+
+# What happens from outside
+
+
+def somebody_sets_flags(random, motor):
+    for flag in random.sample(FLAGS, 4):
+        if flag not in ("Bx", "Bt"):
+            motor.flags[flag] = random.randrange(2)
+    motor.stopping = random.random() < 0.3
+    motor.plus.acknowledged, motor.minus.acknowledged = random.random() < 0.5, random.random() < 0.5
+
+
+def pins_change(random, motor):
+    for pin in random.sample("ABCDEFG", 3):
+        motor.pins[pin] = random.random() < 0.5
+    motor.plus.has_pin, motor.minus.has_pin = random.random() < 0.3, random.random() < 0.3
+    motor.go.debounce = random.choice([1, 2, 4])
+
+
+def limits_are_set(random, motor):
+    motor.soft_limits = random.random() < 0.5
+    motor.plus.soft, motor.minus.soft = (
+        motor.position + way * random.choice([0, random.randint(0, 3000)]) for way in (1, -1)
+    )
+    motor.error_limit = random.choice([0, 5, 1000, 32000])
+    motor.hot_limit = random.choice([(70, 12_000), (26, 40), (25, 3)])
+
+
+def the_machine_changes(random, motor):
+    machine = motor.machine
+    motor.drive = random.choice([ON, ON, ON, OPEN, SHORTED])
+    machine.brake, machine.jammed = random.random() < 0.2, random.random() < 0.1
+    machine.torque_nm, machine.ambient = random.uniform(-0.5, 0.5), random.uniform(0, 60)
+    reach = random.randint(0, 2000)
+    motor.window = (motor.shaft - reach, motor.shaft + random.randint(0, 2000))
+
+
+def the_servo_is_tuned(random, motor):
+    motor.rate = random.choice([1, 1, 2, 4, 8])
+    motor.amps, motor.torque = random.choice([1023, 300, 0]), random.randint(-1023, 1023)
+    if random.random() < 0.3:
+        motor.law.tuning = tuple(random.choice([0, 1, random.randint(0, 65535)]) for _ in range(8))
+
+
+def coordinates_change(random, motor):
+    """F=2 turns the shaft's direction round, O= moves the origin; sometimes close to where positions wrap."""
+    motor.direction = random.choice([1, -1])
+    motor.cam.origin = 0
+    here = random.choice([0, random.randint(-3000, 3000), 2**31 - random.randint(1, 50), -(2**31) + 5])
+    motor.origin = here - motor.direction * motor.shaft
+    motor.trajectory.place = here * 65536 + random.choice([0, random.randint(-(2**20), 2**20)])
+    motor.index.forced = random.random() < 0.1
+    if motor.index.forced:
+        motor.flags["Bx"] = 1
+
+
+def move(random, motor, mode, **values):
+    old = motor.trajectory
+    velocity = max(-(2**31), min(2**31, old.velocity))  # that of a jump does not last
+    motor.trajectory = Trajectory(mode, old.place, velocity, **values)
+    motor.flags["Bt"] = 1
+
+
+def somebody_moves(random, motor):
+    """MP, MV or X with anything that A, V and P can be; often a position that is soon reached."""
+    whole = random.randint(1, 20) * 65536
+    rate = random.choice([0, 1, whole, whole, random.randint(1, 2**18), random.randint(1, 2**31 - 1)])
+    top = random.choice(
+        [0, 3 * whole, random.randint(1, 2**16), random.randint(1, 2**24), random.randint(1, 2**31 - 1)]
+    )
+    samples = random.randint(2, 100)
+    near = motor.trajectory.place + random.choice([1, -1]) * (rate * samples**2 // 4 + random.choice([0, 65536]))
+    near = (near // 65536 + 2**31) % 2**32 - 2**31
+    target = random.choice([near, near, near, random.randint(-(2**31), 2**31 - 1)])
+    if random.random() < 0.3:
+        motor.trajectory.velocity = random.randint(-(2**22), 2**22)
+    mode = random.choice(["position", "position", "velocity", "stop", "hold", "torque", "brake", "off"])
+    if mode == "velocity":
+        top *= random.choice([1, -1])
+    move(random, motor, mode, target=target, top=top, rate=rate)
+
+
+def the_master_turns(random, motor):
+    samples = random.randint(1, 300)
+    quarter = Fraction(motor.cam.now.base, 4 * motor.cam.now.factor)  # of a cam's cycle in one sample: just too fast
+    rate = random.choice([Fraction(random.randint(0, 50_000), random.randint(1, 999)), quarter, quarter * 4 // 5])
+    way, part = random.choice([1, -1]), random.randrange(7)
+    ahead = Fraction(part, 7)
+    base = motor.master.edges
+    end = base + way * random.randint(0, 100)
+    motor.master.run = Run(base, way, rate, ahead, end, samples)
+
+
+def it_follows(random, motor):
+    mode = random.choice(["follow", "step", "ratio", "step ratio"])
+    motor.master.resolution = random.choice([1, 2, 4]) if mode == "follow" else 4
+    motor.master.seen = motor.master.edges * motor.master.resolution // 4
+    divisor = random.choice([1, 3, 1000, 10_000])
+    move(random, motor, mode, factor=random.randint(-3 * divisor, 3 * divisor), target=divisor)
+    the_master_turns(random, motor)
+
+
+def table(random, motor):
+    for n in range(102):
+        motor.memory.set_element("aw", n, random.choice([0, 100 * n, random.randint(-32768, 32767)]))
+
+
+def cam_parameters(random):
+    size = random.choice([1, 4, 5, 8, random.randint(1, 101)])
+    word = random.choice([0, 16, 128, 144, 16 + 33, 8])
+    base = size + random.choice([0, 8000, random.randint(0, 500)])
+    return Parameters(base, size, random.choice([1, 2, 4, 8]), random.choice([0, 50, 2000, -5]), word)
+
+
+def it_begins_a_cam(random, motor):
+    if random.random() < 0.7:
+        table(random, motor)
+    motor.cam = Cam(motor.cam.table_factor, prepared=cam_parameters(random))
+    motor.cam.start()
+    motor.cam.phase = random.choice([0, random.randrange(motor.cam.now.cycle)])
+    motor.cam.origin = random.choice([0, random.randint(-9999, 9999)])
+    move(random, motor, "cam")
+    the_master_turns(random, motor)
+
+
+def cam_parameters_change(random, motor):
+    """D=, BASE=, SIZE=, MCn, F= and then CI."""
+    motor.cam.prepared = cam_parameters(random)
+    motor.cam.pending = random.random() < 0.8
+    the_master_turns(random, motor)
+
+
+def it_begins_host_mode(random, motor):
+    host, clock = motor.host, random.randrange(1000)
+    host.points, host.started, host.left, host.passed = [], False, 0, 0
+    for _ in range(random.randint(0, POINTS)):
+        host.points.append((random.choice([random.randint(-2000, 2000), random.randint(-(2**31), 2**31 - 1)]), clock))
+        clock += random.choice([0, 1, 3, 16, 64])
+    move(random, motor, "host")
+
+
+def the_host_sends_points(random, motor):
+    host = motor.host
+    if host.points and len(host.points) < POINTS:
+        position, clock = host.points[-1]
+        host.points.append((position + random.randint(-99, 99), clock + random.choice([0, 5, 20])))
+
+
+HAPPENINGS = [
+    somebody_sets_flags, pins_change, limits_are_set, the_machine_changes, the_servo_is_tuned, coordinates_change,
+    somebody_moves, somebody_moves, the_master_turns, it_follows, it_begins_a_cam, cam_parameters_change,
+    cam_parameters_change, it_begins_host_mode, the_host_sends_points,
+]  # fmt: skip
+
+
+class Pair:
+    """The reference and the kernel on the same motor."""
+
+    def __init__(self, random, text, compiled):
+        self.random, self.motor = random, invented(random, text)
+        self.kernel = Kernel(self.motor, text, compiled=compiled)
+
+    def run(self, most):
+        """Up to so many samples of both."""
+        motor, kernel = self.motor, self.kernel
+        why, shafts, commanded = motor.advance(most)
+        assert kernel.advance(most) == (sum(REASONS[reason] for reason in why), shafts, commanded)
+        kernel.compare(motor)
+        self._react(why)
+        return why
+
+    def _react(self, why):
+        """A little of what Python does."""
+        motor, runner = self.motor, self.motor.runner
+        if "value" in why:
+            motor.fetched = self.random.randint(-1, 255)
+        if "call" in why:
+            called = "C1" if "C1" in runner.pending else "C2"
+            runner.pending.clear()
+            if runner.state != "stopped":
+                self._call(called)
+        if "host" in motor.trajectory.mode and "exit" in why:
+            move(self.random, motor, "velocity", rate=100)
+        self.kernel.take(motor)
+
+    def _call(self, called):
+        runner, kernel = self.motor.runner, self.kernel
+        runner.c2_called |= called == "C2"
+        target = kernel.program.labels[1 if called == "C1" else 2]
+        interpreter.call(kernel.i, target, int(kernel.i[state.PC]), CALLS[called])
+        runner.call(self.motor.program.labels[1 if called == "C1" else 2], runner.step, called)
+
+    def interrupt(self):
+        runner = self.motor.runner
+        runner.pending.add(self.random.choice(["C1", "C2"]))
+        runner.fault_again = self.random.random() < 0.3
+        runner.wait_until = 0
+        self.kernel.take(self.motor)
+
+    def happen(self, *happenings):
+        for happening in happenings:
+            happening(self.random, self.motor)
+        self.kernel.take(self.motor)
+
+
+@pytest.mark.parametrize("compiled", PLAIN_AND_COMPILED)
+@THOROUGH
+@given(random=CHANCE)
+def test_a_motor_is_that_of_the_reference_whatever_happens_to_it(compiled, random):
+    pair = Pair(random, "END", compiled)
+    for _ in range(8):
+        pair.happen(*(random.choice(HAPPENINGS) for _ in range(random.randint(1, 4))))
+        for _ in range(random.randint(1, 4)):
+            pair.run(random.randint(1, 60))
+
+
+@pytest.mark.parametrize("compiled", PLAIN_AND_COMPILED)
+@pytest.mark.parametrize(
+    "happenings",
+    [
+        (somebody_moves, somebody_moves),
+        (it_follows, the_master_turns),
+        (it_begins_a_cam, cam_parameters_change, cam_parameters_change),
+        (it_begins_host_mode, the_host_sends_points),
+    ],
+    ids=["moves", "follow", "cam", "host"],
+)
+@THOROUGH
+@given(random=CHANCE)
+def test_each_kind_of_trajectory_is_that_of_the_reference(compiled, happenings, random):
+    pair = Pair(random, "END", compiled)
+    pair.happen(happenings[0])
+    for _ in range(6):
+        pair.run(random.randint(1, 200))
+        pair.happen(random.choice(happenings[1:]))
+
+
+@pytest.mark.parametrize("compiled", PLAIN_AND_COMPILED)
+@THOROUGH
+@given(random=CHANCE)
+def test_a_program_is_carried_out_as_the_reference_does(compiled, random):
+    text = inventing.program(random)
+    pair = Pair(random, text, compiled)
+    for _ in range(40):
+        why = pair.run(random.randint(1, 30))
+        if random.random() < 0.1:
+            pair.interrupt()
+        elif not why and random.random() < 0.5:
+            pair.happen(random.choice([somebody_moves, pins_change, somebody_sets_flags]))

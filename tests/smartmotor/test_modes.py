@@ -1,0 +1,387 @@
+"""Base language 4 and 5: the motion parameters, G, S, X, O, OFF, and the letters of RMODE."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .cam import SAMPLE_NS, pass_samples, say, value
+from .host_records import path
+from .talking import load, ready
+
+FAST = "A=100*65536 V=100*65536 "
+SLOW = "A=65536 V=10*65536 "
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    made = ready(bench)
+    pass_samples(bench)
+    return made
+
+
+def cruise(bench, motor, mode):
+    """At 10 counts per sample, at 255 counts, after 30 samples: 55 counts in the first 10."""
+    say(bench, motor, SLOW + mode + " G ")
+    assert path(bench, motor, 30)[-1] == 255
+
+
+# RMODE
+
+
+@pytest.mark.parametrize(
+    ("words", "letter"),
+    [
+        ("", "B"),
+        ("MP ", "B"),
+        ("MV ", "B"),
+        ("MFR ", "B"),
+        ("MSR ", "B"),
+        ("MF0 ", "B"),
+        ("MS0 ", "B"),
+        ("BASE=8000 SIZE=8 MC ", "B"),
+        ("MD ", "B"),
+        ("MP P=1 G ", "P"),
+        ("MP D=1 G ", "R"),
+        ("MV G ", "V"),
+        ("MT ", "T"),
+        ("MT T=3 G ", "T"),
+        ("MF1 ", "F"),
+        ("MF2 ", "F"),
+        ("MF4 ", "F"),
+        ("MFR G ", "X"),
+        ("MS ", "S"),
+        ("MSR G ", "X"),
+        ("BASE=8000 SIZE=8 MC G ", "C"),
+        ("BASE=8000 SIZE=8 MC2 G ", "C"),
+        ("BASE=8000 SIZE=8 MC4 G ", "C"),
+        ("BASE=8000 SIZE=8 MC8 G ", "C"),
+        ("MV G MTB ", "B"),
+        ("MD G ", "H"),
+    ],
+)
+def test_rmode_tells_the_mode_in_force(bench, motor, words, letter):
+    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE tells the one that runs."""
+    assert say(bench, motor, words + "RMODE RBs ") == letter.encode() + b"\r0\r"
+
+
+def test_off_with_the_dynamic_brake_disabled_is_o(bench, motor):
+    """5: OFF: O; 5.2: after BRKRLS and OFF the mode torque brake stays inactive."""
+    assert say(bench, motor, "MV G BRKRLS OFF RMODE RBo ") == b"O\r1\r"
+
+
+@pytest.mark.parametrize(
+    "word", ["MF3", "MF8", "MS1", "MC3", "MC1", "MF", "MFRATIO", "MD50", "MP=1", "PID3", "PID=2", "PID0"]
+)
+def test_modes_that_do_not_exist(bench, motor, word):
+    """3, 1.3: a syntax error, and nothing happens."""
+    assert say(bench, motor, word + " RBs RMODE RBo ") == b"1\rB\r1\r"
+
+
+def test_the_default_mode_is_position(bench, motor):
+    """16: `A= V= P= G` without MP."""
+    assert say(bench, motor, FAST + "P=500 G RMODE ") == b"P\r"
+    assert path(bench, motor, 12)[-1] == 500
+
+
+# P and D
+
+
+@pytest.mark.parametrize(
+    ("words", "letter", "first", "second"),
+    [
+        ("P=100 D=7", "R", 7, 14),
+        ("D=7 P=100", "P", 100, 100),
+        ("P=100 D=7 P=100", "P", 100, 100),
+        ("D=7 P=50 D=7", "R", 7, 14),
+        ("D=0", "R", 0, 0),
+        ("D=-7", "R", -7, -14),
+        ("O=30 P=100", "P", 70, 70),
+        ("O=30 D=7", "R", 7, 14),
+        ("D=7 O=30", "R", 7, 14),
+    ],
+)
+def test_the_one_assigned_last_decides(bench, motor, words, letter, first, second):
+    """4: whichever of P= and D= was assigned last decides what MP and G do; G repeated repeats a step."""
+    assert say(bench, motor, FAST + words + " G RMODE ") == letter.encode() + b"\r"
+    assert path(bench, motor, 30)[-1] == first
+    assert say(bench, motor, "G RMODE ") == letter.encode() + b"\r"
+    assert path(bench, motor, 30)[-1] == second
+
+
+def test_a_relative_step_starts_from_the_commanded_position(bench, motor):
+    """4: "Relative target at G = current trajectory position + D": G on the way adds to where it is then."""
+    cruise(bench, motor, "MP D=500")
+    say(bench, motor, "G ")
+    assert path(bench, motor, 120)[-1] == 755
+
+
+def test_p_assigned_without_g_changes_nothing(bench, motor):
+    cruise(bench, motor, "MP P=500")
+    say(bench, motor, "P=-900 V=1 A=1 D=8 MV ")
+    assert path(bench, motor, 60)[-1] == 500
+    assert say(bench, motor, "RMODE RBt ") == b"P\r0\r"
+
+
+def test_a_motor_turned_by_hand_while_off_starts_from_where_it_is(bench, motor):
+    """4: EPICS enables with `a=@P P=a G`, and the shaft does not move."""
+    motor.axes["shaft"].encoder.displace(5000)
+    pass_samples(bench, 2)
+    assert say(bench, motor, "RP MP a=@P P=a " + SLOW + "G ") == b"5000\r"
+    assert set(path(bench, motor, 20)) == {5000}
+    assert say(bench, motor, "RBo RBe RPE ") == b"0\r0\r0\r"
+
+
+def test_a_target_across_the_whole_range(bench, motor):
+    """4: positions have 32 bits, signed."""
+    say(bench, motor, "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G ")
+    assert bench.run_until(lambda: motor.axes["shaft"].position == 2**32 - 1, 60)
+    assert say(bench, motor, "RP ") == b"2147483647\r"
+
+
+def test_velocity_mode_crosses_the_wrap(bench, motor):
+    """4: "crossing ±2^31 sets Bw"; MV may."""
+    say(bench, motor, "O=2147483640 A=65536 V=65536 MV G ")
+    path(bench, motor, 7)
+    assert say(bench, motor, "RP RBw ") == b"2147483647\r0\r"
+    path(bench, motor, 2)
+    assert say(bench, motor, "RP RBw RMODE ") == b"-2147483647\r1\rV\r"
+    assert say(bench, motor, "Zw RBw ") == b"0\r"
+
+
+# Changes on the fly
+
+
+def test_from_position_to_velocity_mode(bench, motor):
+    """4: the mode changes at G, keeping position and velocity: 10, then 9, 8, 7 … counts per sample to -2."""
+    cruise(bench, motor, "MP P=10000")
+    say(bench, motor, "MV V=-2*65536 ")
+    assert path(bench, motor, 1) == [265]
+    say(bench, motor, "G ")
+    assert path(bench, motor, 14) == [274, 282, 289, 295, 300, 304, 307, 309, 310, 310, 309, 307, 305, 303]
+    assert say(bench, motor, "RV RMODE ") == b"-131072\rV\r"
+
+
+def test_from_velocity_to_position_mode_with_a_target_behind(bench, motor):
+    """4: decelerate to zero at A, reverse, and come back: 45 counts further, at 300, then back to 255."""
+    cruise(bench, motor, "MV")
+    say(bench, motor, "MP P=255 G ")
+    found = path(bench, motor, 60)
+    assert found[:10] == [264, 272, 279, 285, 290, 294, 297, 299, 300, 300]
+    assert found[-1] == 255
+    assert found[10:] == sorted(found[10:], reverse=True)
+
+
+def test_from_torque_to_velocity_mode(bench, motor):
+    """Torque acts at once and without G; MV takes over at G."""
+    say(bench, motor, "MT A=65536 V=2*65536 ")
+    assert say(bench, motor, "RMODE RBt MV RMODE G RMODE ") == b"T\r0\rT\rV\r"
+    assert path(bench, motor, 4)[-1] - motor.axes["shaft"].commanded == 0
+    path(bench, motor, 4)
+    assert say(bench, motor, "RV ") == b"131072\r"
+
+
+@pytest.mark.parametrize("mode", ["MV", "MP P=1000"])
+@pytest.mark.parametrize(
+    ("word", "after", "report"),
+    [
+        ("S ", [255] * 4, b"P\r0\r0\r0\r"),
+        ("OFF ", [255] * 4, b"B\r0\r1\r0\r"),
+        ("MTB ", [255] * 4, b"B\r0\r1\r0\r"),
+        ("Z ", [255] * 4, b"B\r0\r1\r0\r"),
+        ("A=5*65536 X ", [260, 260, 260, 260], b"P\r0\r0\r0\r"),
+    ],
+)
+def test_stopping(bench, motor, mode, word, after, report):
+    """4: S at once and the servo holds; X at A (the newest); OFF and MTB drop the servo (5.2)."""
+    cruise(bench, motor, mode)
+    say(bench, motor, word)
+    assert path(bench, motor, 4) == after
+    assert say(bench, motor, "RMODE RBt RBo RV ") == report
+
+
+def test_stopping_a_motor_at_rest(bench, motor):
+    """Repeated S and X do nothing more; G afterwards moves again."""
+    say(bench, motor, FAST + "MV G ")
+    path(bench, motor, 3)
+    here = motor.axes["shaft"].position
+    say(bench, motor, "S S X X S ")
+    assert path(bench, motor, 3) == [here] * 3
+    say(bench, motor, "MP P=0 G ")
+    assert path(bench, motor, 20)[-1] == 0
+
+
+def test_x_and_then_g_resumes(bench, motor):
+    """X decelerates; a G on the way takes the velocity up again."""
+    cruise(bench, motor, "MV")
+    say(bench, motor, "X ")
+    assert path(bench, motor, 3) == [264, 272, 279]
+    say(bench, motor, "G ")
+    assert path(bench, motor, 4) == [287, 296, 306, 316]
+
+
+def test_s_at_the_very_end_of_a_move(bench, motor):
+    """In the sample in which the target is reached there is nothing left to stop."""
+    say(bench, motor, SLOW + "P=500 G ")
+    while motor.axes["shaft"].position < 500:
+        path(bench, motor, 1)
+    assert say(bench, motor, "S RP RBt ") == b"500\r0\r"
+
+
+def test_o_while_moving_shifts_the_numbers_only(bench, motor):
+    """4: actual and commanded position together; an absolute target already under way stays where it was physically."""
+    cruise(bench, motor, "MP P=1000")
+    assert say(bench, motor, "O=0 RP RPE RV ") == b"0\r0\r655360\r"
+    assert path(bench, motor, 1) == [265]
+    assert path(bench, motor, 150)[-1] == 1000
+    assert say(bench, motor, "RP ") == b"745\r"
+
+
+def test_off_keeps_track_of_the_position(bench, motor):
+    """4: OFF: Bo=1, Bt=0, position tracking continues."""
+    say(bench, motor, FAST + "P=100 G ")
+    path(bench, motor, 10)
+    say(bench, motor, "OFF ")
+    motor.axes["shaft"].encoder.displace(37)
+    path(bench, motor, 2)
+    assert say(bench, motor, "RP RBo RBt ") == b"137\r1\r0\r"
+
+
+# Ranges
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("P", -(2**31), 2**31 - 1),
+        ("D", -(2**31), 2**31 - 1),
+        ("V", -(2**31), 2**31 - 1),
+        ("A", 0, 2**31 - 1),
+        ("T", -1023, 1023),
+        ("AMPS", 0, 1023),
+        ("CLK", -(2**31), 2**31 - 1),
+    ],
+)
+def test_ranges_of_the_parameters(bench, motor, name, low, high):
+    """4: the range's ends are taken; what is beyond changes nothing and is flagged."""
+    for number in (low, high):
+        say(bench, motor, f"ZS {name}={number} ")
+        assert value(bench, motor, name) == number
+        assert say(bench, motor, "RBs RBd ") == b"0\r0\r"
+        beyond = number - 1 if number == low else number + 1
+        say(bench, motor, f"{name}={beyond} ")
+        assert value(bench, motor, name) == number
+        assert say(bench, motor, "RBs RBd ") in (b"1\r0\r", b"0\r1\r")
+
+
+def test_the_slowest_move(bench, motor):
+    """A=1 V=1: a count in 65536 samples."""
+    say(bench, motor, "A=1 V=1 P=1 G ")
+    pass_samples(bench, 65_535)
+    assert motor.axes["shaft"].position == 0
+    assert say(bench, motor, "RBt RV ") == b"1\r1\r"
+    pass_samples(bench, 1)
+    assert motor.axes["shaft"].position == 1
+    assert say(bench, motor, "RBt RV ") == b"0\r0\r"
+
+
+# G on pin G
+
+
+def test_pin_g_is_a_hardware_g(bench, motor):
+    """4: UG, its default function: a high to low edge is G; low to high is nothing."""
+    say(bench, motor, FAST + "P=10 ")
+    motor.pins["G"].drive(False)
+    pass_samples(bench, 20)
+    assert say(bench, motor, "RMODE RP ") == b"P\r10\r"
+    say(bench, motor, "P=20 ")
+    motor.pins["G"].release()
+    pass_samples(bench, 20)
+    assert say(bench, motor, "RP ") == b"10\r"
+    motor.pins["G"].drive(False)
+    pass_samples(bench, 20)
+    assert say(bench, motor, "RP ") == b"20\r"
+
+
+def test_as_an_input_pin_g_starts_nothing(bench, motor):
+    say(bench, motor, "UGI " + FAST + "P=10 ")
+    motor.pins["G"].drive(False)
+    pass_samples(bench, 20)
+    assert say(bench, motor, "RMODE RP ") == b"B\r0\r"
+
+
+# PIDn, CLK, WAIT
+
+
+@pytest.mark.parametrize("n", [1, 2, 4, 8])
+def test_pid_runs_the_trajectory_every_nth_sample(bench, motor, n):
+    """1: "V, A and WAIT scale with it": 10 steps of 55 counts in all take 10n samples."""
+    say(bench, motor, f"PID{n} " + SLOW + "MV G ")
+    found = path(bench, motor, 20 * n)
+    changes = [at for at, (before, after) in enumerate(pairwise(found)) if before != after]
+    assert {after - before for before, after in pairwise(changes)} == {n}
+    steps = [found[at + 1] - found[at] for at in changes]
+    assert steps[:8] in ([2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 3, 4, 5, 6, 7, 8])
+    assert say(bench, motor, "RSP ") == b"%d/476\r" % (24_576 * n)
+
+
+@pytest.mark.parametrize("n", [1, 2, 4, 8])
+def test_wait_is_in_samples_of_the_servo(bench, motor, n):
+    """1: WAIT scales with PIDn, CLK counts base samples: 1000 of them, and a statement."""
+    load(bench, motor, "CLK=0\nWAIT=1000\na=CLK\nEND\n")
+    say(bench, motor, f"PID{n} RUN ")
+    pass_samples(bench, 9000)
+    assert value(bench, motor, "a") in (1000 * n, 1000 * n + 1)
+
+
+def test_clk_counts_base_samples_and_is_writable(bench, motor):
+    say(bench, motor, "CLK=-3 ")
+    path(bench, motor, 10)
+    assert value(bench, motor, "CLK") == 7
+    say(bench, motor, "CLK=2147483647 ")
+    path(bench, motor, 1)
+    assert value(bench, motor, "CLK") == -(2**31)
+
+
+def test_clk_is_zero_at_power_up(bench):
+    """16: and 4069 samples are a second."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.clock.run_to(5000 * SAMPLE_NS)
+    assert value(bench, motor, "CLK") in (4999, 5000)
+
+
+# Any order
+
+
+WORDS = """
+MP MV MT MF1 MF2 MF4 MF0 MFR MS MS0 MSR MC MC8 MD G S X OFF MTB BRKRLS BRKSRV Z F=2 F=0 PID1 PID8
+A=65536 A=0 A=1 V=0 V=-65536 V=655360 P=0 P=500 D=-30 D=0 O=5 T=100 T=-1023 BASE=80 SIZE=8 MFMUL=-3 MFDIV=0 MFDIV=2
+"""
+
+
+@settings(deadline=None, max_examples=50)
+@given(words=st.lists(st.sampled_from(WORDS.split()), max_size=20))
+def test_in_any_order_they_do_not_upset_the_motor(words):
+    """The same twice, in one piece and in many; the motor answers afterwards."""
+    assert told(words, pieces=1) == told(words, pieces=5)
+
+
+def told(words, pieces):
+    bench = Bench()
+    motor = ready(bench)
+    pass_samples(bench)
+    motor.master.move(500, 0.1)
+    found = []
+    for word in words:
+        say(bench, motor, word + " ")
+        end = bench.now + 10 * SAMPLE_NS
+        for piece in range(pieces):
+            bench.clock.run_to(bench.now + (end - bench.now) // (pieces - piece))
+        found.append((motor.axes["shaft"].position, motor.axes["shaft"].commanded))
+    found.append(say(bench, motor, "ECHO_OFF RMODE RP RCTR RBo RBt RV "))
+    assert found[-1].count(b"\r") == 6
+    return found
