@@ -1,7 +1,8 @@
-"""Round trips of `E` over TCP, as a ratio to a bare echo server: the same client, in the same run.
+"""Round trips of a question over TCP, as a ratio to a bare echo server: the same client, in the same run.
 
-The echo server is asyncio's fastest way to write one: a `Protocol` that sends back what it gets.  The controllers are
-IF1s with `--line instant --speed max`, each on a port of its own, all in one process, as the echo ports are.
+The echo server is asyncio's fastest way to write one: a `Protocol` that sends back what it gets.  The controllers, IF1s
+asked `E` and a SmartMotor asked `RP`, run with `--line instant --speed max`, each on a port of its own, all in one
+process, as the echo ports are.
 """
 
 import asyncio
@@ -16,22 +17,24 @@ from collections.abc import Iterator
 ASK = b"E\r"
 ROUND_TRIPS = 4000
 RUNS = 5
-GOALS = {1: 0.4, 50: 0.2}
+GOALS = (("if1", 1, ASK, ASK, 0.4), ("if1", 50, ASK, ASK, 0.2), ("smartmotor", 1, b"RP\r", b"0\r", 0.3))
+"""Model, clients, question, answer, ratio."""
 
 
 def main() -> None:
-    """Print the ratio for one client and for 50."""
-    for clients, goal in GOALS.items():
-        ratio = measure(clients)
-        print(f"round trips, {clients} client{'s' if clients > 1 else ''}: ratio {ratio:.2f} (goal >= {goal})")
+    """Print the ratios."""
+    for model, clients, ask, answered, goal in GOALS:
+        ratio = measure(model, clients, ask, answered)
+        who = f"{model}, {clients} client{'s' if clients > 1 else ''}"
+        print(f"round trips of {ask.decode().strip()}, {who}: ratio {ratio:.2f} (goal >= {goal})")
 
 
-def measure(clients: int) -> float:
+def measure(model: str, clients: int, ask: bytes, answered: bytes) -> float:
     """Round trips per second of the twin, divided by those of the echo server; the best of some runs of each."""
-    with server("twin", clients) as twin, server("echo", clients) as echo:
-        for connection in twin:
+    with server(model, clients) as twin, server("echo", clients) as echo:
+        for connection in twin if model == "if1" else ():
             initialise(connection)
-        rates = [(rate(twin), rate(echo)) for _ in range(RUNS)]
+        rates = [(rate(twin, ask, answered), rate(echo)) for _ in range(RUNS)]
     return max(twin_rate for twin_rate, _ in rates) / max(echo_rate for _, echo_rate in rates)
 
 
@@ -104,8 +107,8 @@ async def serve_echo(ports: int) -> None:
     await loop.create_future()
 
 
-async def serve_twin(ports: int) -> None:
-    """As many IF1s on a port each."""
+async def serve_twin(model: str, ports: int) -> None:
+    """As many controllers of a model on a port each."""
     from axistwin import Bench
     from axistwin.links.server import Server
     from axistwin.links.urls import parse
@@ -113,7 +116,7 @@ async def serve_twin(ports: int) -> None:
     bench = Bench()
     server = Server(bench, speed=None)
     for _ in range(ports):
-        await server.open(bench.add("if1", line="instant").name, parse("tcp://127.0.0.1:0"))
+        await server.open(bench.add(model, line="instant").name, parse("tcp://127.0.0.1:0"))
     server.start()
     print(*(url.port for _, url in server.ports), flush=True)
     await asyncio.get_running_loop().create_future()
@@ -121,6 +124,7 @@ async def serve_twin(ports: int) -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) == 3:
-        asyncio.run({"echo": serve_echo, "twin": serve_twin}[sys.argv[1]](int(sys.argv[2])))
+        what, ports = sys.argv[1], int(sys.argv[2])
+        asyncio.run(serve_echo(ports) if what == "echo" else serve_twin(what, ports))
     else:
         main()
