@@ -176,7 +176,7 @@ def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
     speed=st.integers(-(10**6), 10**6),
 )
 def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, rate, speed):
-    """From any velocity: it changes by at most A per sample, does not exceed V once below it, and ends at rest there."""
+    """From any velocity: it changes by at most A per sample, stays within V once below it, and ends at rest there."""
     position, velocity, target = 0, speed, target << 16
     for _ in range(10_000):
         before, velocity = velocity, approach(velocity, target - position, top, rate)
