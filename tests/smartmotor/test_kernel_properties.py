@@ -123,11 +123,16 @@ def test_expressions_have_the_value_of_the_reference_or_none(compiled, random):
         ("al[51]+1/0", "Bu"),
     ],
 )
-def test_the_reference_gives_up_where_it_should(text, flag):
-    motor = ReferenceMotor(Program("END"))
+def test_both_give_up_where_they_should(text, flag):
+    motor = ReferenceMotor(Program(f"b={text}"), values={"WATCH_INDEX": 0})
+    motor.memory["b"] = 5
     with pytest.raises(Abandoned) as reason:
         expression(text)(motor)
     assert reason.value.flag == flag
+    kernel = Kernel(motor, f"b={text}")
+    kernel.advance(3)
+    assert (kernel.i[state.BD], kernel.i[state.BU]) == (flag == "Bd", flag == "Bu")
+    assert kernel.v[state.LETTERS + 1] == 5
 
 
 @pytest.mark.skipif(not jit.available(), reason="Numba is not there")

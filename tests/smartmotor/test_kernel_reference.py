@@ -4,7 +4,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor import interpreter, jit, state
@@ -23,7 +23,12 @@ PLAIN_AND_COMPILED = [
     pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not there")),
 ]
 CHANCE = st.randoms(use_true_random=False)
-THOROUGH = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+THOROUGH = settings(
+    max_examples=40,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],  # to shrink such a failure takes minutes and helps little
+)
 PARAMETERS = ["A", "V", "P", "MFMUL", "MFDIV", "BASE", "SIZE", "KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG", "ADDR"]
 
 
@@ -41,7 +46,7 @@ def invented(random, text="END"):
     motor.machine.shaft = random.randint(-5000, 5000)
     index = motor.index
     index.at, index.turn = random.randrange(2000), random.choice([2000, 4000])
-    index.shaft = motor.shaft
+    index.shaft, index.armed = motor.shaft, random.random() < 0.5
     index.below = (motor.shaft - index.at) // index.turn * index.turn + index.at
     motor.flags["Bx"] = int(index.below == motor.shaft)
     motor.cam.table_factor = random.random() < 0.3
