@@ -15,6 +15,7 @@ from axistwin.controllers.product import (
     Rs485Device,
     SerialDevice,
     Store,
+    TroubledDevice,
 )
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
@@ -116,6 +117,11 @@ class Controller:
     def master(self) -> Master:
         """The external encoder wired to its pins A and B.  Raises UsageError if it takes none."""
         return self._motor("is no motor and has no `master`").master
+
+    @property
+    def trouble(self) -> str:
+        """In a line, what keeps it from moving and what helps; empty if nothing does, or if it cannot tell."""
+        return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""

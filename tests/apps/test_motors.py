@@ -239,6 +239,13 @@ def test_a_program_for_nobody(run, tmp_path):
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
+def test_a_program_for_a_motor_in_a_chain(run, tmp_path):
+    program, scene = tmp_path / "p.sms", tmp_path / "s.toml"
+    program.write_text("END\n")
+    scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
+    assert "p.sms: left shares its line with others: write a conversation" in run("run", scene, program)[2]
+
+
 def test_a_program_is_kept_with_its_motor(run, tmp_path):
     program, state = tmp_path / "p.sms", tmp_path / "state"
     program.write_text('PRINT("here",#13)\nEND\n')
@@ -255,6 +262,69 @@ def test_a_source_is_checked_in_whatever_code_its_comments_are(run, tmp_path):
     code, told, _ = run("check", "smartmotor", program)
     assert code == 1
     assert told.startswith(f"{program}:3:2: error: A100: an assignment needs its equal sign")
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        b"' wait\x85 A100\n' and\x1c LIMH\nRP\n",  # what Python takes for ends of lines, cp1252's dots among them
+        b"\xef\xbb\xbfRP ' gr\xc3\xbc\xc3\x9fe\r\n",
+        "RP\r\nEND ' größer\r\n".encode("utf-16"),
+        b"RP\r\nEND\r\n\x1a\x1aA100\r\n",
+        b"RP\rEND\r",
+        b"RP '" + b"x" * 40_000 + b"\nEND\n",
+    ],
+    ids=["cp1252", "utf-8", "utf-16", "ctrl-z", "cr", "long comment"],
+)
+def test_sources_as_editors_leave_them(run, tmp_path, source):
+    program = tmp_path / "P.SMS"
+    program.write_bytes(source)
+    assert run("check", "smartmotor", program)[:2] == (0, "")
+    code, told, noted = run("run", "smartmotor", program)
+    assert (code, noted) == (0, "")
+    assert [line.split()[-1] for line in told.splitlines() if " < " in line] == [r"0\r"]
+
+
+def test_a_source_that_only_begins_like_utf_8(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_bytes(b"\xef\xbb\xbf\xfc")
+    code, _, told = run("run", "smartmotor", program)
+    assert code == 2
+    assert "p.sms cannot be read: it begins like utf-8 and is not: save it as text" in told
+
+
+def test_a_comment_in_quotes_is_sent(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("PRINT(\"it's\",#13) 'said\nEND\n")
+    assert r"< it's\r" in run("run", "smartmotor", program)[1]
+
+
+def test_errors_in_a_program_that_runs_are_told(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("A100\nLIMH\nRP\n")
+    code, _, noted = run("run", "smartmotor", program)
+    assert (code, noted) == (0, f"axistwin: 2 errors in the program: axistwin check smartmotor {program}\n")
+    program.write_text("A100\nWHILE 1\nLOOP\n")
+    assert "another time; 1 error in the program" in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
+
+
+def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("END\n")
+    code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
+    assert code == 1
+    assert "it does not answer LOAD at 1200 7E1" in told
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "models"),
+    [("if1", "p.sms", "smartmotor"), ("1811", "p.if1", "if1 or if2"), ("smartmotor", "p.181x", "1810 or 1811")],
+)
+def test_a_program_is_checked_for_its_own_family(run, tmp_path, model, name, models):
+    (tmp_path / name).write_text("END\n")
+    code, _, told = run("check", model, tmp_path / name)
+    assert code == 2
+    assert f"{name} is a program for {models}, not for {model}" in told
 
 
 # Histories, traces, plots
@@ -476,3 +546,12 @@ def test_term():
     assert ["brake", "high"] in rows
     assert ["shaft", "0", "at", "rest", "commanded", "0"] in rows
     assert "< 24576/476<CR>" in told
+
+
+def test_a_motor_that_a_fault_keeps_from_moving_is_told_of(tmp_path, capsys):
+    """3.1: with nothing wired "No motor shaft movement can be commanded until Limit switch errors are cleared"."""
+    (tmp_path / "z.sms").write_text("ZS\nMP A=100 V=1000 P=100 G\nEND\n")
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "smartmotor", str(tmp_path / "z.sms")])
+    assert ended.value.code == 0
+    assert "axistwin: smartmotor: in a limit fault, as pins C and D are not held low: give" in capsys.readouterr().err

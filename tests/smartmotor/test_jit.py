@@ -1,6 +1,7 @@
 """Compiling the sampled functions: when, from where, and that it never meets an older version of itself."""
 
 import logging
+import os
 import sys
 from types import FunctionType
 
@@ -145,3 +146,38 @@ def test_a_changed_callee_is_compiled_anew(only_these, monkeypatch):
 def test_nowhere_to_keep_it_is_no_error(only_these, tmp_path):
     (tmp_path / "cache").write_text("a file is no directory")
     assert jit.best(outer)(1) == 30
+
+
+@needs_numba
+@pytest.mark.parametrize("suffix", ["nbc", "nbi"])
+def test_machine_code_that_is_damaged_is_compiled_again(only_these, suffix):
+    assert jit.best(outer)(1) == 30
+    for file in only_these.rglob(f"*.{suffix}"):
+        file.write_bytes(file.read_bytes()[:100])
+    forget_compiled()
+    assert jit.best(outer)(1) == 30
+    assert machine_code(only_these) == ["test_jit.outer"]
+
+
+@needs_numba
+def test_that_it_is_compiled_is_told_once(only_these, caplog):
+    with caplog.at_level(logging.INFO, "axistwin.smartmotor"):
+        assert jit.best(outer)(1) == 30
+        forget_compiled()
+        assert jit.best(outer)(1) == 30
+    assert [record.getMessage() for record in caplog.records] == [jit.COMPILING]
+
+
+@needs_numba
+def test_caches_that_nobody_uses_are_removed(only_these):
+    old = only_these / "axistwin" / "smartmotor-0123456789abcdef"
+    old.mkdir(parents=True)
+    os.utime(old, (0, 0))
+    assert jit.best(outer)(1) == 30
+    assert not old.exists()
+
+
+@needs_numba
+def test_a_cache_directory_that_is_not_absolute_is_ignored(monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    assert jit._user_cache().is_absolute()

@@ -19,9 +19,12 @@ from axistwin.apps.programs import no_program
 from axistwin.apps.stored import load_source
 from axistwin.apps.typist import command_line
 from axistwin.apps.visible import CHARACTERS, Codec, codec_of
-from axistwin.bench import product
+from axistwin.bench import FAMILIES, product
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
 from axistwin.errors import ProgramError, UsageError
+
+KINDS = {".if1": "digiplan", ".181x": "compumotor", ".sms": "smartmotor"}
+"""The families that kinds of programs are for; conversations are for all."""
 
 
 @click.command(short_help="Find what is wrong with a program.")
@@ -52,6 +55,9 @@ def check(model: str, program: Path, as_json: bool) -> int:
     made = product(model)
     if made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked")
+    if (family := KINDS.get(program.suffix.lower(), FAMILIES[made.model])) != FAMILIES[made.model]:
+        models = " or ".join(name for name in FAMILIES if FAMILIES[name] == family)
+        raise UsageError(f"{program} is a program for {models}, not for {made.model}")
     found = diagnose(program, made.check, codec_of(made))
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
     if as_json:
@@ -82,12 +88,12 @@ def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list
 
 def _text(program: Path) -> str:
     """Of a motor's source, what is no ASCII stands in comments."""
-    return load_source(program).decode("ascii") if program.suffix == ".sms" else conversation.load_text(program)
+    return load_source(program).decode("ascii") if program.suffix.lower() == ".sms" else conversation.load_text(program)
 
 
 def _reader(program: Path, codec: Codec) -> Callable[[str, int, str], Act | None]:
     """What reads a line of such a program."""
-    match program.suffix:
+    match program.suffix.lower():
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
         case ".181x":
@@ -109,7 +115,7 @@ def _command(codec: Codec, line: str, number: int, file: str) -> Act | None:
 
 def _hosts(program: Path, acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterable[Sequence[Session]]:
     """What is sent to each controller."""
-    match program.suffix:
+    match program.suffix.lower():
         case ".talk":
             return _conversation(acts, lines, codec)
         case ".181x":

@@ -7,7 +7,7 @@
 
 import shlex
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +16,8 @@ from axistwin.apps.operator import command_strings, language_of, send_commands
 from axistwin.apps.player import Difference, open_channels, play
 from axistwin.apps.stored import load_source, only_motor, store_program
 from axistwin.apps.typist import command_lines, settle, type_lines
-from axistwin.bench import Bench
+from axistwin.bench import Bench, Controller
+from axistwin.controllers.diagnostics import Severity
 from axistwin.errors import UsageError
 from axistwin.units import S
 
@@ -46,7 +47,7 @@ class Program:
 
 def load(path: Path, target: str = "") -> Program:
     """The program in a file, for a MODEL or a scene.  Raises ProgramError if it cannot be read."""
-    match path.suffix:
+    match path.suffix.lower():  # DOS wrote them in capitals
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
             prepare = partial(open_channels, conversation)
@@ -94,9 +95,23 @@ def _send(acts: tuple[Act, ...], file: str, bench: Bench, until_ns: int | None) 
 
 def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
     """The motor has just been switched on: a word in its first 200 ms keeps it from starting by itself."""
-    only_motor(bench, file).serial.write(b"RUN\r")
+    motor = only_motor(bench, file)
+    motor.serial.write(b"RUN\r")
     deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns
-    return _settled(bench, None, until_ns, deadline_ns)
+    outcome = _settled(bench, None, until_ns, deadline_ns)
+    notes = (outcome.note, _errors(file, motor))
+    return replace(outcome, note="; ".join(note for note in notes if note))
+
+
+def _errors(file: str, motor: Controller) -> str:
+    """A motor passes over what it does not understand, and says nothing."""
+    from axistwin.apps.check import diagnose  # late: it knows the programs' kinds from here
+
+    checker = motor.product.check
+    assert checker is not None, "a motor's programs can be checked"
+    errors = sum(found.severity is Severity.ERROR for found in diagnose(Path(file), checker))
+    here = f"{errors} error{'s' * (errors != 1)} in the program: axistwin check {motor.product.model} {file}"
+    return here if errors else ""
 
 
 def _settled(bench: Bench, note: str | None, until_ns: int | None, deadline_ns: int) -> Outcome:

@@ -102,8 +102,9 @@ def _report(history: History, outcome: Outcome, as_json: bool) -> None:
         click.echo(line)
     if not history.complete:
         click.echo("axistwin: too much happened to keep it all: this is the latest of it", err=True)
-    notes = {controller.product.note() for controller in history.bench.controllers.values()}
-    for note in (outcome.note, *sorted(notes)):
+    there = history.bench.controllers.values()
+    troubles = (f"{controller.name}: {controller.trouble}" for controller in there if controller.trouble)
+    for note in (outcome.note, *troubles, *sorted({controller.product.note() for controller in there})):
         if note:
             click.echo(f"axistwin: {note}", err=True)
     if outcome.difference:

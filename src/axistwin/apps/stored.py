@@ -4,6 +4,8 @@ It is loaded over the motor's serial port as by any host, in no time, before any
 off and on again.  Comments are not sent.
 """
 
+import codecs
+import re
 from pathlib import Path
 
 from axistwin.apps.machine import motor_of
@@ -15,6 +17,15 @@ ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
 READY = b"UCI UDI ZS "
 """An unwired motor is in a limit fault, in which it takes no program."""
+MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
+}  # fmt: skip
+"""What today's editors put in front of a text; files of that age are in all kinds of 8-bit codes."""
+END_OF_FILE = "\x1a"
+"""Ctrl-Z, with which editors of that age ended a file."""
+_line_end = re.compile(r"\r\n|[\r\n\v\f]")
+_foreign = re.compile(r"[^\0-\x1b\x1f-\x7f]")
+_code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
@@ -26,8 +37,16 @@ def load_source(path: Path) -> bytes:
         data = path.read_bytes()
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
-    lines = data.decode("latin-1").splitlines()  # files of that age are in all kinds of 8-bit codes
-    return "".join(f"{line.expandtabs(1)}\n" for line in lines).encode("ascii", "replace")
+    try:
+        text = data.decode(next((code for mark, code in MARKS.items() if data.startswith(mark)), "latin-1"))
+    except UnicodeDecodeError as error:
+        raise UsageError(
+            f"{path} cannot be read: it begins like {error.encoding} and is not: save it as text"
+        ) from None
+    lines = _line_end.split(text.partition(END_OF_FILE)[0])
+    if not lines[-1]:
+        lines.pop()  # there is nothing behind the end of the last line
+    return "".join(f"{_foreign.sub('?', line.expandtabs(1))}\n" for line in lines).encode()
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
@@ -50,6 +69,8 @@ def only_motor(bench: Bench, file: str) -> Controller:
         raise ProgramError(
             f"a stored program is for one SmartMotor, here are {len(found)}: write a conversation (.talk)", file=file
         )
+    if found[0].name not in found[0].ports:
+        raise ProgramError(f"{found[0].name} shares its line with others: write a conversation (.talk)", file=file)
     return found[0]
 
 
@@ -57,7 +78,16 @@ def _load(port: SerialPort, source: bytes, file: str) -> None:
     """By the protocol of LOAD: the motor asks with 06 for each block, whose length is its own affair."""
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
-        raise ProgramError("the motor takes no program: it does not answer LOAD", file=file)
-    port.write(source + END + b"RCKS\r")
+        raise ProgramError(f"the motor takes no program: it does not answer LOAD at {port.host.format}", file=file)
+    sent = _without_comments(source)
+    port.write(sent + END + b"RCKS\r")
     if not port.read().endswith(b"P\r"):
-        raise ProgramError("the motor has no room for it: give it a larger option program_bytes", file=file)
+        advice = f"give it a larger option program_bytes (these are {len(sent)} bytes)"
+        raise ProgramError(f"the motor has no room for it: {advice}", file=file)
+
+
+def _without_comments(source: bytes) -> bytes:
+    """What is left to be sent."""
+    found = (_code.match(line) for line in source.decode().splitlines())
+    lines = (match[0].rstrip(" ") for match in found if match is not None)
+    return "".join(f"{line}\n" for line in lines if line).encode()

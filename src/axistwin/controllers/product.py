@@ -79,6 +79,14 @@ class Rs485Device(Device, Protocol):
 
 
 @runtime_checkable
+class TroubledDevice(Device, Protocol):
+    """A device that can tell why it does nothing."""
+
+    def trouble(self) -> str:
+        """In a line: what keeps it from moving, and what helps; mostly nothing."""
+
+
+@runtime_checkable
 class BusDevice(Device, Protocol):
     """A device in a slot of a bus: what a host talks to is a pair of registers."""
 

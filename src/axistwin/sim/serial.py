@@ -186,6 +186,9 @@ class Line:
     def _falls(self) -> Iterator[tuple[Frame, Fraction]]:
         """Each falling edge on the wire that somebody else has made, with its frame."""
         frames = self._frames
+        if len(frames) == 1 and not frames[0].own:  # almost always; it begins with one
+            yield from ((frames[0], edge_ns) for edge_ns, level in frames[0].edges() if level is SPACE)
+            return
         found = [
             (edge_ns, number, frame)
             for number, frame in enumerate(frames)

@@ -8,6 +8,7 @@ from axistwin.controllers.smartmotor import jit
 from axistwin.controllers.smartmotor.check import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.core import prepare
+from axistwin.controllers.smartmotor.faults import trouble
 from axistwin.controllers.smartmotor.inputs import IndexLine
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
@@ -46,6 +47,13 @@ class SmartMotor:
             self._motor.power_off()
             self._before, self._motor, self._index.motor = self._motor, None, None
             self._let_go()
+
+    def trouble(self) -> str:
+        """What keeps it from moving, and what helps."""
+        if self._motor is None:
+            return ""
+        self._motor.core.catch_up(changing=False)
+        return trouble(self._motor)
 
     def _restart(self) -> None:
         """Z: everything as at power-up."""

@@ -49,6 +49,9 @@ LIMITS = ((PLUS, BR, BP, ACKNOWLEDGED_PLUS, 1), (MINUS, BL, BM, ACKNOWLEDGED_MIN
 """The kernel's reason, the historical and the real-time flag, the acknowledgement, the direction."""
 LATCHED = (BR, BL, BI, BW, BE, BH, BD, BU, BS, BA, BB, BC, BF)
 """What ZS clears.  Bk tells of the stored program and goes when that is whole again."""
+OPEN_SWITCHES = (
+    "in a limit fault, as pins C and D are not held low: give the shaft limits, or UCI UDI ZS at the top of the program"
+)
 FAULT_1 = 1
 """The label that a fault calls with F=32."""
 
@@ -133,6 +136,12 @@ def may_move(motor: "Motor", way: int) -> bool:
     A limit that is still asserted and has been acknowledged lets the motor move away from it; an attempt in the other
     direction needs a new acknowledgement.
     """
+    allowed = _allowed(motor, way)
+    motor.refused |= not allowed
+    return allowed
+
+
+def _allowed(motor: "Motor", way: int) -> bool:
     i = motor.i
     if i[BE] or i[BH] or i[HOT] or (i[BP] and i[BM]):
         return False
@@ -164,3 +173,15 @@ def clear_all(motor: "Motor") -> None:
     """ZS: clear all flags that are kept.  What still holds sets its flag again in the next sample (3.1, 4.2)."""
     for slot in LATCHED:
         clear(motor, slot=slot)
+
+
+def trouble(motor: "Motor") -> str:
+    """Why the motor has refused to move, and what helps; empty if it has not, or no fault keeps it any more."""
+    i = motor.i
+    if not motor.refused:
+        return ""
+    if i[BR] or i[BL]:
+        return OPEN_SWITCHES if i[BP] or i[BM] else "a limit fault has not been cleared: ZS, Zr or Zl"
+    if i[BE]:
+        return "a position error has not been cleared: ZS or Ze"
+    return "it has been overheated: ZS or Zh, when it is 5 °C below TH" if i[BH] else ""

@@ -8,6 +8,7 @@ The environment variable AXISTWIN_JIT says what to do: `auto` (compile if Numba 
 is not), `off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
 """
 
+import json
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -16,15 +17,20 @@ from hashlib import sha256
 from importlib.util import find_spec
 from logging import getLogger
 from pathlib import Path
+from shutil import rmtree
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
-from axistwin.errors import MissingExtraError, UsageError
+from axistwin.errors import AxistwinError, MissingExtraError, UsageError
+from axistwin.storage import FileStore
 
 F = TypeVar("F", bound=Callable[..., object])
 
 SLOW = 'SmartMotors run in plain Python, many times slower: pip install "axistwin[fast]"'
 SETTINGS = "auto", "on", "off"
+COMPILING = "compiling for SmartMotors: this takes some seconds, once for each version"
+SEAL = "whole.json"
+FORGOTTEN_S = 30 * 24 * 3600
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """No test for division by zero, which no function may rely upon; no counting of references to arrays, which takes ten
 times as long as all else; no way in from Python, save for what is called from there."""
@@ -78,12 +84,62 @@ def compiled(function: FunctionType) -> Callable[..., Any]:
 @cache
 def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Callable[..., Any]:
     compiler, kept = _numba(), _cache_directory(functions)
+    if kept is not None and not _whole(kept):
+        _log.info(COMPILING)
     kept_before, compiler.config.CACHE_DIR = compiler.config.CACHE_DIR, str(kept or "")
     try:
         options = {**OPTIONS, "no_cpython_wrapper": False, "cache": kept is not None}
-        return _copied(function, _spaces(functions)[function.__module__], compiler.njit(**options))
+        copied = _copied(function, _spaces(functions)[function.__module__], compiler.njit(**options))
+        return copied if kept is None else _Sealing(copied, kept)
     finally:
         compiler.config.CACHE_DIR = kept_before
+
+
+class _Sealing:
+    """A compiled function, which is in the cache when it has been called once: then the cache is sealed."""
+
+    def __init__(self, function: Callable[..., Any], directory: Path) -> None:
+        self._function, self._directory = function, directory
+        self._sealed = False
+
+    def __call__(self, *args: object) -> Any:
+        """Call it."""
+        result = self._function(*args)
+        if not self._sealed:
+            self._sealed = True
+            _seal(self._directory)
+        return result
+
+
+def _sums(directory: Path) -> dict[str, str]:
+    """A checksum of each file of machine code."""
+    files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
+    return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def _seal(directory: Path) -> None:
+    """Note that what is there is whole.  Caches that nobody has used for long are removed."""
+    try:
+        FileStore(directory / SEAL).save(json.dumps(_sums(directory)).encode())
+        os.utime(directory)
+        newest = directory.stat().st_mtime
+        for other in directory.parent.glob("smartmotor-*"):
+            if newest - other.stat().st_mtime > FORGOTTEN_S:
+                rmtree(other, ignore_errors=True)
+    except (OSError, AxistwinError):
+        return  # it will be compiled again
+
+
+def _whole(directory: Path) -> bool:
+    """Whether there is machine code that was sealed and has not been damaged since; what is not, is removed."""
+    try:
+        sealed = json.loads((directory / SEAL).read_bytes())
+    except (OSError, ValueError):
+        sealed = {}
+    damaged = [name for name, digest in _sums(directory).items() if sealed.get(name) != digest]
+    for name in damaged:
+        (directory / name).unlink(missing_ok=True)
+    return bool(sealed) and not damaged
 
 
 @cache
@@ -136,7 +192,8 @@ def _user_cache() -> Path:
         return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    given = os.environ.get("XDG_CACHE_HOME", "")
+    return Path(given) if os.path.isabs(given) else Path.home() / ".cache"
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:

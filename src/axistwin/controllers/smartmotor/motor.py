@@ -162,6 +162,8 @@ class Motor:
         self.brake_control, self.mtb_enabled = Control.SERVO, True
         self.brake_pin: str | None = None
         self.reset, self.powered = restart, True
+        self.refused = False
+        """Whether a movement has been refused because of a fault."""
         self._asking: Channel | None = None
         self._set_defaults()
         self._take_machine()
