@@ -4,6 +4,8 @@ What a *host* does wrong is no exception: the device ignores it, sets a flag, li
 Anything else that is raised is a bug and must surface.
 """
 
+from typing import Self
+
 
 class AxistwinError(Exception):
     """Something the user can mend.  The message is one line and says how."""
@@ -21,12 +23,41 @@ class MissingExtraError(UsageError):
 
 
 class PlacedError(AxistwinError):
-    """An error in a text the user wrote: `file:line:column: message`."""
+    """An error in a text the user wrote: `file:line:column: message`.
 
-    def __init__(self, message: str, *, file: str = "", line: int = 0, column: int = 0) -> None:
+    For checkers: `code` of the rule it breaks; `width` in columns; `instead`: what may have been meant, or, if `sure`,
+    cannot but have been.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str = "",
+        line: int = 0,
+        column: int = 0,
+        code: str = "",
+        width: int = 1,
+        instead: str = "",
+        sure: bool = False,
+    ) -> None:
         self.message, self.file, self.line, self.column = message, file, line, column
+        self.code, self.width, self.instead, self.sure = code, width, instead, sure
         place = ":".join(str(part) for part in (file, line, column) if part)
         super().__init__(f"{place}: {message}" if place else message)
+
+    def at(self, file: str, line: int, column: int) -> Self:
+        """The same at another place."""
+        return type(self)(
+            self.message,
+            file=file,
+            line=line,
+            column=column,
+            code=self.code,
+            width=self.width,
+            instead=self.instead,
+            sure=self.sure,
+        )
 
 
 class SceneError(PlacedError):
@@ -35,6 +66,10 @@ class SceneError(PlacedError):
 
 class ProgramError(PlacedError):
     """A program or conversation that cannot be read."""
+
+
+class TraceError(AxistwinError):
+    """A file that is no trace, or not one of ours."""
 
 
 class LinkError(AxistwinError):

@@ -42,11 +42,14 @@ def test_command_lines(check):
     result = check("moves.if1", TYPED)
     assert result.return_value == 1
     assert result.stdout.splitlines() == [
-        "moves.if1:4:3: error: unknown character 'x': commands are upper case (manual: Full command list)",
-        "moves.if1:6:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed)",
-        "moves.if1:7:2: warning: without $ at its end this message begins nothing (manual: Index mode instructions)",
+        "moves.if1:4:3: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]",
+        "moves.if1:6:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed) [DP301]",
+        (
+            "moves.if1:7:2: warning: without $ at its end this message begins nothing "
+            "(manual: Index mode instructions) [DP305]"
+        ),
     ]
-    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning\n"
+    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning (1 can be mended by --fix)\n"
 
 
 def test_warnings_alone_are_no_failure(check):
@@ -69,6 +72,9 @@ def test_for_machines(check):
     assert found["diagnostics"][0] == {
         "file": "moves.if1", "line": 4, "column": 3, "severity": "error",
         "message": "unknown character 'x': commands are upper case", "chapter": "Full command list",
+        "code": "DP101", "end_line": 4, "end_column": 4,
+        "fix": {"title": "write X", "sure": True,
+                "edits": [{"line": 4, "column": 3, "end_line": 4, "end_column": 4, "text": "X"}]},
     }  # fmt: skip
 
 
@@ -87,15 +93,15 @@ TALK = r"""; model: if1
 
 def test_a_conversation_has_escapes_messages_in_pieces_and_power_cuts(check):
     assert check("a.talk", TALK).stdout.splitlines() == [
-        "a.talk:6:21: error: unknown character 'x': commands are upper case (manual: Full command list)",
-        "a.talk:9:3: warning: nothing is heard before ( has told the baud rate (manual: Initialisation)",
+        "a.talk:6:21: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]",
+        "a.talk:9:3: warning: nothing is heard before ( has told the baud rate (manual: Initialisation) [DP401]",
     ]
 
 
 def test_several_controllers_in_one_conversation(check):
     text = "left: > (U61\\r\nright: > (V61\\r\\n\nleft: > X1\nright: > y\\n\nleft: > 00$\\r\n"
     assert check("a.talk", text).stdout.splitlines() == [
-        "a.talk:4:10: error: unknown character 'y': commands are upper case (manual: Full command list)"
+        "a.talk:4:10: error: unknown character 'y': commands are upper case (manual: Full command list) [DP101]"
     ]
 
 
@@ -103,7 +109,7 @@ def test_what_cannot_be_read_as_a_program_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
     assert result.return_value == 1
     assert result.stdout.startswith("a.talk:3:1: error: a line begins with")
-    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is no ASCII character\n"
+    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is no ASCII character [AX104]\n"
 
 
 def test_programs_that_are_none(check, tmp_path):

@@ -1,213 +1,135 @@
-"""`axistwin check`: what is wrong with a program, with line, column and the manual's chapter.
-
-The family's own checker finds it; here a program becomes characters with places, whatever it is written in.
-"""
+"""`axistwin check`: what is wrong with programs and scenes, with line, column and the manual's chapter."""
 
 import json
-import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
-from functools import partial
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
 
-from axistwin.apps import conversation
-from axistwin.apps.conversation import Act, Do, Say, parse_line
-from axistwin.apps.programs import no_program
-from axistwin.apps.stored import load_source
-from axistwin.apps.typist import command_line
-from axistwin.apps.visible import CHARACTERS, Codec, codec_of
+from axistwin.apps import check_fix, codes
+from axistwin.apps.check_formats import Checked, as_github, as_json, as_sarif, as_text
+from axistwin.apps.checking import SCENE, check_kind, diagnose, diagnose_text, kind_of, load, product_for
 from axistwin.bench import FAMILIES, product
-from axistwin.controllers.diagnostics import Checker, Diagnostic, Sent, Session, Severity
-from axistwin.errors import ProgramError, UsageError
+from axistwin.controllers.diagnostics import Diagnostic, Severity
+from axistwin.controllers.product import Product
+from axistwin.errors import UsageError
 
-KINDS = {".if1": "digiplan", ".181x": "compumotor", ".sms": "smartmotor"}
-"""The families that kinds of programs are for; conversations are for all."""
+__all__ = ["check", "diagnose"]
+
+FORMATS = ("text", "json", "sarif", "github")
 
 
-@click.command(short_help="Find what is wrong with a program.")
-@click.argument("model")
-@click.argument("program", type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text.")
-def check(model: str, program: Path, as_json: bool) -> int:
-    """Find what a MODEL would refuse in PROGRAM, and what can hardly be meant, without running it.
+@click.command(short_help="Find what is wrong with programs and scenes.")
+@click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...")
+@click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="How to tell it; text if left out.")
+@click.option("--json", "as_json_", is_flag=True, help="The same as --format json.")
+@click.option("--fix", is_flag=True, help="Mend what can be meant in one way only, and say what was done.")
+@click.option("--strict", is_flag=True, help="Warnings too make it fail.")
+@click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain a code, or all of them.")
+def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, strict: bool, code: str | None) -> int:
+    """Find what a controller would refuse in FILEs, and what can hardly be meant, without running them.
 
-    PROGRAM is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
-    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms).  For
-    each finding one line is printed, in order of place:
+    A FILE is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
+    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms), or a
+    scene (.toml).  MODEL may be left out where the file says it: a conversation by `; model: if1`, the others by
+    their suffix (.if1 is checked for an IF1, .181x for an 1811).  For each finding one line is printed:
 
     \b
-      moves.if1:3:5: error: unknown character 'x': commands are upper case (manual: Full command list)
+      moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]
 
-    An error is refused by the controller.  A warning is obeyed, or ignored, but hardly as it was meant.
+    An error is refused by the controller.  A warning is obeyed, or ignored, but hardly as it was meant.  All codes
+    are in docs/diagnostics.md.
 
-    Exit code 1: there are errors.
+    Exit code 0: no errors.  1: there are errors, or with --strict warnings.  2: wrong usage.
 
     \b
     Examples:
       axistwin check if1 moves.if1
-      axistwin check if2 tests/session.talk --json
-      axistwin check 1811 moves.181x
-      axistwin check smartmotor home.sms
+      axistwin check if2 tests/*.talk --format github
+      axistwin check home.sms --fix
+      axistwin check bench.toml
+      axistwin check --codes DP301
     """
-    made = product(model)
-    if made.check is None:
+    form = "json" if as_json_ else form
+    if code is not None:
+        _explain(code, form)
+        return 0
+    made, files = _targets(arguments)
+    checked = [_check(file, made, fix, quiet=form != "text") for file in files]
+    _tell(checked, made, form)
+    worst = [each for one in checked for each in one.found if strict or each.severity is Severity.ERROR]
+    return 1 if worst else 0
+
+
+def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
+    """The model, if one is named, and the files."""
+    first = arguments[0] if arguments else ""
+    named = first.lower() in FAMILIES or not Path(first).suffix
+    made = product(first) if arguments and named else None
+    files = [Path(argument) for argument in arguments[named:]]
+    if not files:
+        raise UsageError("nothing to check: name a program or a scene, like axistwin check if1 moves.if1")
+    if made is not None and made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked")
-    if (family := KINDS.get(program.suffix.lower(), FAMILIES[made.model])) != FAMILIES[made.model]:
-        models = " or ".join(name for name in FAMILIES if FAMILIES[name] == family)
-        raise UsageError(f"{program} is a program for {models}, not for {made.model}")
-    found = diagnose(program, made.check, codec_of(made))
-    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
-    if as_json:
-        listed = [{"file": str(program), **asdict(diagnostic)} for diagnostic in found]
-        click.echo(json.dumps({"model": model, "errors": errors, "diagnostics": listed}, ensure_ascii=False))
-    else:
-        _tell(program, found)
-        click.echo(f"axistwin: {program}: {_summary(errors, len(found) - errors)}", err=True)
-    return 1 if errors else 0
+    return made, files
 
 
-def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
-    """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
-    text = _text(program)
-    lines, unread = text.splitlines(), []
-    acts: list[Act] = []
-    read = _reader(program, codec)
-    for number, line in enumerate(lines, start=1):
-        try:
-            act = read(line, number, str(program))
-        except ProgramError as error:
-            unread.append(Diagnostic(number, error.column or 1, Severity.ERROR, error.message))
-        else:
-            acts += [act] if act is not None else []
-    hosts = _hosts(program, acts, lines, codec)
-    return sorted([*unread, *(diagnostic for sessions in hosts for diagnostic in checker(sessions))])
+def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
+    kind = kind_of(file)
+    if kind == SCENE:
+        from axistwin.apps.check_scene import diagnose_scene  # late: pydantic, and every family a scene names
+        from axistwin.apps.scene_source import read_text
+
+        return Checked(file, read_text(file), diagnose_scene(file))
+    text = load(file)
+    target = made or product_for(kind, text)
+    check_kind(file, target)
+    if not fix:
+        return Checked(file, text, diagnose_text(text, kind, target, str(file)), target.model)
+    return _mended(file, target, quiet)
 
 
-def _text(program: Path) -> str:
-    """Of a motor's source, what is no ASCII stands in comments."""
-    return load_source(program).decode("ascii") if program.suffix.lower() == ".sms" else conversation.load_text(program)
+def _mended(file: Path, target: Product, quiet: bool) -> Checked:
+    text, encoding = check_fix.read_exactly(file)
+    better, done, left = check_fix.mend(text, lambda each: diagnose_text(each, kind_of(file), target))
+    if done:
+        check_fix.replace(file, better, encoding)
+    for each in done:
+        assert each.fix is not None
+        click.echo(f"{file}:{each.line}:{each.column}: fixed {each.code}: {each.fix.title}", err=quiet)
+    return Checked(file, better, left, target.model)
 
 
-def _reader(program: Path, codec: Codec) -> Callable[[str, int, str], Act | None]:
-    """What reads a line of such a program."""
-    match program.suffix.lower():
-        case ".talk":
-            return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
-        case ".181x":
-            return partial(_command, codec)
-        case ".if1":
-            return command_line
-        case ".sms":
-            return lambda line, number, _: Say(line.encode("ascii"), line=number)
-    raise no_program(program)
+def _tell(checked: Sequence[Checked], made: Product | None, form: str) -> None:
+    if form == "json":
+        click.echo(as_json(checked, made.model if made is not None else checked[0].model or None))
+        return
+    if form == "sarif":
+        click.echo(as_sarif(checked))
+        return
+    for each in checked:
+        for line in as_github(each) if form == "github" else as_text(each, excerpts=sys.stdout.isatty()):
+            click.echo(line)
+    name = str(checked[0].file) if len(checked) == 1 else f"{len(checked)} files"
+    click.echo(f"axistwin: {name}: {_summary([found for each in checked for found in each.found])}", err=True)
 
 
-def _command(codec: Codec, line: str, number: int, file: str) -> Act | None:
-    """A command for a board on a bus, in hex or by name."""
-    words = line.partition(";")[0].rstrip()
-    if words.lstrip().startswith(("+", "!")):
-        return parse_line(words, number, file)
-    return Say(codec.read(words), line=number) if words else None
-
-
-def _hosts(program: Path, acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterable[Sequence[Session]]:
-    """What is sent to each controller."""
-    match program.suffix.lower():
-        case ".talk":
-            return _conversation(acts, lines, codec)
-        case ".181x":
-            return _commands(acts, lines, codec)
-        case ".sms":
-            return _stored(acts)
-        case _:
-            return _typed(acts)
-
-
-@dataclass
-class _Host:
-    """What has been sent to one controller, between one switching off and the next."""
-
-    sessions: list[Session] = field(default_factory=list)
-    characters: list[Sent] = field(default_factory=list)
-    initialised: bool = False
-
-    def switch_off(self) -> None:
-        self.sessions.append(Session(tuple(self.characters), self.initialised))
-        self.characters, self.initialised = [], False
-
-
-def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
-    hosts: dict[str, _Host] = {}
-    for act in acts:
-        host = hosts.setdefault(act.controller, _Host())
-        if isinstance(act, Say):
-            line = lines[act.line - 1].rstrip()
-            begin = re.compile(r"[^>]*>\s*").match(line)
-            assert begin is not None
-            places = (begin.end() + column + 1 for column in codec.places(line[begin.end() :]))
-            host.characters += map(Sent, act.data, [act.line] * len(act.data), places)
-        _power(act, host)
-    for host in hosts.values():
-        host.switch_off()
-        yield host.sessions
-
-
-def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
-    """A line is ended by Enter, which stands behind its last character."""
-    host = _Host(initialised=True)
-    for act in acts:
-        if isinstance(act, Say):
-            host.characters += [Sent(byte, act.line, column) for column, byte in enumerate(act.data + b"\r", start=1)]
-        _power(act, host)
-    host.switch_off()
-    yield host.sessions
-
-
-def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
-    """Commands for a board on a bus, one per line."""
-    host = _Host(initialised=True)
-    for act in acts:
-        if isinstance(act, Say):
-            words = lines[act.line - 1].partition(";")[0].rstrip()
-            host.characters += map(Sent, act.data, [act.line] * len(act.data), (at + 1 for at in codec.places(words)))
-        _power(act, host)
-    host.switch_off()
-    yield host.sessions
-
-
-def _stored(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
-    """A motor's source: all its characters, comments too, each line ended by CR."""
-    characters = [
-        Sent(byte, act.line, column)
-        for act in acts
-        if isinstance(act, Say)
-        for column, byte in enumerate(act.data + b"\r", start=1)
-    ]
-    yield [Session(tuple(characters), stored=True)]
-
-
-def _power(act: Act, host: _Host) -> None:
-    if isinstance(act, Do) and act.target == "power" and act.value in ("off", "low"):
-        host.switch_off()
-
-
-def _tell(program: Path, found: Iterable[Diagnostic]) -> None:
-    colours = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
-    lines = _text(program).splitlines() if sys.stdout.isatty() else []
-    for diagnostic in found:
-        place = click.style(f"{program}:{diagnostic.line}:{diagnostic.column}:", bold=True)
-        severity = click.style(f"{diagnostic.severity}:", fg=colours[diagnostic.severity], bold=True)
-        chapter = f" (manual: {diagnostic.chapter})" if diagnostic.chapter else ""
-        click.echo(f"{place} {severity} {diagnostic.message}{chapter}")
-        if lines:  # somebody is looking: show the place
-            line = lines[diagnostic.line - 1].expandtabs(1)
-            click.echo(f"    {line}\n    {' ' * (diagnostic.column - 1)}^")
-
-
-def _summary(errors: int, warnings: int) -> str:
-    counts = [(errors, "error"), (warnings, "warning")]
+def _summary(found: Iterable[Diagnostic]) -> str:
+    listed = list(found)
+    errors = sum(each.severity is Severity.ERROR for each in listed)
+    counts = [(errors, "error"), (len(listed) - errors, "warning")]
     told = [f"{count} {noun}{'s' * (count != 1)}" for count, noun in counts if count]
-    return ", ".join(told) or "nothing wrong"
+    sure = sum(each.fix is not None and each.fix.sure for each in listed)
+    note = f" ({sure} can be mended by --fix)" if sure else ""
+    return (", ".join(told) or "nothing wrong") + note
+
+
+def _explain(code: str, form: str) -> None:
+    found = codes.select(code)
+    if form == "json":
+        click.echo(json.dumps([codes.as_dict(rule) for rule in found], ensure_ascii=False))
+        return
+    for rule in found:
+        for line in codes.explained(rule):
+            click.echo(line)

@@ -6,15 +6,17 @@ holds.  A board ignores what is wrong without a word, so all of it is worth tell
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from enum import Flag
 from itertools import groupby
 from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.compumotor import rules
 from axistwin.controllers.compumotor.language import LONGEST, Accept, DontCare, Opcode
 from axistwin.controllers.compumotor.moves import Kind, Move
 from axistwin.controllers.compumotor.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.compumotor.words import name_of
-from axistwin.controllers.diagnostics import Diagnostic, Sent, Session, Severity
+from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose, fixing, replaced
 from axistwin.units import MS, S
 
 DEFINITIONS = tuple(Kind)
@@ -58,12 +60,29 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
     """Everything wrong with what a host sends; in order of place.  Each line is one command."""
     found: set[Diagnostic] = set()
     for session in sessions:
-        checker = _Checker(commands)
-        for _, line in groupby(session.characters, key=lambda sent: sent.line):
-            checker.take(list(line))
+        checker = _followed(commands, session)
         checker.finish()
         found |= set(checker.found)
     return sorted(found)
+
+
+def heard(commands: CommandSet, session: Session) -> list[Opcode]:
+    """The commands that may follow what a host has sent in this session."""
+    known = _followed(commands, session).known
+    return [command for command in commands if isinstance(command, Opcode) and _may_follow(command.accepted, known)]
+
+
+def _may_follow(accepted: Flag, known: Known) -> bool:
+    if known.defining is not None:
+        return bool(accepted & (Accept.SEQUENCE | Accept.DEFINING))
+    return bool(accepted) and _misplaced(accepted, known.mode is not None) is None
+
+
+def _followed(commands: CommandSet, session: Session) -> "_Checker":
+    checker = _Checker(commands)
+    for _, line in groupby(session.characters, key=lambda sent: sent.line):
+        checker.take(list(line))
+    return checker
 
 
 class _Checker:
@@ -77,7 +96,7 @@ class _Checker:
         """A command has been sent."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
-            self._error(sent[0], f"no command {sent[0].byte:02X}: it is ignored", "Command Language")
+            self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: it is ignored")
         elif (values := self._values(command, sent)) is not None:
             self._place(Given(command, values, sent))
 
@@ -85,16 +104,17 @@ class _Checker:
         """The values for the handler, or None after telling what is wrong."""
         here = sent[1:]
         if len(sent) > LONGEST:
-            self._error(sent[LONGEST], f"the input data buffer holds {LONGEST} bytes", "Reading and writing")
+            self._say(rules.TOO_LONG, sent[LONGEST:], f"the input data buffer holds {LONGEST} bytes")
             return None
         if len(here) < command.size:
             wanted = f"{command.size} parameter byte{'s' * (command.size != 1)}"
-            self._error(sent[-1], f"{_called(command)} takes {wanted}, {len(here)} here", command.chapter)
+            message = f"{_called(command)} takes {wanted}, {len(here)} here"
+            self._say(rules.TOO_SHORT, sent[-1:], message, command.chapter)
             return None
         for surplus in here[command.size :]:
             if surplus.byte:
                 what = f"{_called(command)} takes {command.size} parameter bytes, any more must be 00"
-                self._error(surplus, what, command.chapter)
+                self._say(rules.SURPLUS, [surplus], what, command.chapter)
                 return None
         return self._decoded(command, here)
 
@@ -105,7 +125,8 @@ class _Checker:
             data = bytes(sent.byte for sent in part)
             value = parameter.decode(data)
             if value is None:
-                self._error(part[0], f"{data.hex(' ').upper()} is out of range: {parameter}", command.chapter)
+                message = f"{data.hex(' ').upper()} is out of range: {parameter}"
+                self._say(rules.RANGE, part, message, command.chapter)
                 return None
             if not isinstance(parameter, DontCare):
                 values.append(value)
@@ -116,23 +137,16 @@ class _Checker:
         """Where it stands: in a sequence definition, in a mode."""
         accepted, known = given.command.accepted, self.known
         if not accepted:
-            self._warn(given, f"{_called(given.command)} does nothing")
+            self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing", given.command.chapter)
         elif known.defining is not None and Accept.DEFINING not in accepted:
             if Accept.SEQUENCE in accepted:
                 known.sequences[known.defining].append(given)
                 self._value_rules(given)
             else:
-                self._error(given.sent[0], f"{_called(given.command)} may not stand in a sequence", "Sequence buffers")
-        elif not accepted & (Accept.INDEXER | Accept.STREAMING):
-            self._error(
-                given.sent[0], f"{_called(given.command)} means something in a sequence only", given.command.chapter
-            )
-        elif known.mode is None and Accept.INDEXER not in accepted:
-            self._error(given.sent[0], f"{_called(given.command)} is for the streaming modes", given.command.chapter)
-        elif known.mode is not None and Accept.STREAMING not in accepted:
-            self._error(
-                given.sent[0], f"{_called(given.command)} is not valid in a streaming mode", given.command.chapter
-            )
+                self._about(rules.NOT_IN_SEQUENCE, given, f"{_called(given.command)} may not stand in a sequence")
+        elif wrong := _misplaced(accepted, known.mode is not None):
+            rule, what = wrong
+            self._about(rule, given, f"{_called(given.command)} {what}", given.command.chapter)
         else:
             self._value_rules(given)
             self._follow(given)
@@ -145,22 +159,23 @@ class _Checker:
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
             if values[0] > 50:
-                self._error(
-                    given.sent[1], f"move {values[0]} is not kept: there are moves 1 to 50", given.command.chapter
-                )
+                message = f"move {values[0]} is not kept: there are moves 1 to 50"
+                self._say(rules.NO_SUCH_MOVE, given.sent[1:2], message, given.command.chapter)
         elif opcode == 0x31 and any(values[1:]):
             self._move_rules(given, *values)
         elif opcode == 0xEE:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3]  # the velocity, in all of these commands
+        at = given.sent[3:7]  # the velocity, in all of these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             highest = VELOCITY_RANGES[ranges[0]]
             most = int(highest.maximum / highest.unit)
-            self._error(at, f"velocity {velocity} is beyond range {ranges[0]}: {most} at most", given.command.chapter)
+            message = f"velocity {velocity} is beyond range {ranges[0]}: {most} at most"
+            self._say(rules.VELOCITY, at, message, given.command.chapter)
         elif not acceleration:
-            self._warn(given, "with acceleration 0 this move is never performed")
+            what = "with acceleration 0 this move is never performed"
+            self._about(rules.ACCELERATION, given, what, given.command.chapter)
 
     def _follow(self, given: Given) -> None:
         opcode, values, known = given.command.opcode, given.values, self.known
@@ -197,7 +212,7 @@ class _Checker:
         elif opcode == 0x38:
             known.home = True
         elif opcode == 0x40 and values[0] not in known.moves:
-            self._error(given.sent[1], f"move {values[0]} is not defined here", given.command.chapter)
+            self._say(rules.NO_MOVE, given.sent[1:2], f"move {values[0]} is not defined here", given.command.chapter)
         elif opcode in NEED_DEFAULT:
             self._needs(given)
         elif 0x74 <= opcode <= 0x7F or opcode == 0xAC:
@@ -212,7 +227,7 @@ class _Checker:
             missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in known.loop]
         if missing:
             what = f"ignored: {', '.join(missing)} has not been given"
-            self._error(given.sent[0], what, given.command.chapter)
+            self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
 
     def _trigger(self, given: Given) -> None:
         """One function per trigger at a time."""
@@ -226,7 +241,7 @@ class _Checker:
                 del known.triggers[trigger]
         elif busy not in (None, opcode):
             what = f"ignored: trigger {trigger} has a function, {busy:02X}, that must be disabled first"
-            self._error(given.sent[0], what, given.command.chapter)
+            self._about(rules.TRIGGER, given, what, given.command.chapter)
         else:
             known.triggers[trigger] = opcode
 
@@ -235,7 +250,8 @@ class _Checker:
     def _end_definition(self, given: Given) -> None:
         known = self.known
         if known.defining is None:
-            self._warn(given, "no sequence is being defined")
+            whole = fixing("leave it out", replaced(given.sent, ""), sure=False)
+            self._about(rules.NOT_DEFINING, given, "no sequence is being defined", given.command.chapter, whole)
             return
         self._loops(known.sequences[known.defining])
         known.defining = None
@@ -248,18 +264,20 @@ class _Checker:
                 continue
             count, left = given.values[0], len(buffer) - at - 1
             if inside:
-                self._error(given.sent[0], "ignored: a loop may not stand within another one", "Sequence buffers")
+                self._about(rules.NESTED, given, "ignored: a loop may not stand within another one")
                 inside -= 1
                 continue
             if count > left:
-                self._warn(given, f"the loop is to repeat {count} commands, but {left} follow")
+                what = f"the loop is to repeat {count} commands, but {left} follow"
+                self._about(rules.LOOP_TOO_LONG, given, what, given.command.chapter)
             inside = count
 
     def _perform_sequence(self, given: Given) -> None:
         number = given.values[0]
         buffer = self.known.sequences.get(number)
         if not buffer:
-            self._error(given.sent[1], f"sequence {number} is not defined here", given.command.chapter)
+            message = f"sequence {number} is not defined here"
+            self._say(rules.NO_SEQUENCE, given.sent[1:2], message, given.command.chapter)
             return
         for each in buffer:
             self._perform(each)
@@ -268,7 +286,8 @@ class _Checker:
         """The host has said everything."""
         known = self.known
         if known.defining is not None and known.begun is not None:
-            self._warn(known.begun, "the definition of this sequence never ends: D8 is missing")
+            what = "the definition of this sequence never ends: D8 is missing"
+            self._about(rules.UNENDED, known.begun, what, known.begun.command.chapter)
             self._loops(known.sequences[known.defining])
 
     # Streaming
@@ -278,25 +297,26 @@ class _Checker:
         assert mode is not None, "only then it is valid"
         if mode.command.opcode != DATA[opcode]:
             what = f"ignored: this data is for mode {DATA[opcode]:02X}, in force is {mode.command.opcode:02X}"
-            self._error(given.sent[0], what, given.command.chapter)
+            self._about(rules.OTHER_MODE, given, what, given.command.chapter)
             return
         clock = BASE_CLOCKS[mode.values[0]] / mode.values[1]
         if opcode == 0xE0:
             for number, (velocity, distance) in enumerate(_pairs(given.values)):
                 rate = clock * (velocity & 0x7FFF) / FULL
                 if rate and distance and distance * S < rate * SHORTEST_NS:
-                    self._short_pair(given.sent[1 + 4 * number], float(distance / rate * 1000))
+                    pair = given.sent[1 + 4 * number : 5 + 4 * number]
+                    self._short_pair(pair, float(distance / rate * 1000))
         elif opcode == 0xE3:
             most = clock / 2 * mode.values[3] / 1000
             for number, distance in enumerate(given.values[1 : 1 + given.values[0]]):
                 if distance != END_OF_STREAM and abs(distance) > most:
-                    at = given.sent[2 + 2 * number]
+                    at = given.sent[2 + 2 * number : 4 + 2 * number]
                     what = f"{abs(distance)} pulses in {mode.values[3]} ms are beyond the clock: {int(most)} at most"
-                    self._error(at, what, given.command.chapter)
+                    self._say(rules.BEYOND_CLOCK, at, what, given.command.chapter)
 
-    def _short_pair(self, at: Sent, ms: float) -> None:
+    def _short_pair(self, pair: Sequence[Sent], ms: float) -> None:
         what = f"this pair lasts {ms:.3g} ms: each must last 2 ms at least"
-        self._add(at, Severity.ERROR, what, "Velocity-streaming mode")
+        self._say(rules.SHORT_PAIR, pair, what)
 
     def _marker(self, given: Given) -> None:
         marked = self.commands.get(given.values[1])
@@ -307,18 +327,29 @@ class _Checker:
             what = (
                 f"{given.values[1]:02X} cannot be marked: it must be valid while streaming, with two parameters at most"
             )
-            self._error(given.sent[3], what, given.command.chapter)
+            self._say(rules.NOT_MARKED, given.sent[3:4], what, given.command.chapter)
 
     # What is said about it
 
-    def _error(self, at: Sent, message: str, chapter: str) -> None:
-        self._add(at, Severity.ERROR, message, chapter)
+    def _about(self, rule: Rule, given: Given, message: str, chapter: str = "", fix: Fix | None = None) -> None:
+        """Something about the whole command."""
+        self._say(rule, given.sent, message, chapter, fix)
 
-    def _warn(self, given: Given, message: str) -> None:
-        self._add(given.sent[0], Severity.WARNING, message, given.command.chapter)
+    def _say(
+        self, rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
+    ) -> None:
+        self.found.append(diagnose(rule, characters, message, chapter, fix))
 
-    def _add(self, at: Sent, severity: Severity, message: str, chapter: str) -> None:
-        self.found.append(Diagnostic(at.line, at.column, severity, message, chapter))
+
+def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
+    """Why a command is not heard in this mode, while no sequence is being defined."""
+    if not accepted & (Accept.INDEXER | Accept.STREAMING):
+        return rules.ONLY_IN_SEQUENCE, "means something in a sequence only"
+    if not streaming and Accept.INDEXER not in accepted:
+        return rules.ONLY_STREAMING, "is for the streaming modes"
+    if streaming and Accept.STREAMING not in accepted:
+        return rules.NOT_STREAMING, "is not valid in a streaming mode"
+    return None
 
 
 def _called(command: Opcode) -> str:

@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.compumotor import rules
 from axistwin.controllers.compumotor.commands import COMMANDS_1811
 from axistwin.controllers.compumotor.language import (
     LONGEST,
@@ -25,6 +26,7 @@ from axistwin.controllers.compumotor.language import (
     u16,
     u32,
 )
+from axistwin.controllers.diagnostics import Rule
 from axistwin.errors import ProgramError
 
 SWITCHES = {"0": 0, "1": 1, "off": 0, "on": 1, "+": 0, "-": 1, "low": 0, "high": 1}
@@ -38,6 +40,8 @@ class Placed(NamedTuple):
 
     byte: int
     column: int
+    width: int = 2
+    """The columns of the word it is written with."""
 
 
 def name_of(command: Opcode) -> str:
@@ -65,7 +69,8 @@ class Words:
             raise ProgramError("a command is wanted: 33 00 00 61 A8, or go_relative 25000", column=1)
         found = _hex(words) if _HEX.fullmatch(words[0][0]) else self._named(words)
         if len(found) > LONGEST:
-            raise ProgramError(f"a command has at most {LONGEST} bytes", column=found[LONGEST].column + 1)
+            column = found[LONGEST].column + 1
+            raise ProgramError(f"a command has at most {LONGEST} bytes", column=column, code=rules.TOO_LONG.code)
         return found
 
     def message(self, text: str) -> bytes:
@@ -92,29 +97,37 @@ class Words:
         fields = [field for field in command.fields if not isinstance(field, DontCare)]
         if len(words) - 1 != len(fields):
             wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
-            raise ProgramError(f"{words[0][0]} takes {wanted}: {len(words) - 1} given", column=words[0].start() + 1)
+            message = f"{words[0][0]} takes {wanted}: {len(words) - 1} given"
+            raise _wrong(rules.NUMBER_OF_VALUES, words[0], message)
         values = iter(words[1:])
-        found = [Placed(command.opcode, words[0].start())]
+        found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:
             word = words[0] if isinstance(field, DontCare) else next(values)
             data = bytes(field.size) if isinstance(field, DontCare) else _value(field, word)
-            found += [Placed(byte, word.start()) for byte in data]
+            found += [Placed(byte, word.start(), len(word[0])) for byte in data]
         return found
 
     def _find(self, word: re.Match[str]) -> Opcode:
         names = {name_of(command): command for command in self.commands if isinstance(command, Opcode)}
         if word[0] in names:
             return names[word[0]]
-        near = get_close_matches(word[0], names, 3)
+        likely = re.sub(r"[^a-z0-9]+", "_", word[0].lower()).strip("_")
+        near = [likely] if likely in names else get_close_matches(likely, names, 3)
         hint = f"did you mean {' or '.join(near)}?" if near else "axistwin commands lists them"
-        raise ProgramError(f"no command {word[0]!r}: {hint}", column=word.start() + 1)
+        error = _wrong(rules.UNKNOWN_NAME, word, f"no command {word[0]!r}: {hint}")
+        error.instead, error.sure = near[0] if near else "", likely in names
+        raise error
+
+
+def _wrong(rule: Rule, word: re.Match[str], message: str) -> ProgramError:
+    return ProgramError(message, column=word.start() + 1, code=rule.code, width=len(word[0]))
 
 
 def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
     found = []
     for word in words:
         if not _HEX.fullmatch(word[0]):
-            raise ProgramError(f"{word[0]!r} is no byte: write two hex digits", column=word.start() + 1)
+            raise _wrong(rules.WORD, word, f"{word[0]!r} is no byte: write two hex digits")
         found += [Placed(byte, word.start() + 2 * number) for number, byte in enumerate(bytes.fromhex(word[0]))]
     return found
 
@@ -122,7 +135,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        raise ProgramError(f"{field.name}: {word[0]!r} is none: {_wanted(field)}", column=word.start() + 1)
+        raise _wrong(rules.WORD, word, f"{field.name}: {word[0]!r} is none: {_wanted(field)}")
     return field.encode(value)
 
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
-from axistwin.controllers.diagnostics import Diagnostic, Sent, Session, Severity
+from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose
+from axistwin.controllers.digiplan import fixes, rules
 from axistwin.controllers.digiplan.check_sequence import Finding, follow
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.initialise import BAUD_DETECT, ERASE, FormatReader
@@ -19,7 +20,6 @@ from axistwin.controllers.digiplan.speed import too_fast
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
 LONGEST = 4000  # characters of a message that are looked at; an interface keeps fewer
-INITIALISATION = "Initialisation"
 
 NAMES = {
     "speed": "speed",
@@ -68,7 +68,7 @@ class _Checker:
                 text.append(sent)
         if "".join(chr(sent.byte) for sent in text).strip():
             end = "<CR>" if self.frame is None or self.frame.terminator == "U" else "<LF>"
-            self._warn(text[0], f"this message is never ended: {end} is missing", INITIALISATION)
+            self._say(rules.UNENDED, text, f"this message is never ended: {end} is missing")
 
     def _switch_on(self, initialised: bool, characters: Sequence[Sent]) -> None:
         if not self.battery or self.locked_in is None:
@@ -85,7 +85,7 @@ class _Checker:
         """Take characters up to and including a good data format message."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
-            self._warn(first, "nothing is heard before ( has told the baud rate", INITIALISATION)
+            self._say(rules.NOT_HEARD, [first], "nothing is heard before ( has told the baud rate")
             first = next((sent for sent in rest if sent.byte == BAUD_DETECT), None)
         if first is not None:
             self._data_format(first, rest)
@@ -104,9 +104,9 @@ class _Checker:
                 return
             elif before and not reader.text:
                 message = f"no data format {before!r}: U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>"
-                self._error(begin, message, INITIALISATION)
+                self._say(rules.FORMAT, [begin], message)
         if reader.text:
-            self._warn(begin, "the data format is never ended", INITIALISATION)
+            self._say(rules.FORMAT_UNENDED, [begin], "the data format is never ended")
 
     # Messages
 
@@ -118,7 +118,7 @@ class _Checker:
             self._locked(text, message)
             return
         for problem in message.problems:
-            self._problem(text, problem)
+            self._problem(text, message, problem)
         if message.problems:
             return
         if message.alone is not None:
@@ -133,29 +133,31 @@ class _Checker:
     def _locked(self, text: Sequence[Sent], message: Message) -> None:
         if message.alone is None or message.problems or Accept.LOCKED not in message.alone.accepted:
             note = f"ignored: locked in line {self.locked_in}, only status requests and ] are obeyed"
-            self._warn(text[0], note, "Communication lockout commands")
+            self._say(rules.LOCKED, text, note)
         elif message.alone.code == "]":
             self.locked_in = None
 
     def _hand_back(self, text: Sequence[Sent]) -> None:
         if self.sequence is None or not any(step.hand_over for step in self.sequence.steps):
             note = "% gives control back to a sequence, but none has handed it over"
-            self._error(text[0], note, "Controller intervention in a sequence")
+            self._say(rules.NOT_HANDED_OVER, text, note)
 
     def _direct(self, text: Sequence[Sent], message: Message) -> None:
         step = message.steps[0]
         if not message.start and _needs_start(step):
-            self._warn(text[-1], "without $ at its end this message begins nothing", "Index mode instructions")
+            note = "without $ at its end this message begins nothing"
+            self._say(rules.NO_START, text[-1:], note, fix=fixes.start(text))
         problem = self._refused(step, starts=message.start)
         if problem is not None:
             self._values(text, step, problem)
             return
         if step.run and "distance" in step.settings:
-            self._warn(text[step.places["distance"]], "G runs until stopped: the distance is not used and becomes 0",
-                       "Run mode instructions")  # fmt: skip
+            note = "G runs until stopped: the distance is not used and becomes 0"
+            at = step.places["distance"]
+            self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))
         self._keep(text, step)
         if message.start and step.moves and not step.run and self.parameters.distance == 0:
-            self._warn(text[0], f"nothing moves: the distance is 0{self._said('distance')}", "Index mode instructions")
+            self._say(rules.NO_DISTANCE, text, f"nothing moves: the distance is 0{self._said('distance')}")
 
     def _refused(self, step: Step, starts: bool) -> Problem | None:
         after = self.parameters.after(step)
@@ -176,7 +178,7 @@ class _Checker:
                 return
         self.sequence = message if message.steps else self.sequence
         if self.sequence is None:
-            self._warn(text[0], "no sequence is stored that could be run again", "Programming a sequence")
+            self._say(rules.NOTHING_STORED, text, "no sequence is stored that could be run again")
             return
         for finding in follow(self.sequence.steps, self.parameters):
             self._finding(text, message, finding)
@@ -197,39 +199,36 @@ class _Checker:
             problem = replace(problem, message=f"step {number}: {problem.message}")
         step = message.steps[number - 1] if message.steps else Step()
         said_by_sequence = {name for each in self.sequence.steps for name in each.settings}
-        self._values(text, step, problem, finding.severity, said_by_sequence)
+        self._values(text, step, problem, said_by_sequence)
 
     def _values(
         self,
         text: Sequence[Sent],
         step: Step,
         problem: Problem,
-        severity: Severity = Severity.ERROR,
         known: AbstractSet[str] = frozenset(),
     ) -> None:
         """Values that do not go together: at the one that is said here, naming where the others are, if not `known`."""
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
-        at = text[here[0] if here else problem.position]
-        self._add(at, severity, problem.message + self._said(*elsewhere), problem.chapter)
+        at = here[0] if here else problem.position
+        self._say(problem.rule, text[at : at + 1], problem.message + self._said(*elsewhere), problem.chapter)
 
     def _said(self, *names: str) -> str:
         notes = [f"{NAMES[name]} from line {self.said_in[name]}" for name in names if name in self.said_in]
         return f" ({', '.join(notes)})" if notes else ""
 
-    def _problem(self, text: Sequence[Sent], problem: Problem) -> None:
-        at = text[min(problem.position, len(text) - 1)]
-        beyond = at._replace(column=at.column + 1) if problem.position >= len(text) else at
-        self._error(beyond, problem.message, problem.chapter)
+    def _problem(self, text: Sequence[Sent], message: Message, problem: Problem) -> None:
+        """At its place; what is missing at the end, just behind the last character."""
+        here = text[problem.position : problem.end or problem.position + 1]
+        if not here:
+            here = [text[-1]._replace(column=text[-1].column + text[-1].width, width=0)]
+        self._say(problem.rule, here, problem.message, problem.chapter, fixes.of(text, message, problem))
 
-    def _error(self, at: Sent, message: str, chapter: str) -> None:
-        self._add(at, Severity.ERROR, message, chapter)
-
-    def _warn(self, at: Sent, message: str, chapter: str) -> None:
-        self._add(at, Severity.WARNING, message, chapter)
-
-    def _add(self, at: Sent, severity: Severity, message: str, chapter: str) -> None:
-        self.found.append(Diagnostic(at.line, at.column, severity, message, chapter))
+    def _say(
+        self, rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
+    ) -> None:
+        self.found.append(diagnose(rule, characters, message, chapter, fix))
 
 
 def _needs_start(step: Step) -> bool:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from axistwin.controllers.diagnostics import Severity
 from axistwin.controllers.digiplan.interpolation import out_of_range
+from axistwin.controllers.digiplan.rules import NEVER_REACHED, NO_DISTANCE, RUN_GOES_ON
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 
@@ -13,7 +14,6 @@ class Finding:
     """What is wrong with a step, numbered from 1."""
 
     number: int
-    severity: Severity
     problem: Problem
 
 
@@ -42,7 +42,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             finding = _move(step, arrival.number, here, running)
             if finding is not None:
                 yield finding
-                if finding.severity is Severity.ERROR or running:
+                if finding.problem.rule.severity is Severity.ERROR or running:
                     continue  # the sequence ends here
             running = arrival.number if step.run else running
         todo += [_Arrival(number, here, running) for number in _next(step, arrival.number)]
@@ -51,15 +51,13 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
 def _move(step: Step, number: int, parameters: Parameters, running: int) -> Finding | None:
     if running:
         message = f"the run of step {running} goes on, and the move of this step waits for its end: A stops it"
-        return Finding(
-            number, Severity.WARNING, Problem(Fault.DATA, 0, message, "Aborting a run-mode move in a sequence")
-        )
+        return Finding(number, Problem(RUN_GOES_ON, Fault.DATA, 0, message, RUN_GOES_ON.chapter))
     problem = out_of_range(parameters, step)
     if problem is not None:
-        return Finding(number, Severity.ERROR, problem)
+        return Finding(number, problem)
     if parameters.distance == 0 and not step.run:
-        problem = Problem(Fault.DATA, 0, "nothing moves: the distance is 0", "Index mode instructions", ("distance",))
-        return Finding(number, Severity.WARNING, problem)
+        message = "nothing moves: the distance is 0"
+        return Finding(number, Problem(NO_DISTANCE, Fault.DATA, 0, message, NO_DISTANCE.chapter, ("distance",)))
     return None
 
 
@@ -75,6 +73,5 @@ def _never_reached(steps: Sequence[Step]) -> Iterator[Finding]:
     for number, step in enumerate(steps[:-1], start=1):
         if step.repeat and step.repeat[0] == 0:
             message = f"never reached: step {number} repeats for ever"
-            problem = Problem(Fault.DATA, 0, message, "Repeating parts of a sequence")
-            yield Finding(number + 1, Severity.WARNING, problem)
+            yield Finding(number + 1, Problem(NEVER_REACHED, Fault.DATA, 0, message, NEVER_REACHED.chapter))
             return

@@ -3,6 +3,7 @@
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from axistwin.controllers.digiplan.rules import CONSTRAINT
 from axistwin.controllers.digiplan.speed import ramp, too_fast
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
@@ -52,7 +53,7 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
     }
     for text, (holds, about) in broken.items():
         if holds:
-            return Problem(Fault.RANGE, 0, f"in linear interpolation, {text}", CHAPTER, (about,))
+            return Problem(CONSTRAINT, Fault.RANGE, 0, f"in linear interpolation, {text}", CHAPTER, (about,))
     return None
 
 

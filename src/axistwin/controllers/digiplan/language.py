@@ -11,10 +11,13 @@ from functools import cached_property
 from typing import Any
 
 from axistwin.controllers.commandset import Command, CommandSet, Field
+from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.digiplan import rules
 from axistwin.controllers.digiplan.step import Fault, Problem, Step
 
 MOST_STEPS = 63
 CANCEL = "#"
+OUT_OF_RANGE = (rules.RANGE, rules.TOO_MANY, rules.REPEAT)
 NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
@@ -152,9 +155,14 @@ class _Reader:
             self._check_direct()
         return self.message
 
-    def _wrong(self, message: str, at: int | None = None, fault: Fault = Fault.DATA, chapter: str = "") -> None:
-        place = self.places[min(self.at if at is None else at, len(self.places) - 1)]
-        self.message.problems.append(Problem(fault, place, message, chapter or "Full command list"))
+    def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
+        """Something is wrong from `at` on, or here, up to but without `end`."""
+        begin = min(self.at if at is None else at, len(self.places) - 1)
+        fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
+        behind = self.places[end - 1] + 1 if end > begin else 0
+        self.message.problems.append(
+            Problem(rule, fault, self.places[begin], message, chapter or rule.chapter, end=behind)
+        )
 
     def _read_alone(self) -> bool:
         """A command that is a message by itself: a status request, lock, cancel ..."""
@@ -163,7 +171,7 @@ class _Reader:
             return False
         self.message.alone = command
         if self.at + 1 < len(self.text):
-            self._wrong(f"{command.code} ({command.name}) must be sent alone", self.at + 1, chapter=command.chapter)
+            self._must_be_alone(command, self.at + 1, len(self.text))
         return True
 
     def _read_sequence(self, end: int) -> None:
@@ -181,29 +189,28 @@ class _Reader:
             self._check_sequence_step()
         if len(self.message.steps) > MOST_STEPS:
             self._wrong(
+                rules.TOO_MANY,
                 f"{len(self.message.steps)} steps: a sequence has {MOST_STEPS} at most",
                 self.begins[MOST_STEPS],
-                Fault.RANGE,
-                "Programming a sequence",
+                end,
             )
 
     def _check_sequence_end(self, end: int) -> None:
         if not self.message.start or not self.text[:end].endswith(":"):
-            self._wrong("a sequence ends in :$", len(self.text), chapter="Programming a sequence")
+            self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
 
     def _check_sequence_step(self) -> None:
         step, number, begin = self.message.steps[-1], len(self.message.steps), self.begins[-1]
         if step.empty and begin == self.at:
-            self._wrong("a step is missing between two colons", begin, chapter="Programming a sequence")
+            self._wrong(rules.STEP_MISSING, "a step is missing between two colons", begin)
         if step.repeat and step.repeat[1] > number:
             message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"
-            self._wrong(message, begin, Fault.RANGE, "Repeating parts of a sequence")
+            self._wrong(rules.REPEAT, message, begin, self.at)
 
     def _check_direct(self) -> None:
         step = self.message.steps[0]
         if (step.high or step.low) and not step.moves:
-            chapter = "Combining inputs and outputs with move instructions"
-            self._wrong("an input can only be waited for together with a move", 0, chapter=chapter)
+            self._wrong(rules.WAITS, "an input can only be waited for together with a move", 0)
 
     def _read_step(self, end: int) -> None:
         step, seen, wrong_before = Step(), Order.ANY, len(self.message.problems)
@@ -228,13 +235,14 @@ class _Reader:
         """Characters that are no command, with the number behind them; or a number that no command wants."""
         if self.text[begin] in NUMBER:
             self._skip_number(end)
-            self._wrong(self._lost_number(begin), begin)
+            self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
             return
         while self.at < end and self.text[self.at] not in NUMBER and self.commands.get(self.text[self.at]) is None:
             self.at += 1
         unknown = self.text[begin : self.at]
         hint = ": commands are upper case" if any(map(self.commands.get, unknown.upper())) else ""
-        self._wrong(f"unknown character{'s'[: len(unknown) - 1]} {unknown!r}{hint}", begin)
+        message = f"unknown character{'s'[: len(unknown) - 1]} {unknown!r}{hint}"
+        self._wrong(rules.UNKNOWN, message, begin, self.at)
         self._skip_number(end)
 
     def _lost_number(self, begin: int) -> str:
@@ -257,15 +265,19 @@ class _Reader:
             return True
         name = f"{command.code} ({command.name})"
         if Accept.SETUP in command.accepted:
-            self._wrong(f"{name} is for initialisation only", at, chapter=command.chapter)
+            self._wrong(rules.SETUP, f"{name} is for initialisation only", at, chapter=command.chapter)
         elif alone:
-            self._wrong(f"{name} must be sent alone", at, chapter=command.chapter)
+            self._must_be_alone(command, at)
         elif Accept.WRITTEN in command.accepted:
-            self._wrong(f"{name} cannot stand here", at, chapter=command.chapter)
+            self._wrong(rules.CANNOT_STAND, f"{name} cannot stand here", at, chapter=command.chapter)
         else:
             where = "in a sequence" if self.message.sequence else "in a direct message"
-            self._wrong(f"{name} may not stand {where}", at, chapter=command.chapter)
+            self._wrong(rules.NOT_IN_THIS_KIND, f"{name} may not stand {where}", at, chapter=command.chapter)
         return False
+
+    def _must_be_alone(self, command: Command, at: int, end: int = 0) -> None:
+        message = f"{command.code} ({command.name}) must be sent alone"
+        self._wrong(rules.ALONE, message, at, end, command.chapter)
 
     def _check_order(self, command: Instruction, seen: Order, at: int) -> Order:
         order = command.order
@@ -277,14 +289,15 @@ class _Reader:
         wrong |= order is Order.REPEAT and seen > Order.ABORT
         if wrong:
             message = f"{command.code} ({command.name}) cannot follow here: the order is H L, move, S R or P; H L A ="
-            self._wrong(message, at, chapter="Combining inputs and outputs with move instructions")
+            self._wrong(rules.ORDER, message, at)
         return max(order, seen)
 
     def _read_parameters(self, command: Instruction, step: Step, begin: int, end: int) -> None:
         match = command.pattern.match(self.text, self.at, end)
         if match is None:
             wanted = " ".join(str(part) for part in command.parameters)
-            self._wrong(f"{command.code} ({command.name}) needs {wanted}", self.at, chapter=command.chapter)
+            message = f"{command.code} ({command.name}) needs {wanted}"
+            self._wrong(rules.NEEDS, message, self.at, chapter=command.chapter)
             self._skip_number(end)
             return
         values = []
@@ -293,24 +306,25 @@ class _Reader:
             value, in_range = part.read(match[group])
             values.append(value)
             if not in_range:
-                self._wrong(f"{match[group]} is out of range: {part}", match.start(group), Fault.RANGE, command.chapter)
+                message = f"{match[group]} is out of range: {part}"
+                self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
             return  # it wants another number than this one, and that is said next
         assert command.handler is not None
         if complaint := command.handler(step, *values):
-            self._wrong(complaint, begin, chapter=command.chapter)
+            self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
         for name in step.settings.keys() - step.places.keys():
             step.places[name] = self.places[begin]
 
     def _check_step(self, step: Step) -> None:
         begin = self.begins[-1]
         if step.interpolated and not step.minor:
-            self._wrong("the minor axis is missing after /", begin, chapter="Linear interpolation")
+            self._wrong(rules.MINOR, "the minor axis is missing after /", begin, self.at)
         if step.corrected and (step.interpolated or step.run):
-            self._wrong("B corrects an index on its own axis only", begin, chapter="Backlash correction")
+            self._wrong(rules.CORRECTION, "B corrects an index on its own axis only", begin, self.at)
         if step.hand_over and step != Step(hand_over=True):
-            self._wrong("% stands alone in its step", begin, chapter="Controller intervention in a sequence")
+            self._wrong(rules.CONTROL_ALONE, "% stands alone in its step", begin, self.at)
 
 
 def written(step: Step) -> None:

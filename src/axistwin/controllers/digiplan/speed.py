@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
+from axistwin.controllers.digiplan.rules import TOO_FAST
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.motion.ramp import Ramp
 
@@ -59,7 +60,7 @@ def too_fast(parameters: Parameters) -> Problem | None:
     if parameters.speed <= maximum:
         return None
     message = f"speed {parameters.speed} is above {maximum} steps/s, the maximum of range {parameters.speed_range}"
-    return Problem(Fault.RANGE, 0, message, "Speed", ("speed", "speed_range"))
+    return Problem(TOO_FAST, Fault.RANGE, 0, message, "Speed", ("speed", "speed_range"))
 
 
 def setting(name: str, step: Step, value: int) -> None:

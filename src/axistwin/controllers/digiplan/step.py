@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from axistwin.controllers.diagnostics import Rule
+
 
 class Fault(Enum):
     """How the interface finds a message wrong."""
@@ -15,12 +17,15 @@ class Fault(Enum):
 class Problem:
     """Something wrong with a message: where (index into its text), what, and the manual's chapter."""
 
+    rule: Rule
     fault: Fault
     position: int
     message: str
     chapter: str
     about: tuple[str, ...] = ()
     """The `Parameters` it is about, if it is about values that do not go together."""
+    end: int = 0
+    """The index behind what it is about; 0: it is about the one character there."""
 
 
 @dataclass

@@ -6,12 +6,11 @@ The motor's own reader and compiler find what sets Bs.  On top of that: values o
 
 from collections.abc import Iterator, Sequence
 
-from axistwin.controllers.diagnostics import Diagnostic, Sent, Session, Severity
-from axistwin.controllers.smartmotor import check_cam, check_flow, check_migration, image
+from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, diagnose
+from axistwin.controllers.smartmotor import check_cam, check_flow, check_migration, fixes, image, rules
 from axistwin.controllers.smartmotor import interpreter as ops
-from axistwin.controllers.smartmotor.commands import ARRAYS, STORAGE
 from axistwin.controllers.smartmotor.expressions import CHAPTER, Problem
-from axistwin.controllers.smartmotor.findings import Findings, known, place
+from axistwin.controllers.smartmotor.findings import Findings, known, told
 from axistwin.controllers.smartmotor.forms import Form
 from axistwin.controllers.smartmotor.language import Statement, command
 from axistwin.controllers.smartmotor.options import Options
@@ -23,7 +22,6 @@ BINARY, RECORDS, RECORD, END = 0x80, (0xFA, 0xFB), 6, 0xFF
 """Bytes of a host that are no text: addresses, records of host mode, the end of a program."""
 ENDING = b"\r\n\0"
 """What ends a command in any case; a space ends most."""
-HOST = "Communications"
 
 
 def check(sessions: Sequence[Session]) -> list[Diagnostic]:
@@ -46,7 +44,7 @@ def _program(characters: Sequence[Sent]) -> list[Diagnostic]:
     findings = Findings(characters)
     for number, statement in enumerate(findings.statements):
         for problem in _problems(statement):
-            findings.error(number, problem.message, problem.chapter, problem.position)
+            findings.problem(number, problem, fixes.in_program(findings, number, problem))
     _length(findings)
     if findings.statements:
         check_flow.check(findings)
@@ -59,7 +57,7 @@ def _length(findings: Findings) -> None:
     size, room = len(image.strip(findings.program.text)), Options().program_bytes
     if size > room:
         number = len(findings.statements) - 1
-        findings.error(number, f"this program has {size} bytes, a motor keeps {room}", STORAGE)
+        findings.say(rules.TOO_LONG, number, f"this program has {size} bytes, a motor keeps {room}")
 
 
 def _problems(statement: Statement) -> Iterator[Problem]:
@@ -73,7 +71,7 @@ def _problems(statement: Statement) -> Iterator[Problem]:
             size = ARRAY_SIZES[index.array][1]
             if not 0 <= index.value < size:
                 message = f"there is no {index.array}[{index.value}]: {index.array}[0] to {index.array}[{size - 1}]"
-                yield Problem(index.position, message, ARRAYS)
+                yield Problem(index.position, message, rules.ARRAYS, rules.INDEX)
         yield from _arithmetic(part.code)
 
 
@@ -81,7 +79,8 @@ def _range(statement: Statement) -> Iterator[Problem]:
     value, found = known(statement), statement.command
     if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
         return
-    yield Problem(len(str(found.code)), f"{value} is out of range: {found.parameters[0]}", found.chapter)
+    message = f"{value} is out of range: {found.parameters[0]}"
+    yield Problem(len(str(found.code)), message, found.chapter, rules.RANGE)
 
 
 def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
@@ -90,9 +89,10 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
     while at < len(code):
         operation = code[at]
         if operation == ops.OVERFLOW:
-            yield Problem(0, "a number does not fit 32 bits: Bd is set and nothing is done", CHAPTER)
+            message = "a number does not fit 32 bits: Bd is set and nothing is done"
+            yield Problem(0, message, CHAPTER, rules.OVERFLOW)
         elif operation in (ops.DIVIDE, ops.REMAINDER) and before == (ops.CONSTANT, 0):
-            yield Problem(0, "this divides by 0: Bd is set and nothing is done", CHAPTER)
+            yield Problem(0, "this divides by 0: Bd is set and nothing is done", CHAPTER, rules.ZERO)
         argument = operation in WITH_ARGUMENT
         before = (operation, code[at + 1] if argument else 0)
         at += 1 + argument
@@ -128,7 +128,8 @@ class _Host:
                 self._load()
         rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
         if rest.strip(b" \r\n\0"):
-            self._add(Severity.WARNING, self._begin, "this command is never ended: a space or <CR> is missing", HOST)
+            message = "this command is never ended: a space or <CR> is missing"
+            self._say(rules.UNENDED, self._begin, message)
 
     def _command(self, text: str) -> None:
         """A command is complete."""
@@ -136,12 +137,14 @@ class _Host:
         begin = self._begin + max(sent.find(text.encode("ascii", "replace")), len(sent) - len(sent.lstrip(b" \r\n\0")))
         statement = command(text)
         for problem in _problems(statement):
-            self._add(Severity.ERROR, begin + problem.position, problem.message, problem.chapter)
+            end = min(begin + len(text), self._at - 1)
+            fix = fixes.of(self._characters[begin:end], text, problem)
+            self.found.append(told(self._characters, begin, end, problem, fix))
         self._begin = self._at
         self._loading = text == "LOAD"
 
     def _overflow(self) -> None:
-        self._add(Severity.ERROR, self._begin, "this command is longer than 64 characters: Bc is set", HOST)
+        self._say(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
 
     def _load(self) -> None:
         """The program that follows; what has been compiled already is not looked at."""
@@ -149,11 +152,11 @@ class _Host:
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]
         if end is None:
-            self._add(Severity.ERROR, self._at - 1, "this download is never ended: FFh FFh is missing", STORAGE)
+            self._say(rules.DOWNLOAD, self._at - 1, "this download is never ended: FFh FFh is missing")
         if source and source[0].byte != ord("$"):
             self.found += _program(source)
         self._at = self._begin = len(self._characters) if end is None else end + 1
 
-    def _add(self, severity: Severity, offset: int, message: str, chapter: str) -> None:
-        at = place(self._characters, offset)
-        self.found.append(Diagnostic(at.line, at.column, severity, message, chapter))
+    def _say(self, rule: Rule, offset: int, message: str) -> None:
+        """Something about what begins at `offset`, to where we are now."""
+        self.found.append(diagnose(rule, self._characters[offset : max(self._at, offset + 1)], message))

@@ -5,13 +5,12 @@ They go along the text from top to bottom and know only values that are known be
 
 from dataclasses import dataclass, field
 
-from axistwin.controllers.smartmotor.commands import CAM, ON_THE_FLY
+from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.findings import Findings, known
 from axistwin.controllers.smartmotor.functions import MODULO_CAM, RELATIVE_CAM
 from axistwin.controllers.smartmotor.language import Elements, Statement
 from axistwin.controllers.smartmotor.state import WORDS
 
-LIMITATIONS = "9.4 Mode cam limitations"
 SMALLEST_SIZE = 4
 QUARTER = 4
 MODES = ("MC", "MC2", "MC4", "MC8")
@@ -55,7 +54,7 @@ class _Cam:
             message = (
                 f"this makes the CI in line {self.findings.line(self.pending)} invalid unless its zero point has passed"
             )
-            self.findings.warn(number, message, ON_THE_FLY)
+            self.findings.say(rules.INVALID, number, message)
         if keyword in INVALIDATING | LEAVING:
             self.pending = None
 
@@ -90,33 +89,33 @@ class _Cam:
         dwelling = self.functions is None or self.functions & DWELLING
         if self.dwell and not dwelling:
             message = f"D={self.dwell} is no dwell: that needs F=16 or F=128"
-            self.findings.warn(self.dwell_at, message, ON_THE_FLY)
+            self.findings.say(rules.NO_DWELL, self.dwell_at, message)
 
     def _size(self, number: int) -> None:
         size = self.size
         if size is None:
             return
         if not SMALLEST_SIZE <= size < WORDS:
-            self.findings.error(number, f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}", LIMITATIONS)
+            self.findings.say(rules.SIZE, number, f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}")
         elif self.tabled and self.entries:
             missing = sorted(set(range(size + 1)) - self.entries)
             if missing:
                 message = f"the table is shorter than SIZE={size}: aw[{missing[0]}] is not set"
-                self.findings.warn(number, message, CAM)
+                self.findings.say(rules.TABLE, number, message)
 
     def _base(self, number: int, base: int) -> None:
         if base <= 0:
-            self.findings.error(number, f"BASE={base}: a cam cycle has a positive length", CAM)
+            self.findings.say(rules.BASE, number, f"BASE={base}: a cam cycle has a positive length")
         elif base <= QUARTER:
             message = f"BASE={base}: the master must move less than a quarter of that in a sample"
-            self.findings.warn(number, message, LIMITATIONS)
+            self.findings.say(rules.SHORT_BASE, number, message)
         elif self.size and base < self.size:
-            self.findings.error(number, f"BASE={base} is less than SIZE={self.size}", CAM)
+            self.findings.say(rules.BASE_BELOW_SIZE, number, f"BASE={base} is less than SIZE={self.size}")
 
     def _initialize(self, number: int) -> None:
         if self.stale:
             message = f"{self.stale}= has been given since the last MCn: without a new MCn before CI it has no effect"
-            self.findings.warn(number, message, ON_THE_FLY)
+            self.findings.say(rules.STALE, number, message)
         self.pending = number
 
 
@@ -127,5 +126,6 @@ def check(findings: Findings) -> None:
         return
     for keyword in ("BASE=", "SIZE="):
         if keyword not in findings.words[: begun[0]]:
-            findings.warn(begun[0], f"{keyword} has not been given yet: MCn takes it over when it is issued", CAM)
+            message = f"{keyword} has not been given yet: MCn takes it over when it is issued"
+            findings.say(rules.NOT_GIVEN, begun[0], message)
     _Cam(findings).follow()

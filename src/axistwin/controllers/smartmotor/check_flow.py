@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from axistwin.controllers.diagnostics import fixing, replaced
 from axistwin.controllers.smartmotor import interpreter as ops
-from axistwin.controllers.smartmotor.commands import F_WORD, FLOW
+from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.findings import Findings, known
 from axistwin.controllers.smartmotor.functions import CALL_C1, CALL_C2
 from axistwin.controllers.smartmotor.interpreter import HEAD
@@ -128,12 +129,13 @@ def _labels(findings: Findings) -> None:
     for number, statement in findings.all("Cn"):
         label = digits(statement)
         if label in first:
-            findings.error(number, f"label C{label} stands in line {findings.line(first[label])} already", FLOW)
+            message = f"label C{label} stands in line {findings.line(first[label])} already"
+            findings.say(rules.LABEL_TWICE, number, message)
         first.setdefault(label, number)
     for number, statement in findings.all("GOTOn", "GOSUBn"):
         label = digits(statement)
         if label not in first:
-            findings.error(number, f"there is no label C{label}", FLOW)
+            findings.say(rules.NO_LABEL, number, f"there is no label C{label}")
 
 
 RETURNS = {FAULT: "RETURNF", INPUT: "RETURNI"}
@@ -144,18 +146,21 @@ def _returns(findings: Findings, flow: Flow) -> None:
     """Each routine returns with its own word."""
     called = {label for routine in flow.routines.values() for label in routine.calls.values()}
     for number, keyword in flow.main.returns.items():
-        findings.warn(number, f"{keyword} is reached without a GOSUB: it sets Bs and ends the program", FLOW)
+        message = f"{keyword} is reached without a GOSUB: it sets Bs and ends the program"
+        findings.say(rules.RETURN, number, message)
     for label, routine in flow.interrupts.items():
         for number, keyword in routine.returns.items():
             if keyword != RETURNS[label] and label not in called:
                 note = ": C2 would not be called again" if label == INPUT else ""
                 message = f"C{label} is called by {CALLED_BY[label]} and returns with {RETURNS[label]}{note}"
-                findings.warn(number, message, F_WORD)
+                fix = fixing(f"write {RETURNS[label]}", replaced(findings.text(number), RETURNS[label]))
+                findings.say(rules.OTHER_RETURN, number, message, fix)
     for label, keyword in RETURNS.items():
         own = flow.routines[label].returns if label in flow.routines else {}
         for number, _ in findings.all(keyword):
             if number not in own and number not in flow.main.returns:
-                findings.warn(number, f"{keyword} belongs to C{label}, and is not reached from there", F_WORD)
+                message = f"{keyword} belongs to C{label}, and is not reached from there"
+                findings.say(rules.STRAY_RETURN, number, message)
 
 
 def _stack(findings: Findings, flow: Flow) -> None:
@@ -165,7 +170,8 @@ def _stack(findings: Findings, flow: Flow) -> None:
     calls = flow.main.calls
     if deepest > DEPTH_MOST and calls:
         number = max(calls, key=lambda at: depths.of(calls[at]))
-        findings.error(number, f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}", FLOW)
+        message = f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}"
+        findings.say(rules.DEEP, number, message)
 
 
 class _Depths:
@@ -193,9 +199,8 @@ class _Depths:
                 continue
             number, called = calls.pop()
             if any(called == upper for upper, _ in path):
-                self._findings.warn(
-                    number, f"C{called} calls itself: each time one of {DEPTH_MOST} returns waits", FLOW
-                )
+                message = f"C{called} calls itself: each time one of {DEPTH_MOST} returns waits"
+                self._findings.say(rules.RECURSION, number, message)
             elif called not in self._known:
                 path.append((called, self._calls(called)))
 
@@ -208,10 +213,10 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
             if (known(statement) or 0) & bit and label not in flow.program.labels:
-                findings.warn(number, f"F={bit} calls C{label}, which is not there", F_WORD)
+                findings.say(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
     for number, _ in findings.all("STACK"):
         if "GOTOn" not in findings.words[number + 1 : number + 2]:
-            findings.warn(number, "STACK should be followed by GOTO at once", F_WORD)
+            findings.say(rules.STACK, number, "STACK should be followed by GOTO at once")
 
 
 def _unreachable(findings: Findings, flow: Flow) -> None:
@@ -222,7 +227,7 @@ def _unreachable(findings: Findings, flow: Flow) -> None:
     for number, keyword in enumerate(findings.words):
         here = number in reached
         if not here and before and keyword not in quiet:
-            findings.warn(number, "this is never reached", FLOW)
+            findings.say(rules.UNREACHED, number, "this is never reached")
         before = here or (before and keyword in quiet)
 
 
@@ -231,4 +236,4 @@ def _switches(findings: Findings) -> None:
     for number, keyword in enumerate(findings.words):
         deep += (keyword == "SWITCH") - (keyword == "ENDS")
         if keyword == "SWITCH" and deep == SWITCH_MOST + 1:
-            findings.warn(number, f"more than {SWITCH_MOST} SWITCH within one another", FLOW)
+            findings.say(rules.SWITCHES, number, f"more than {SWITCH_MOST} SWITCH within one another")

@@ -3,7 +3,8 @@
 Commands that have been removed, and assignments without an equal sign, are found where the program is read.
 """
 
-from axistwin.controllers.smartmotor.commands import BRAKE, FAULTS, HARD, SOFT
+from axistwin.controllers.diagnostics import fixing, put_before
+from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.findings import Findings, known
 from axistwin.controllers.smartmotor.functions import CALL_C1, REVERSE
 
@@ -33,9 +34,11 @@ def _limits(findings: Findings) -> None:
             "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
             "UCI UDI ZS at the top makes them ordinary inputs"
         )
-        findings.warn(moves[0], message, HARD)
+        findings.say(rules.LIMITS, moves[0], message)
     elif findings.has("UCI", "UDI", "UCO", "UDO") and not findings.has(*CLEARING):
-        findings.warn(moves[0], "limit faults from switching on still hold: ZS (or Zr and Zl) is missing", HARD)
+        message = "limit faults from switching on still hold: ZS (or Zr and Zl) is missing"
+        clearing = fixing("clear them with ZS", put_before(findings.text(moves[0])[0], "ZS "), sure=False)
+        findings.say(rules.LIMIT_FAULTS, moves[0], message, clearing)
 
 
 def _direction(findings: Findings) -> None:
@@ -43,7 +46,7 @@ def _direction(findings: Findings) -> None:
     for number, statement in findings.all("F="):
         if (known(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
-            findings.warn(number, message, "1.4 Commands modified")
+            findings.say(rules.DIRECTION, number, message)
 
 
 def _faults_end_programs(findings: Findings) -> None:
@@ -56,7 +59,7 @@ def _faults_end_programs(findings: Findings) -> None:
         ]
         if looked_at and findings.words[number] in ("IF", "ELSEIF", "WHILE"):
             message = f"when {looked_at[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
-            findings.warn(number, message, FAULTS)
+            findings.say(rules.ENDS_PROGRAM, number, message)
 
 
 def _soft_limits(findings: Findings) -> None:
@@ -71,7 +74,7 @@ def _soft_limits(findings: Findings) -> None:
             message = (
                 f"software limits are enabled in line {findings.line(enabled)}: SLD before their values are changed"
             )
-            findings.error(number, message, SOFT)
+            findings.say(rules.SOFT_LIMITS, number, message)
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
@@ -80,9 +83,11 @@ def _brake(findings: Findings, command: str, pin: str) -> None:
     if begun is None:
         return
     if f"U{pin}O" not in findings.words[: begun[0]]:
-        findings.warn(begun[0], f"U{pin}O must be given before {command}", BRAKE)
+        output = fixing(f"make pin {pin} an output", put_before(findings.text(begun[0])[0], f"U{pin}O "), sure=False)
+        findings.say(rules.BRAKE_PIN, begun[0], f"U{pin}O must be given before {command}", output)
     disturbing = {f"U{pin}I", f"U{pin}=", *({"RS4", "OCHN()"} if pin == "G" else ())}
     for number in range(begun[0] + 1, len(findings.words)):
         reads = any(f"U{pin}" in part.names for part in findings.statements[number].computed)
         if findings.words[number] in disturbing or reads:
-            findings.warn(number, f"the brake uses pin {pin} since line {findings.line(begun[0])}", BRAKE)
+            message = f"the brake uses pin {pin} since line {findings.line(begun[0])}"
+            findings.say(rules.BRAKE_USED, number, message)

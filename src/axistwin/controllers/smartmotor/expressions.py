@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import interpreter as ops
+from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.interpreter import HIGHEST, LOWEST, STACK, combined, evaluate
 from axistwin.controllers.smartmotor.state import HIDDEN, HIDDEN_MOST
 from axistwin.controllers.smartmotor.variables import ARRAY_SIZES, find
@@ -43,14 +45,19 @@ class Problem:
     position: int
     message: str
     chapter: str = CHAPTER
+    rule: Rule = rules.EXPRESSION
+    end: int = 0
+    """The index behind what it is about; 0: it goes to the end of the statement."""
 
 
 class Malformed(Exception):  # noqa: N818  # it is caught where the statement is read
     """Text that is no expression, or no command.  Never leaves the reader of a statement."""
 
-    def __init__(self, position: int, message: str, chapter: str = CHAPTER) -> None:
+    def __init__(
+        self, position: int, message: str, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
+    ) -> None:
         super().__init__(message)
-        self.problem = Problem(position, message, chapter)
+        self.problem = Problem(position, message, chapter, rule, end)
 
 
 @dataclass(frozen=True)
@@ -206,15 +213,16 @@ class Reader:
                 self._hidden(variable.fetch)
             self.at += len(token)
         else:
-            raise Malformed(self.at, self._unknown(token))
+            raise self._unknown(token)
 
-    def _unknown(self, token: str) -> str:
+    def _unknown(self, token: str) -> Malformed:
         if not self.text[self.at :]:
-            return "a value is missing at the end"
+            return Malformed(self.at, "a value is missing at the end")
         if not token or not token[-1].isalnum():
-            return f"a value is missing before {self.text[self.at]!r}"
+            return Malformed(self.at, f"a value is missing before {self.text[self.at]!r}")
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
-        return f"there is no variable {token}{hint}"
+        message = f"there is no variable {token}{hint}"
+        return Malformed(self.at, message, rule=rules.VARIABLE, end=self.at + len(token))
 
     def _hidden(self, fetch: "Callable[[Motor], int]") -> None:
         place = self._fetched + len(self._fetches)

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
-from axistwin.controllers.diagnostics import Diagnostic, Sent, Severity
-from axistwin.controllers.smartmotor.expressions import Expression
+from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, diagnose
+from axistwin.controllers.smartmotor.expressions import Expression, Problem
 from axistwin.controllers.smartmotor.language import Statement
 from axistwin.controllers.smartmotor.program import Program, word
 
@@ -18,17 +18,18 @@ class Findings:
         self.words = [word(statement) for statement in self.statements]
         self.found: list[Diagnostic] = []
 
-    def error(self, number: int, message: str, chapter: str, position: int = 0) -> None:
-        """The motor will refuse this statement, or what is at this position of its text."""
-        self._add(number, Severity.ERROR, message, chapter, position)
+    def say(self, rule: Rule, number: int, message: str, fix: Fix | None = None) -> None:
+        """Something about a statement."""
+        self.found.append(diagnose(rule, self.text(number), message, fix=fix))
 
-    def warn(self, number: int, message: str, chapter: str, position: int = 0) -> None:
-        """The motor will obey this statement, but hardly as it was meant."""
-        self._add(number, Severity.WARNING, message, chapter, position)
+    def problem(self, number: int, problem: Problem, fix: Fix | None = None) -> None:
+        """What the reader of statements has found wrong with one."""
+        self.found.append(told(self.characters, *self.program.places[number][2:], problem, fix))
 
-    def _add(self, number: int, severity: Severity, message: str, chapter: str, position: int) -> None:
-        at = place(self.characters, self.program.places[number].begin + position)
-        self.found.append(Diagnostic(at.line, at.column, severity, message, chapter))
+    def text(self, number: int) -> Sequence[Sent]:
+        """The characters of a statement."""
+        place = self.program.places[number]
+        return self.characters[place.begin : place.end]
 
     def line(self, number: int) -> int:
         """The line in which a statement stands."""
@@ -49,12 +50,14 @@ class Findings:
         return any(known(statement) is None or (known(statement) or 0) & bit for _, statement in self.all("F="))
 
 
-def place(characters: Sequence[Sent], offset: int) -> Sent:
-    """Where a character stands; just behind the last one if it is missing."""
-    if offset < len(characters):
-        return characters[offset]
-    last = characters[-1]
-    return last._replace(column=last.column + 1)
+def told(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
+    """A problem with the statement from `begin` to `end`; what is missing at its end is just behind it."""
+    here = characters[begin + problem.position : begin + problem.end if problem.end else end]
+    if not here:
+        at = begin + problem.position
+        last = characters[min(at, len(characters)) - 1]
+        here = [characters[at] if at < len(characters) else last._replace(column=last.column + last.width, width=0)]
+    return diagnose(problem.rule, here, problem.message, problem.chapter, fix)
 
 
 def known(statement: Statement) -> int | None:

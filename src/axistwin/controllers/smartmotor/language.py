@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING
 
+from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import interpreter as ops
+from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.expressions import Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.forms import Accept, Form, Instruction
@@ -107,7 +109,8 @@ def command(text: str) -> Statement:
     statement = read(text)
     found = statement.command
     if statement.problem is None and found is not None and Accept.HOST not in found.accepted:
-        return Statement(text, found, (), Problem(0, f"{found.code} stands in a program only", LEXICAL))
+        problem = Problem(0, f"{found.code} stands in a program only", LEXICAL, rules.PROGRAM_ONLY)
+        return Statement(text, found, (), problem)
     return statement
 
 
@@ -118,9 +121,11 @@ def read(text: str) -> Statement:
     try:
         found, begin = _find(text)
         if found is None:
-            raise Malformed(0, _unknown(text), LEXICAL)
+            rule, message = _unknown(text)
+            raise Malformed(0, message, rule.chapter, rule)
         if Accept.REMOVED in found.accepted:
-            raise Malformed(0, f"{found.code} has been removed in 4.76: {found.instead}", found.chapter)
+            message = f"{found.code} has been removed in 4.76: {found.instead}"
+            raise Malformed(0, message, found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
         return Statement(text, found, (), malformed.problem)
@@ -169,18 +174,20 @@ REMOVED = tuple(entry for entry in COMMANDS if isinstance(entry, Instruction) an
 _number_behind = re.compile(r"([A-Z]+|[a-z]+)-?\d+", re.ASCII)
 
 
-def _unknown(text: str) -> str:
+def _unknown(text: str) -> tuple[Rule, str]:
     match = _number_behind.fullmatch(text)
     if match and (_get(f"{match[1]}=") is not None or values(match[1]) is not None):
-        return f"{text}: an assignment needs its equal sign, {match[1]}={text[match.end(1) :]}"
+        better = f"{match[1]}={text[match.end(1) :]}"
+        return rules.EQUAL_SIGN, f"{text}: an assignment needs its equal sign, {better}"
     if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
-        return f"{text[:20]} is no command, and no comment: ' begins one"
+        return rules.NO_COMMENT, f"{text[:20]} is no command, and no comment: ' begins one"
     if text.startswith("=") or text.endswith("="):
-        return f"{text}: no blanks stand around ="
+        return rules.BLANKS, f"{text}: no blanks stand around ="
     if find(text) is not None:
-        return f"{text} is a value, not a command: R{text} reports it"
-    hint = ": commands are upper case" if _find(text.upper())[0] is not None else ""
-    return f"unknown command {text[:40]}{hint}"
+        return rules.VALUE, f"{text} is a value, not a command: R{text} reports it"
+    if _find(text.upper())[0] is not None:
+        return rules.CASE, f"unknown command {text[:40]}: commands are upper case"
+    return rules.UNKNOWN, f"unknown command {text[:40]}"
 
 
 # What stands behind the keyword, form by form
@@ -196,7 +203,7 @@ def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     """Digits that belong to the name: GOSUB5."""
     digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not field.allows(int(digits)):
-        raise Malformed(at, f"{text[at:][:20]} is out of range: {field}", found.chapter)
+        raise Malformed(at, f"{text[at:][:20]} is out of range: {field}", found.chapter, rules.NUMBER)
     return (int(digits),)
 
 
@@ -262,10 +269,10 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
         at = match.end()
     if not listed:
-        raise Malformed(at, f"{array}[…] needs = and a value, or values in a row", EQUAL_SIGN)
+        raise Malformed(at, f"{array}[…] needs = and a value, or values in a row", EQUAL_SIGN, rules.ELEMENTS)
     if text[at:].strip() != ".":
         message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is no number"
-        raise Malformed(at, message, "1.1 Features added")
+        raise Malformed(at, message, "1.1 Features added", rules.ELEMENTS)
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
     code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
@@ -289,7 +296,7 @@ def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
             return tuple(items)
         else:
             behind = f"{text[at:][:20]} cannot stand here" if text[at:] else ") is missing"
-            raise Malformed(at, behind, found.chapter)
+            raise Malformed(at, behind, found.chapter, rules.PRINTED)
 
 
 _byte = re.compile(r"#(\d+)", re.ASCII)
@@ -299,13 +306,13 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
     if text.startswith('"', at):
         end = text.find('"', at + 1)
         if end < 0:
-            raise Malformed(at, "this text has no closing quote", found.chapter)
+            raise Malformed(at, "this text has no closing quote", found.chapter, rules.PRINTED)
         return text[at + 1 : end], end + 1
     if text.startswith("#", at):
         match = _byte.match(text, at)
         digits = (match[1].lstrip("0") or "0") if match else "999"
         if match is None or len(digits) > 3 or int(digits) > 255:
-            raise Malformed(at, "# takes the code of a character, 0…255", found.chapter)
+            raise Malformed(at, "# takes the code of a character, 0…255", found.chapter, rules.PRINTED)
         return bytes((int(digits),)), match.end()
     reader = Reader(text, at)
     return reader.expression(), reader.at
@@ -314,20 +321,20 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     """Whatever stands between the parentheses; VST and VLD take a variable and a number of them."""
     if not text.endswith(")"):
-        raise Malformed(len(text), ") is missing", found.chapter)
+        raise Malformed(len(text), ") is missing", found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]
     if len(found.parameters) != 2:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter)
+        raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter, rules.ARGUMENTS)
     return name, _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
     """A name behind the R: Ra, RAINA1."""
     if find(text[1:]) is None:
-        raise Malformed(1, f"{text[1:][:20]} is not there: {found.syntax}", found.chapter)
+        raise Malformed(1, f"{text[1:][:20]} is not there: {found.syntax}", found.chapter, rules.ARGUMENTS)
     return (_whole(text, 1, found),)
 
 
@@ -346,7 +353,8 @@ def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
-        raise Malformed(at, f"{found.syntax}: device A…H{', channel 0…63' if digital else ''}", found.chapter)
+        message = f"{found.syntax}: device A…H{', channel 0…63' if digital else ''}"
+        raise Malformed(at, message, found.chapter, rules.ARGUMENTS)
     value = _whole(text, match.end(), found)
     return (match[1], int(match[2]), value) if digital else (match[1], value)
 

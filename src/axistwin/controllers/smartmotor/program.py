@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from axistwin.controllers.smartmotor import interpreter as ops
-from axistwin.controllers.smartmotor import lexer
+from axistwin.controllers.smartmotor import lexer, rules
 from axistwin.controllers.smartmotor.commands import FLOW
 from axistwin.controllers.smartmotor.expressions import Expression, Problem
 from axistwin.controllers.smartmotor.forms import Form
@@ -166,7 +166,7 @@ class _Matcher:
     def _break_off(self, number: int, why: str) -> None:
         statement = self.statements[number]
         assert statement.command is not None
-        problem = Problem(0, f"{statement.command.code}: {why}", FLOW)
+        problem = Problem(0, f"{statement.command.code}: {why}", FLOW, rules.BLOCK)
         self.statements[number] = replace(statement, problem=problem)
 
 

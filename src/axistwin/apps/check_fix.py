@@ -1,0 +1,88 @@
+"""Mending what can be mended for sure.  A file is replaced as a whole, or stays as it is."""
+
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from axistwin.controllers.diagnostics import Diagnostic, Edit
+from axistwin.errors import AxistwinError
+
+MOST_ROUNDS = 10
+"""A fix may bring the next fault to light."""
+
+
+def mend(text: str, find: Callable[[str], Sequence[Diagnostic]]) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
+    """The text with all sure fixes, those that were applied, and what is found in it now.
+
+    A round that would bring more errors than it mends is not done.
+    """
+    done: list[Diagnostic] = []
+    found = find(text)
+    for _ in range(MOST_ROUNDS):
+        chosen = _apart(each for each in found if each.fix is not None and each.fix.sure)
+        if not chosen:
+            break
+        better = apply(text, [edit for each in chosen if each.fix for edit in each.fix.edits])
+        left = find(better)
+        if _errors(left) > _errors(found):
+            break
+        text, found = better, left
+        done += chosen
+    return text, done, found
+
+
+def _errors(found: Sequence[Diagnostic]) -> int:
+    return sum(each.severity == "error" for each in found)
+
+
+def _apart(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Those that do not touch one another; each edit once."""
+    chosen: list[Diagnostic] = []
+    taken: list[Edit] = []
+    for each in fixable:
+        assert each.fix is not None
+        if not any(_touch(edit, other) for edit in each.fix.edits for other in taken):
+            chosen.append(each)
+            taken += each.fix.edits
+    return chosen
+
+
+def _touch(one: Edit, other: Edit) -> bool:
+    return one[:2] <= other[2:4] and other[:2] <= one[2:4]
+
+
+def apply(text: str, edits: Iterable[Edit]) -> str:
+    """The text with these edits, from the last to the first.  Its lines keep their ends."""
+    begins = [0]
+    for line in text.splitlines(keepends=True):
+        begins.append(begins[-1] + len(line))
+    for edit in sorted(edits, reverse=True):
+        begin, end = begins[edit.line - 1] + edit.column - 1, begins[edit.end_line - 1] + edit.end_column - 1
+        text = text[:begin] + edit.text + text[end:]
+    return text
+
+
+def read_exactly(file: Path) -> tuple[str, str]:
+    """A file's text with its line ends, and the code it is in."""
+    data = file.read_bytes()
+    encoding = "latin-1" if file.suffix == ".sms" else "utf-8"
+    return data.decode(encoding), encoding
+
+
+def replace(file: Path, text: str, encoding: str) -> None:
+    """Write a new file beside the old one and let it take the old one's place.  Raises AxistwinError."""
+    target = file.resolve()
+    beside = None
+    try:
+        handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        with os.fdopen(handle, "wb") as new:
+            new.write(text.encode(encoding))
+            new.flush()
+            os.fsync(new.fileno())
+        os.chmod(beside, target.stat().st_mode & 0o7777)
+        os.replace(beside, target)
+    except OSError as error:
+        if beside is not None:
+            Path(beside).unlink(missing_ok=True)
+        raise AxistwinError(f"{file} cannot be mended: {(error.strerror or str(error)).lower()}") from None

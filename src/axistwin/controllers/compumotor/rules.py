@@ -1,0 +1,162 @@
+"""What the checker of the 1810 and 1811 can find: its table of codes.
+
+1xx a command and its bytes, 2xx modes and sequences, 3xx moves, 4xx streaming.  A board ignores what is wrong without
+a word.
+"""
+
+from axistwin.controllers.diagnostics import Rule, Severity
+
+E, W = Severity.ERROR, Severity.WARNING
+
+# Chapters of the manual
+LANGUAGE, READING, SEQUENCES = "Command Language", "Reading and writing", "Sequence buffers"
+MODES, DEFINE, STREAM = "Modes", "Pre-defined moves", "Velocity-streaming mode"
+DEFAULT = "31 00 00 00 00 61 A8 00 03 D0 90\n"
+STREAMING = "51 01 04 00 00 00 00\n"
+DISTANCE_TIME = "53 01 04 00 00 00 00 00 02\n"
+
+RULES = (
+    NO_COMMAND := Rule(
+        "CM101", "no such command", E, LANGUAGE,
+        "This opcode means nothing to the board, or is an 1811's and the board an 1810.  `axistwin commands 1811` "
+        "lists them.",
+        "02",
+    ),
+    TOO_LONG := Rule(
+        "CM102", "a command of more than 16 bytes", E, READING,
+        "The input data buffer holds 16 bytes.",
+        "E0" + " 00" * 16,
+    ),
+    TOO_SHORT := Rule(
+        "CM103", "parameter bytes are missing", E, LANGUAGE,
+        "A command with too few parameter bytes is ignored.",
+        "33 00",
+    ),
+    SURPLUS := Rule(
+        "CM104", "too many parameter bytes", E, LANGUAGE,
+        "Surplus bytes must be 00; otherwise the command is ignored.",
+        "70 00 00 01",
+    ),
+    RANGE := Rule(
+        "CM105", "a parameter is out of range", E, LANGUAGE,
+        "The command is ignored.",
+        "08 08",
+    ),
+    NOTHING := Rule(
+        "CM106", "a command that does nothing", W, LANGUAGE,
+        "The opcode is in the manual's list, and the board does nothing on it.",
+        "FE",
+    ),
+    UNKNOWN_NAME := Rule(
+        "CM110", "no command of this name", E, LANGUAGE,
+        "A command is written in hex or by the name that `axistwin commands` lists, its blanks as `_`.",
+        "go_relatve 25000",
+    ),
+    WORD := Rule(
+        "CM111", "a value that cannot be read", E, LANGUAGE,
+        "Behind a command's name stand its values: decimal, hex after 0x, ranges as two digits, switches as on or "
+        "off.  In hex every byte is two digits.",
+        "set_user_bit 3",
+    ),
+    NUMBER_OF_VALUES := Rule(
+        "CM112", "too few or too many values", E, LANGUAGE,
+        "Behind a command's name stand as many values as it has parameters; those that mean nothing are left out.",
+        "go_relative",
+    ),
+    NOT_IN_SEQUENCE := Rule(
+        "CM201", "a command that may not stand in a sequence", E, SEQUENCES,
+        "While a sequence is being defined (D9 … D8) this command is neither stored nor obeyed.",
+        "D9 01\n70\nD8",
+    ),
+    ONLY_IN_SEQUENCE := Rule(
+        "CM202", "a command for sequences only", E, SEQUENCES,
+        "Waits and repeats mean something between D9 and D8 only.",
+        "wait_seconds 2",
+    ),
+    ONLY_STREAMING := Rule(
+        "CM203", "a command for the streaming modes", E, STREAM,
+        "It is ignored in indexer mode.  51, 52 or 53 enter a streaming mode.",
+        "E0" + " 00" * 12,
+    ),
+    NOT_STREAMING := Rule(
+        "CM204", "a command that is not valid in a streaming mode", E, MODES,
+        "It is ignored while a streaming mode is in force.  50 goes back to indexer mode.",
+        STREAMING + "40 01",
+    ),
+    NESTED := Rule(
+        "CM205", "a loop within a loop", E, SEQUENCES,
+        "20 and 21 do not nest: the inner one is ignored.",
+        "D9 01\nrepeat 3 2\nrepeat 1 2\n83\n83\nD8",
+    ),
+    LOOP_TOO_LONG := Rule(
+        "CM206", "a loop over more commands than follow", W, SEQUENCES,
+        "The loop ends with the sequence.",
+        "D9 01\nrepeat 3 2\n83\nD8",
+    ),
+    UNENDED := Rule(
+        "CM207", "a sequence definition that never ends", W, SEQUENCES,
+        "All that follows goes into the sequence until D8 comes.",
+        "D9 01\n83",
+    ),
+    NOT_DEFINING := Rule(
+        "CM208", "the end of no definition", W, SEQUENCES,
+        "D8 ends the definition of a sequence, and none has begun.",
+        "D8",
+    ),
+    NO_SEQUENCE := Rule(
+        "CM209", "a sequence that is not defined", E, SEQUENCES,
+        "41 performs a sequence that has been defined with D9.  Entering a streaming mode deletes all sequences.",
+        "41 02",
+    ),
+    NO_SUCH_MOVE := Rule(
+        "CM301", "a move number that is not kept", E, DEFINE,
+        "There are moves 1 to 50.",
+        "define_relative_move 51 00 1 1 1",
+    ),
+    VELOCITY := Rule(
+        "CM302", "a velocity beyond its range", E, "Positions and moves",
+        "Each velocity range has its highest rate; a move that is faster is not performed.",
+        "31 00 00 00 10 00 00 00 00 00 01",
+    ),
+    ACCELERATION := Rule(
+        "CM303", "acceleration 0", W, "Positions and moves",
+        "A move that cannot accelerate is never performed.",
+        "31 00 00 00 00 61 A8 00 00 00 00",
+    ),
+    NO_MOVE := Rule(
+        "CM304", "a move that is not defined", E, DEFINE,
+        "40 performs a move that has been defined before.",
+        "40 07",
+    ),
+    NOT_GIVEN := Rule(
+        "CM305", "ignored, because something has not been given", E, "Positions and moves",
+        "Default moves need 31, a search for home needs 38, closed-loop moves need B0 to B4.",
+        "33 00 00 00 01",
+    ),
+    TRIGGER := Rule(
+        "CM306", "a trigger with two functions", E, "Stop and kill",
+        "A trigger has one function at a time; the first one must be disabled.",
+        "stop_on_trigger 1 on off\ninterrupt_on_trigger 1 on",
+    ),
+    OTHER_MODE := Rule(
+        "CM401", "data for another streaming mode", E, STREAM,
+        "E0 is for mode 51, E1 for 52, E3 for 53.",
+        STREAMING + "E1" + " 00" * 14,
+    ),
+    SHORT_PAIR := Rule(
+        "CM402", "a velocity-distance pair that is too short", E, STREAM,
+        "Each pair must last 2 ms at least.",
+        STREAMING + "E0 10 00 00 01" + " 00" * 8,
+    ),
+    BEYOND_CLOCK := Rule(
+        "CM403", "more pulses than the clock gives", E, STREAM,
+        "In one update interval the base clock, divided, gives only so many pulses.",
+        DISTANCE_TIME + "E3 01 7F FF" + " 00" * 12,
+    ),
+    NOT_MARKED := Rule(
+        "CM404", "a command that cannot be marked", E, STREAM,
+        "A marker holds a command that is valid while streaming, with two parameter bytes at most.",
+        STREAMING + "EE 7F FE 7C 01 01",
+    ),
+)  # fmt: skip
+"""All of them, in the order of the codes."""

@@ -1,0 +1,276 @@
+"""What the checker of the SmartMotor can find: its table of codes.
+
+1xx a command and its values, 2xx program flow, 3xx mode cam, 4xx what 4.76 does in another way than 4.15 and 4.40,
+5xx a program as a whole and the line to the host.
+"""
+
+from axistwin.controllers.diagnostics import Rule, Severity
+
+E, W = Severity.ERROR, Severity.WARNING
+
+# Chapters: of the 4.76 manual with their numbers, of the guide for the base language by name
+LEXICAL, EXPRESSIONS, FLOW, F_WORD = "Lexical rules", "Variables and mathematics", "Program flow", "7.0 F="
+EQUAL, ARRAYS, CAM, ON_THE_FLY = "8.1 Forced equal sign", "8.2 Arrays", "9.1 Mode cam", "9.5 On-the-fly changes"
+LIMITATIONS, HARD, BRAKE, HOST = (
+    "9.4 Mode cam limitations",
+    "3.1 Hardware limits",
+    "5.1 Brake commands",
+    "Communications",
+)
+WIRED = "UCI UDI ZS "
+
+RULES = (
+    UNKNOWN := Rule(
+        "SM101", "unknown command", E, LEXICAL,
+        "The motor sets Bs and goes on with the next statement.",
+        "FLY",
+    ),
+    REMOVED := Rule(
+        "SM102", "a command that has been removed in 4.76", E, "1.3 Commands removed",
+        "It sets Bs.  The message says what takes its place.",
+        "KGON",
+    ),
+    EQUAL_SIGN := Rule(
+        "SM103", "an assignment without its equal sign", E, EQUAL,
+        "Before 4.76 `A100` was `A=100`; now it sets Bs.",
+        "A100",
+    ),
+    BLANKS := Rule(
+        "SM104", "blanks around =", E, LEXICAL,
+        "A blank ends a statement, so `a = 1` is three statements, and all of them set Bs.",
+        "a =1",
+    ),
+    VALUE := Rule(
+        "SM105", "a value where a command is wanted", E, LEXICAL,
+        "A variable by itself does nothing and sets Bs; with R before it it is reported.",
+        "a",
+    ),
+    CASE := Rule(
+        "SM106", "a command in lower case", E, LEXICAL,
+        "Commands are upper case, variables lower case.",
+        "g=5 endif",
+    ),
+    NO_COMMENT := Rule(
+        "SM107", "a rule that is no comment", E, LEXICAL,
+        "A comment begins with an apostrophe and goes on to the end of the line.",
+        "-----",
+    ),
+    PROGRAM_ONLY := Rule(
+        "SM108", "a command for programs only", E, LEXICAL,
+        "A host cannot say it; the motor sets Bs.",
+        "> WAIT=5\\r", ".talk",
+    ),
+    NUMBER := Rule(
+        "SM109", "a number in a command's name is out of range", E, LEXICAL,
+        "Labels go from 0 to 999, addresses from 0 to 120; the command sets Bs.",
+        "GOSUB1000",
+    ),
+    RANGE := Rule(
+        "SM110", "a value is out of range", E, LEXICAL,
+        "The motor refuses it and keeps the value it has.",
+        "E=40000",
+    ),
+    INDEX := Rule(
+        "SM111", "an array index that is not there", E, ARRAYS,
+        "There are ab[0] to ab[203], aw[0] to aw[101] and al[0] to al[50], in the same memory.",
+        "a=aw[102]",
+    ),
+    EXPRESSION := Rule(
+        "SM112", "an expression that cannot be read", E, EXPRESSIONS,
+        "A value, an operator or a parenthesis is missing, or something stands behind its end.  The motor sets Bs.",
+        "b=2+",
+    ),
+    VARIABLE := Rule(
+        "SM113", "no such variable", E, EXPRESSIONS,
+        "Variables are a…z, aa…zz and aaa…zzz; values of the motor have names in upper case, such as @P or CLK.",
+        "a=FOO",
+    ),
+    ELEMENTS := Rule(
+        "SM114", "array values in a row that are not written so", E, "1.1 Features added",
+        "Values in a row follow the array element after blanks, and the last one ends with a period.",
+        "aw[0] 1 2 3",
+    ),
+    PRINTED := Rule(
+        "SM115", "something that cannot be printed", E, "Reports",
+        "PRINT takes texts in quotes, expressions and codes of characters as #0 to #255, with commas between them, and "
+        "ends with a parenthesis.",
+        'PRINT("go)',
+    ),
+    ARGUMENTS := Rule(
+        "SM116", "a command with other parameters than it takes", E, LEXICAL,
+        "The parameters in parentheses, or the device and channel of an AniLink command, are not what it takes.",
+        "VST(a)",
+    ),
+    OVERFLOW := Rule(
+        "SM117", "a number that does not fit 32 bits", E, EXPRESSIONS,
+        "Bd is set and the statement is not carried out.",
+        "a=3000000000",
+    ),
+    ZERO := Rule(
+        "SM118", "a division by 0", E, EXPRESSIONS,
+        "Bd is set and the statement is not carried out.",
+        "a=b/0",
+    ),
+    BLOCK := Rule(
+        "SM201", "a block without its end, or a part of none", E, FLOW,
+        "IF goes with ENDIF, WHILE with LOOP, SWITCH with ENDS, one within another.  What is left over sets Bs.",
+        "IF a",
+    ),
+    NO_LABEL := Rule(
+        "SM202", "a label that is not there", E, FLOW,
+        "GOTO and GOSUB set Bs and the program goes on behind them.",
+        "GOTO5",
+    ),
+    LABEL_TWICE := Rule(
+        "SM203", "a label that stands twice", E, FLOW,
+        "GOTO and GOSUB go to the first one.",
+        "C5 a=1\nC5",
+    ),
+    RETURN := Rule(
+        "SM204", "a return without a call", W, FLOW,
+        "The program reaches it from above, without a GOSUB: it sets Bs and ends the program.",
+        "GOSUB5 C5 a=1 RETURN",
+    ),
+    OTHER_RETURN := Rule(
+        "SM205", "another return than this routine's", W, F_WORD,
+        "C1, called by a fault, returns with RETURNF; C2, called by pin G, with RETURNI.",
+        "F=32 END C1 RETURN",
+    ),
+    STRAY_RETURN := Rule(
+        "SM206", "RETURNF or RETURNI outside its routine", W, F_WORD,
+        "RETURNF belongs to C1 and RETURNI to C2.",
+        "GOSUB7 END C7 RETURNF",
+    ),
+    DEEP := Rule(
+        "SM207", "more calls within one another than there is room for", E, FLOW,
+        "Ten returns can wait, those of C1 and C2 among them.",
+        "F=96 GOSUB3 END C1 RETURNF C2 RETURNI"
+        + "".join(f" C{n} GOSUB{n + 1} RETURN" for n in range(3, 12)) + " C12 RETURN",
+    ),
+    RECURSION := Rule(
+        "SM208", "a routine that calls itself", W, FLOW,
+        "Each time one more return waits, and there is room for ten.",
+        "GOSUB5 END C5 GOSUB5 RETURN",
+    ),
+    CALLS_NOTHING := Rule(
+        "SM209", "F= calls a label that is not there", W, F_WORD,
+        "F=32 calls C1 on a fault and F=64 calls C2 on pin G.",
+        "F=32 END",
+    ),
+    STACK := Rule(
+        "SM210", "STACK without GOTO", W, F_WORD,
+        "STACK forgets all returns; only a GOTO leads on from there.",
+        "C5 STACK a=1 END",
+    ),
+    UNREACHED := Rule(
+        "SM211", "statements that are never reached", W, FLOW,
+        "Neither the program nor a call from the host gets there.",
+        "END a=1",
+    ),
+    SWITCHES := Rule(
+        "SM212", "too many SWITCH within one another", W, FLOW,
+        "The guide allows four.",
+        "SWITCH a CASE 1 " * 5 + "ENDS " * 5,
+    ),
+    SIZE := Rule(
+        "SM301", "a cam table of an impossible size", E, LIMITATIONS,
+        "SIZE, the highest index of the table, is 4 to 101.",
+        WIRED + "BASE=800 SIZE=3 MC G",
+    ),
+    TABLE := Rule(
+        "SM302", "a cam table that is shorter than SIZE", W, CAM,
+        "The table goes from aw[0] to aw[SIZE]; an entry that is not set is whatever was in the memory.",
+        WIRED + "BASE=8000 SIZE=5 aw[0] 0 1 2 3 0. MC G",
+    ),
+    BASE := Rule(
+        "SM303", "a cam cycle without length", E, CAM,
+        "BASE, the master's counts in one cycle, is positive.",
+        WIRED + "BASE=0 SIZE=5 MC",
+    ),
+    SHORT_BASE := Rule(
+        "SM304", "a cam cycle that is hard to keep up with", W, LIMITATIONS,
+        "The master must move less than a quarter of BASE in a sample.",
+        WIRED + "BASE=4 SIZE=4 MC",
+    ),
+    BASE_BELOW_SIZE := Rule(
+        "SM305", "a cam cycle of fewer counts than table entries", E, CAM,
+        "BASE is at least SIZE.",
+        WIRED + "BASE=9 SIZE=10 MC",
+    ),
+    NOT_GIVEN := Rule(
+        "SM306", "mode cam before BASE= or SIZE=", W, CAM,
+        "MC takes both over when it is issued.",
+        WIRED + "MC BASE=9 SIZE=5",
+    ),
+    NO_DWELL := Rule(
+        "SM307", "a dwell that is none", W, ON_THE_FLY,
+        "D= is a dwell with F=16 or F=128 only.",
+        WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. D=50 MC G",
+    ),
+    INVALID := Rule(
+        "SM308", "a change that makes a CI invalid", W, ON_THE_FLY,
+        "CI waits for the zero point of the cam; until then D=, BASE=, SIZE=, F= and MC cancel it.",
+        WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G CI D=5",
+    ),
+    STALE := Rule(
+        "SM309", "a CI without a new MC", W, ON_THE_FLY,
+        "BASE= and SIZE= take effect by MC and then CI.",
+        WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G BASE=9000 CI",
+    ),
+    LIMITS := Rule(
+        "SM401", "a move of a motor without limit switches", W, HARD,
+        "Since 4.76 limits are active high: with nothing wired the motor is in a limit fault when it is switched on.",
+        "MP G",
+    ),
+    LIMIT_FAULTS := Rule(
+        "SM402", "limit faults that still hold", W, HARD,
+        "UCI and UDI make the limit pins ordinary inputs, but the fault from switching on stays until it is cleared.",
+        "UCI UDI G",
+    ),
+    DIRECTION := Rule(
+        "SM403", "F=2 means something else now", W, "1.4 Commands modified",
+        "Since 4.76 it reverses the shaft's direction.",
+        "F=2",
+    ),
+    ENDS_PROGRAM := Rule(
+        "SM404", "a fault that the program cannot look for", W, "4.3 Fault handling",
+        "Since 4.76 a position error or overheating ends the program, unless F=32 calls C1.",
+        "IF Be a=1 ENDIF",
+    ),
+    SOFT_LIMITS := Rule(
+        "SM405", "software limits changed while they are enabled", E, "3.2 Software limits",
+        "The motor refuses the new value: SLD before, SLE after.",
+        "SLE SLN=5",
+    ),
+    BRAKE_PIN := Rule(
+        "SM406", "a brake pin that is no output", W, BRAKE,
+        "UCO or UGO comes before BRKC or BRKG.",
+        "BRKG",
+    ),
+    BRAKE_USED := Rule(
+        "SM407", "a brake pin that is used for something else", W, BRAKE,
+        "While the pin drives the brake the program leaves it alone.",
+        "UGO BRKG\na=UG",
+    ),
+    TOO_LONG := Rule(
+        "SM501", "a program that does not fit", E, "Program storage",
+        "The motor keeps 32 KiB.",
+        "a=1 \n" * 9000,
+    ),
+    LONG_COMMAND := Rule(
+        "SM502", "a command of more than 64 characters", E, HOST,
+        "The motor drops it and sets Bc.",
+        "> " + "x" * 70 + "\\r", ".talk",
+    ),
+    UNENDED := Rule(
+        "SM503", "a command that is never ended", W, HOST,
+        "A blank or <CR> ends a command; until then the motor waits.",
+        "> RP", ".talk",
+    ),
+    DOWNLOAD := Rule(
+        "SM504", "a download that is never ended", E, "Program storage",
+        "Behind LOAD all characters are the program, up to FFh FFh.",
+        "> LOAD\\r\n> GOTO5 C5 END", ".talk",
+    ),
+)  # fmt: skip
+"""All of them, in the order of the codes."""

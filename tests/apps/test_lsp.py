@@ -1,0 +1,131 @@
+"""The language server over standard input and output, as an editor talks to it."""
+
+import subprocess
+import sys
+
+import pytest
+
+from axistwin.apps import lsp
+from axistwin.apps.cli import axistwin
+from axistwin.errors import MissingExtraError
+
+from .lsp_client import ROOT, Client
+
+SOURCE = """\
+UCI UDI ZS
+A100 'ä
+GOSUB5
+END
+C5 'the stroke
+V=100000
+RETURN
+"""
+
+
+@pytest.fixture(scope="module")
+def client():
+    with Client() as made:
+        yield made
+
+
+def spans(found):
+    return [
+        (d["code"], d["range"]["start"]["line"], d["range"]["start"]["character"], d["range"]["end"]["character"])
+        for d in found
+    ]
+
+
+def test_what_it_can_do(client):
+    assert client.capabilities["hoverProvider"]
+    assert client.capabilities["documentSymbolProvider"]
+    assert client.capabilities["codeActionProvider"]["codeActionKinds"] == ["quickfix"]
+    assert "=" in client.capabilities["completionProvider"]["triggerCharacters"]
+
+
+def test_diagnostics_come_while_somebody_types(client):
+    uri = "file:///bench/home.sms"
+    assert spans(client.open(uri, SOURCE)) == [("SM103", 1, 0, 4)]
+    change = {"range": {"start": {"line": 1, "character": 1}, "end": {"line": 1, "character": 1}}, "text": "="}
+    client.tell("textDocument/didChange", {"textDocument": {"uri": uri, "version": 2}, "contentChanges": [change]})
+    assert client.diagnostics(uri, 2) == []
+    client.tell("textDocument/didClose", {"textDocument": {"uri": uri}})
+
+
+def test_a_fix_is_offered_and_is_the_preferred_one_if_it_is_sure(client):
+    uri = "file:///bench/fix.if1"
+    client.open(uri, "X100$\n:X100:Y\n")
+    place = {"line": 1, "character": 7}
+    (action,) = client.ask(
+        "textDocument/codeAction",
+        {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": {"diagnostics": []}},
+    )
+    assert (action["title"], action["kind"], action["isPreferred"]) == ("End the sequence with :$", "quickfix", True)
+    assert action["edit"]["changes"][uri] == [{"range": {"start": place, "end": place}, "newText": ":$"}]
+
+
+def test_columns_are_of_utf_16(client):
+    uri = "file:///bench/wide.talk"
+    found = client.open(uri, "; model: if1\n; \U0001f600\n> (U61\\r\n> X1\\q\n; \U0001f600 = \n= \U0001f600\n")
+    assert spans(found) == [("AX105", 3, 4, 6), ("AX103", 5, 4, 4)]
+
+
+def test_hover_tells_the_command_its_units_and_the_chapter(client):
+    uri = "file:///bench/move.if1"
+    client.open(uri, "X1000@500$\n")
+    told = client.at("hover", uri, 0, 7)
+    assert told["range"] == {"start": {"line": 0, "character": 5}, "end": {"line": 0, "character": 8}}
+    assert "**@** speed data" in told["contents"]["value"]
+    assert "speed 1…99999 steps/s" in told["contents"]["value"]
+    assert told["contents"]["value"].endswith("Manual: Speed")
+
+
+def test_completion_offers_labels(client):
+    uri = "file:///bench/labels.sms"
+    client.open(uri, SOURCE)
+    found = client.at("completion", uri, 2, 5)
+    assert [each["label"] for each in found["items"]] == ["GOSUB5"]
+
+
+def test_symbols_are_the_labels(client):
+    uri = "file:///bench/symbols.sms"
+    client.open(uri, SOURCE)
+    (symbol,) = client.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri}})
+    assert (symbol["name"], symbol["detail"], symbol["range"]["start"]["line"]) == ("C5", "the stroke", 4)
+
+
+def test_a_scene_and_a_toml_file_that_is_none(client):
+    scene = "file:///bench/bench.toml"
+    assert spans(client.open(scene, '[[controller]]\nmodle = "if1"\n')) == [("SC103", 0, 0, 14), ("SC102", 1, 0, 5)]
+    assert client.open("file:///bench/pyproject.toml", "[project]\nname = 1\n") == []
+
+
+def test_a_conversation_without_a_model_says_so(client):
+    (found,) = client.open("file:///bench/whose.talk", "> (U61\\r\n")
+    assert "does not say whose it is" in found["message"]
+
+
+def test_a_text_of_another_kind_is_left_alone(client):
+    uri = "file:///bench/notes.txt"
+    assert client.open(uri, "x\n") == []
+    assert client.at("hover", uri, 0, 0) is None
+    assert client.at("completion", uri, 0, 0)["items"] == []
+
+
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
+    for name in [each for each in sys.modules if each.partition(".")[0] in ("pygls", "lsprotocol")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "axistwin.apps.lsp_server", raising=False)
+    monkeypatch.setitem(sys.modules, "pygls", None)
+    monkeypatch.setitem(sys.modules, "lsprotocol", None)
+    with pytest.raises(MissingExtraError, match=r'needs pygls: pip install "axistwin\[lsp\]"'):
+        axistwin(["lsp"], standalone_mode=False)
+
+
+def test_the_command_line_does_not_import_it():
+    code = "import sys, axistwin.apps.lsp; print([m for m in sys.modules if m.startswith(('pygls', 'lsprotocol'))])"
+    told = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True,
+        env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},
+    ).stdout  # fmt: skip
+    assert told == "[]\n"
+    assert lsp.lsp.name == "lsp"
