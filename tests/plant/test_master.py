@@ -67,6 +67,8 @@ def test_at_once_and_to_a_stop(clock):
 def test_it_sits_on_a_shaft(clock):
     class Shaft:
         position = 300
+        on_motion = ()
+        resting = False
 
     master = Master(clock)
     master.move(7, 0)

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
+from math import floor
 from typing import Protocol
 
 from axistwin.errors import UsageError
@@ -12,9 +14,16 @@ from axistwin.units import to_ns
 class Followed(Protocol):
     """An axis that a master may sit on."""
 
+    on_motion: list[Callable[[], None]]
+    """Called when it begins to move, or takes another course."""
+
     @property
     def position(self) -> int:
         """Where it stands."""
+
+    @property
+    def resting(self) -> bool:
+        """Whether it stays there until `on_motion` is called."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +63,9 @@ class Master:
         self.run = Run(clock.now, 0, 0, 0)
         """The latest run, perhaps over."""
         self.followed: Followed | None = None
-        """The axis it sits on; its count then cannot be told in advance."""
+        """The axis it sits on; while that moves its count cannot be told in advance."""
+        self._ratio = Fraction(1)
+        self._unwatch: Callable[[], object] = lambda: None
         self.before_change: list[Callable[[], None]] = []
         """Called before its course changes, while `at` still tells the old one."""
         self.on_change: list[Callable[[], None]] = []
@@ -73,7 +84,7 @@ class Master:
     def at(self, time_ns: int) -> int:
         """The count at a time from the beginning of the present run on, as things are now."""
         if self.followed is not None:
-            return self.run.base + self.followed.position
+            return self.run.base + floor(self.followed.position * self._ratio)
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
@@ -85,15 +96,27 @@ class Master:
             raise UsageError(f"move({counts!r}, …): give a whole number of counts")
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
-        self._change(Run(self.clock.now, self.count, counts, to_ns(seconds)), None)
+        count = self.count
+        self._unwatch()
+        self._unwatch = lambda: None
+        self._change(Run(self.clock.now, count, counts, to_ns(seconds)), None)
 
-    def follow(self, axis: Followed) -> None:
-        """From now on it sits on the shaft of this axis, and counts as that does."""
-        self._change(Run(self.clock.now, self.count - axis.position, 0, 0), axis)
+    def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
+        """From now on it sits on the shaft of this axis, and counts `ratio` for each of that axis's units."""
+        base = self.count - floor(axis.position * Fraction(ratio))
+        self._unwatch()
+        self._ratio = Fraction(ratio)
+        axis.on_motion.append(self._moves)
+        self._unwatch = lambda: axis.on_motion.remove(self._moves)
+        self._change(Run(self.clock.now, base, 0, 0), axis)
 
     def stop(self) -> None:
         """It stands still, and sits on no axis."""
         self.move(0, 0)
+
+    def _moves(self) -> None:
+        """The axis it sits on begins to move: what was calculated for rest is over."""
+        self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:
         for action in self.before_change:

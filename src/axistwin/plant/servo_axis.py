@@ -12,6 +12,7 @@ from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.master import Master
+from axistwin.plant.weakness import Weaknesses
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -60,6 +61,9 @@ class Source(Protocol):
     def push(self, counts: int) -> None:
         """The shaft is displaced by so many counts, now."""
 
+    def slip(self, counts: int) -> None:
+        """The encoder turns on its shaft by so many counts, now."""
+
 
 class AtRest:
     """A shaft that nothing turns: the source until there is another."""
@@ -106,6 +110,9 @@ class AtRest:
         axis.shaft += counts
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
+    def slip(self, counts: int) -> None:
+        """Nobody counts."""
+
 
 class EncoderView:
     """The encoder of a servo axis as a person at the bench has it."""
@@ -121,6 +128,14 @@ class EncoderView:
     def displace(self, counts: int) -> None:
         """Somebody turns the shaft by so many counts; it stays there until the motor moves it back."""
         self._axis.push(counts)
+
+    def miscount(self, of: int, out_of: int) -> None:
+        """From now on it counts `of` for each `out_of` counts; 1 of 1: as it should."""
+        self._axis.miscount(of, out_of)
+
+    def slip(self, counts: int) -> None:
+        """It turns on its shaft by so many counts, and nothing else moves."""
+        self._axis.slip(counts)
 
 
 class ServoAxis:
@@ -143,6 +158,10 @@ class ServoAxis:
         """The position while there is no source but rest."""
         self.outside_torque, self.jammed = 0.0, False
         """What `load` and `jam` have made of it, for the source."""
+        self.counts_of, self.counts_out_of = 1, 1
+        """So many counts the encoder makes for so many: 9 of 10, -1 of 1, 0 of 1."""
+        self._torque = Weaknesses(self._replan, self._catch_up)
+        self._supply = Weaknesses(self._replan, self._catch_up)
         self.master = Master(clock)
         """What is wired to pins A and B."""
         self.encoder = EncoderView(self)
@@ -211,6 +230,11 @@ class ServoAxis:
         """Whether the shaft turns or a trajectory is in progress."""
         return self._source.moving()
 
+    @property
+    def resting(self) -> bool:
+        """Whether it stays where it is until somebody tells; a shaft can be turned by hand at any time."""
+        return False
+
     def next_sample_ns(self) -> int | None:
         """When the shaft may be found somewhere else; None: not by itself."""
         return self._source.next_sample_ns()
@@ -243,6 +267,42 @@ class ServoAxis:
         """A shaft that cannot turn, while the trajectory goes on."""
         self._source.catch_up()
         self.jammed = bool(on)
+        self._source.replan()
+
+    @property
+    def strength(self) -> float:
+        """What is left of the motor's torque, 0 to 1."""
+        return self._torque.left
+
+    def weaken(self, left: float) -> Callable[[], None]:
+        """So much is left of the motor's torque, 0 to 1.  Returns what ends it."""
+        return self._torque.add(left)
+
+    @property
+    def supply(self) -> float:
+        """What is left of the supply voltage, 0 to 1."""
+        return self._supply.left
+
+    def sag(self, left: float) -> Callable[[], None]:
+        """So much is left of the supply voltage, 0 to 1.  Returns what ends it."""
+        return self._supply.add(left)
+
+    def _catch_up(self) -> None:
+        self._source.catch_up()
+
+    def _replan(self) -> None:
+        self._source.replan()
+
+    def miscount(self, of: int, out_of: int) -> None:
+        """From now on the encoder counts `of` for each `out_of` counts.  The motor believes it."""
+        self._source.catch_up()
+        self.counts_of, self.counts_out_of = of, out_of
+        self._source.replan()
+
+    def slip(self, counts: int) -> None:
+        """The encoder turns on its shaft by so many counts.  The motor believes it."""
+        self._source.catch_up()
+        self._source.slip(counts)
         self._source.replan()
 
     def push(self, counts: int) -> None:
@@ -280,11 +340,23 @@ class ServoAxis:
 
     # Switches
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> None:
-        """Call `look()` when the shaft has crossed one of these; edge n lies between position n-1 and n."""
+    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+        """Call `look()` when the shaft has crossed one of these; edge n lies between position n-1 and n.
+
+        Returns what ends it.
+        """
+        self._source.catch_up()
         self._edges += edges
         self._looks.append(look)
         self._find_window()
+        self._source.replan()
+
+        def end() -> None:
+            for edge in edges:
+                self._edges.remove(edge)
+            self._looks.remove(look)
+
+        return end
 
     def _find_window(self) -> None:
         position = self.position

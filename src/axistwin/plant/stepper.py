@@ -12,6 +12,7 @@ from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips
+from axistwin.plant.weakness import Weaknesses
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -33,7 +34,22 @@ class EncoderView:
     def displace(self, counts: int) -> None:
         """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
         self._encoder.displace(counts)
-        for action in self._axis.on_push:
+        self._moved()
+
+    def miscount(self, of: int, out_of: int) -> None:
+        """From now on it counts `of` for each `out_of` counts; 1 of 1: as it should."""
+        _ = self.count  # it has counted well so far
+        self._encoder.miscount(of, out_of)
+        self._moved()
+
+    def slip(self, counts: int) -> None:
+        """It turns on its shaft by so many counts, and nothing else moves."""
+        _ = self.count
+        self._encoder.slip(counts)
+        self._moved()
+
+    def _moved(self) -> None:
+        for action in tuple(self._axis.on_push):
             action()
 
 
@@ -58,6 +74,7 @@ class StepperAxis:
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
         self._outside_torque, self._jammed = 0.0, False
+        self._weaknesses = Weaknesses(self._reconsider)
         self._slips: list[Slip] = []
         self._lost = 0  # net pulses lost in strokes that are over
 
@@ -91,6 +108,11 @@ class StepperAxis:
         """Whether pulses are still to come."""
         return self.train.moving(self.clock.now)
 
+    @property
+    def resting(self) -> bool:
+        """Whether it stays where it is until a stroke begins."""
+        return not self.moving
+
     # What a person sees and does
 
     @property
@@ -121,6 +143,23 @@ class StepperAxis:
 
         return self._encoder
 
+    @property
+    def outside_torque(self) -> float:
+        """The torque on the shaft from outside, in N·m."""
+        return self._outside_torque
+
+    @property
+    def jammed(self) -> bool:
+        """Whether the shaft cannot turn."""
+        return self._jammed
+
+    def weaken(self, left: float) -> Callable[[], None]:
+        """So much is left of the motor's torque, 0 to 1: with 0 the rotor stands, an ideal motor knows only 0 and 1.
+
+        Returns what ends it.
+        """
+        return self._weaknesses.add(left)
+
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
         self._outside_torque = newton_metres
@@ -147,9 +186,12 @@ class StepperAxis:
         at_ns = stroke.reaches_ns(stroke.origin + stroke.direction * n)
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> None:
-        """Call `look()` on the very pulse that crosses one of these edges; edge n lies between position n-1 and n."""
-        _EdgeWatch(self, edges, look)
+    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+        """Call `look()` on the very pulse that crosses one of these edges; edge n lies between position n-1 and n.
+
+        Returns what ends it.
+        """
+        return _EdgeWatch(self, edges, look).end
 
     def _lost_in_stroke(self, over: bool = False) -> int:
         if not self._slips:
@@ -162,19 +204,20 @@ class StepperAxis:
     def _find_slips(self, elapsed_ns: int, out_of_step: bool) -> list[Slip]:
         motor = self._motor
         if motor is None:
-            if not self._jammed:
+            if not self._jammed and self._weaknesses.left:
                 return []
             motor = StepperMotor(torque=((0.0, 0.0),), pulses_per_rev=1, rotor_teeth=1)
         return slips(motor, self._torque_needed, self.train.stroke.profile, elapsed_ns, out_of_step)
 
     def _torque_needed(self, acceleration: float) -> float:
-        if self._jammed:
+        if self._jammed or not self._weaknesses.left:
             return float("inf")
         if self._motor is None:
             return 0.0
         inertia = self._motor.inertia + self._load.inertia
         outside = self._outside_torque * self.train.stroke.direction
-        return abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
+        needed = abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
+        return needed / self._weaknesses.left
 
     def _reconsider(self) -> None:
         """The course or the load has changed: what has happened stays, what will happen is found anew."""
@@ -191,7 +234,7 @@ class StepperAxis:
         self._tell()
 
     def _tell(self) -> None:
-        for action in self.on_motion:
+        for action in tuple(self.on_motion):
             action()
 
 
@@ -201,13 +244,32 @@ class _EdgeWatch:
     def __init__(self, axis: StepperAxis, edges: Sequence[int], look: Callable[[], None]) -> None:
         self._axis, self._look_there = axis, look
         self._positions = [position for edge in edges for position in (edge - 1, edge)]
-        self._plan = 0
+        self._plan, self._waiting = 0, False
         axis.on_motion.append(self._look)
 
+    def end(self) -> None:
+        """Come back no more."""
+        self._forget()
+        self._axis.on_motion.remove(self._look)
+
     def _look(self) -> None:
-        self._plan += 1
+        self._forget()
         self._look_there()
         plan, axis = self._plan, self._axis
         due = [at_ns for position in self._positions if (at_ns := axis.reaches_ns(position)) is not None]
-        if due:
-            axis.clock.call_later(min(due) - axis.clock.now, lambda: self._look() if plan == self._plan else None)
+        if due and plan == self._plan:
+            self._waiting = True
+            axis.clock.call_later(min(due) - axis.clock.now, lambda: self._come_back(plan))
+
+    def _forget(self) -> None:
+        """What was planned is void; nobody need wait for it."""
+        self._plan += 1
+        self._axis.clock.background += self._waiting
+        self._waiting = False
+
+    def _come_back(self, plan: int) -> None:
+        if plan == self._plan:
+            self._waiting = False
+            self._look()
+        else:
+            self._axis.clock.background -= 1

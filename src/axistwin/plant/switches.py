@@ -13,8 +13,11 @@ class WatchedAxis(Protocol):
     def position(self) -> int:
         """Where it stands, in its own unit."""
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> None:
-        """Call `look()` whenever it may have crossed one of these; edge n lies between position n-1 and n."""
+    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+        """Call `look()` whenever it may have crossed one of these; edge n lies between position n-1 and n.
+
+        Returns what ends it.
+        """
 
 
 class PositionSwitch:

@@ -30,6 +30,7 @@ class Clock(simpy.Environment):
         """Whether nobody outside minds if a nanosecond takes seconds to compute; who sees it in real time does."""
         self.background = 0
         """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
+        self._onlookers: list[Callable[[], None]] = []
 
     @property
     def quiet(self) -> bool:
@@ -43,6 +44,27 @@ class Clock(simpy.Environment):
         self.schedule(end, priority=_AFTER_EVERYTHING_ELSE, delay=end_ns - self.now)  # type: ignore[arg-type]
         while end.callbacks is not None:  # until it has happened
             self.step()
+
+    def look_on(self, onlooker: Callable[[], None]) -> Callable[[], None]:
+        """Call `onlooker` at the end of each nanosecond in which something happens.  Returns what ends that.
+
+        It may look at everything and must change nothing.  Until somebody looks on, it costs nothing.
+        """
+        self._onlookers.append(onlooker)
+        self.step = self._watched_step  # type: ignore[method-assign]
+
+        def look_away() -> None:
+            self._onlookers.remove(onlooker)
+            if not self._onlookers:
+                del self.step
+
+        return look_away
+
+    def _watched_step(self) -> None:
+        if self._queue and self._queue[0][0] > self.now:
+            for onlooker in tuple(self._onlookers):
+                onlooker()
+        super().step()
 
     def next_event_ns(self) -> int | None:
         """When something happens next, or None while nothing is due."""

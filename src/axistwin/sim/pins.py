@@ -7,6 +7,7 @@ A `UserPin` has volts as well: a TTL terminal with a pull-up resistor that is in
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock, Event, Procedure
@@ -21,16 +22,26 @@ FULL_SCALE = 1023
 """What the analog-to-digital converter makes of 5.0 V."""
 
 
+@dataclass(eq=False)
+class _Held:
+    """A defect that keeps a terminal at a level."""
+
+    level: bool
+
+
 class Pin:
     """A digital terminal of a device.  `level` is the electrical level there, as the family defines it."""
 
     restless = False
     """Whether it changes so often by itself that one looks at it rather than being told."""
+    silent = False
+    """Whether it changes without telling those who watch."""
 
     def __init__(self, clock: Clock, name: str, level: bool = False) -> None:
         self.clock, self.name = clock, name
         self._source = level
         self._driven: bool | None = None
+        self._holds: list[_Held] = []
         self._watchers: list[Callable[[Pin], None]] = []
         self._changed: Event | None = None
         self._flash_ns = 0
@@ -42,6 +53,8 @@ class Pin:
     @property
     def level(self) -> bool:
         """True: high.  For the opto-isolated inputs of the IF1/IF2: current flows."""
+        if self._holds:
+            return self._holds[-1].level
         if self._driven is not None:
             return self._driven
         if self._flash_ns:
@@ -67,6 +80,20 @@ class Pin:
         """Take the test lead away: the terminal goes back to what is connected to it."""
         before, self._driven = self.level, None
         self._settle(before)
+
+    def hold(self, level: bool) -> Callable[[], None]:
+        """A defect keeps the terminal at this level, whoever drives it.  Returns what ends that; the latest counts."""
+        held = _Held(level)
+        before = self.level
+        self._holds.append(held)
+        self._settle(before)
+
+        def let_go() -> None:
+            before = self.level
+            self._holds.remove(held)
+            self._settle(before)
+
+        return let_go
 
     def set(self, level: bool) -> None:
         """What is connected to the terminal (an output stage, a switch, a wire) takes this level."""
@@ -117,8 +144,8 @@ class Pin:
 class UserPin(Pin):
     """A TTL terminal with a 5 kΩ pull-up: open it is at 5 V and high.  It may be read as a voltage, too.
 
-    Who decides about it, the strongest first: a test lead (`drive`), its own output stage (`output`), what is wired to
-    it (`set`), the pull-up resistor.
+    Who decides about it, the strongest first: a defect (`hold`), a test lead (`drive`), its own output stage
+    (`output`), what is wired to it (`set`), the pull-up resistor.
     """
 
     def __init__(self, clock: Clock, name: str) -> None:
@@ -182,9 +209,21 @@ class UserPin(Pin):
         self._volts_watchers.append(watcher)
         return lambda: self._volts_watchers.remove(watcher)
 
+    def hold(self, level: bool) -> Callable[[], None]:
+        """A defect keeps the terminal at 5 V or 0 V, whoever drives it."""
+        let_go = super().hold(level)
+        self._find_volts()
+
+        def ended() -> None:
+            let_go()
+            self._find_volts()
+
+        return ended
+
     def _find_volts(self) -> None:
         level, before = self.level, self._volts
-        stated = (volts for volts in (self._lead, self._stage, self._wired) if volts is not None)
+        held = _volts(self._holds[-1].level) if self._holds else None
+        stated = (volts for volts in (held, self._lead, self._stage, self._wired) if volts is not None)
         self._volts = next(stated, PULLED_UP_VOLTS)
         if self._volts >= HIGH_VOLTS:
             self._source = True

@@ -20,6 +20,7 @@ from typing import Protocol
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.frames import MARK, SPACE, Break, Frame, LineError, Parity, UartFormat
 from axistwin.sim.pins import Pin
+from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
 from axistwin.units import to_ns
 
 __all__ = [
@@ -29,22 +30,6 @@ __all__ = [
 
 _MOMENT_NS = 1
 """Before an edge; far less than a bit."""
-
-
-@dataclass
-class _Disturbance:
-    """What happens to characters on their way."""
-
-    lost: int = 0
-    doubled: int = 0
-    flipped: int = 0
-    flip_mask: int = 0
-    cut: bool = False
-
-    @property
-    def any(self) -> bool:
-        """Whether anything happens to the next character."""
-        return bool(self.lost or self.doubled or self.flipped or self.cut)
 
 
 class Wire(Protocol):
@@ -80,31 +65,54 @@ class Line:
         self._frames: deque[Frame] = deque()
         self._listening = True
         self._idle_from = Fraction(0)
-        self._trouble = _Disturbance()
+        self._troubles: list[Trouble] = []
+        self._cuts: list[object] = []
+        self._free_ns = 0  # until then characters are on their way that have been delayed
 
     # Line faults, on demand
 
+    def disturb(self, trouble: Trouble) -> Callable[[], None]:
+        """Something happens to the characters from now on.  Returns what ends it; ended twice it is ended."""
+        self._troubles.append(trouble)
+        return lambda: self._troubles.remove(trouble) if trouble in self._troubles else None
+
     def lose(self, characters: int = 1) -> None:
         """The next characters never arrive."""
-        self._trouble.lost += characters
+        self.disturb(Trouble(lose, characters))
 
     def double(self, characters: int = 1) -> None:
         """The next characters arrive twice."""
-        self._trouble.doubled += characters
+        self.disturb(Trouble(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
         """In the next characters the data bits in `mask` are inverted; the parity bit is not."""
-        self._trouble.flipped, self._trouble.flip_mask = characters, mask
+        self.disturb(Trouble(flip(mask), characters))
 
     def cut(self) -> None:
         """The wire is open from now on, also in the middle of a character; the receiver sees mark."""
-        self._trouble.cut = True
+        self._cut_by(self)
+
+    def sever(self) -> Callable[[], None]:
+        """The same; returns what mends this cut, and no other."""
+        token = object()
+        self._cut_by(token)
+        return lambda: self._cuts.remove(token)
+
+    def _cut_by(self, token: object) -> None:
+        self._cuts.append(token)
         if self._frames and self._frames[-1].cut_ns is None:
             self._frames[-1].cut_ns, self._frames[-1].intact = self.clock.now, None
 
     def mend(self) -> None:
-        """The wire is whole again."""
-        self._trouble.cut = False
+        """What `cut` has done is mended."""
+        self._cuts = [token for token in self._cuts if token is not self]
+
+    def short(self, duration_ns: int) -> None:
+        """The wire is held at space for so long from now on, whatever the transmitter says."""
+        if self.instant:
+            self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
+        else:
+            self._append(Frame(self.clock.now, (SPACE,), Fraction(duration_ns)))
 
     # The transmitter's side
 
@@ -126,42 +134,50 @@ class Line:
         """Put a character or a break on the wire, now.  Returns how long the wire is taken by it."""
         if isinstance(item, Break):
             return self._carry_break(item)
-        trouble = self._trouble
-        if self.instant and not trouble.any and self.receiver.understands(sent):
+        undisturbed = not self._troubles and not self._cuts and self._free_ns <= self.clock.now
+        if self.instant and undisturbed and self.receiver.understands(sent):
             self.receiver.take(item & ((1 << sent.bytesize) - 1), LineError.NONE)  # nothing to find out on the way
             return 0
-        flips, copies = 0, 1
-        if trouble.flipped:
-            trouble.flipped -= 1
-            flips = trouble.flip_mask
-        if trouble.doubled:
-            trouble.doubled -= 1
-            copies = 2
-        if trouble.lost:
-            trouble.lost -= 1
-            copies = 0
-        if not trouble.cut:
-            for copy in range(copies):
-                self._put(sent, item, flips, 0 if self.instant else copy * sent.frame_ns)
-        return 0 if self.instant else max(copies, 1) * sent.frame_ns
+        passage = self._passage(sent)
+        if not self._cuts:
+            self._pass(passage, item)
+        return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
+
+    def _passage(self, sent: UartFormat) -> Passage:
+        """What becomes of a character that is sent now."""
+        passage = Passage(sent)
+        for trouble in tuple(self._troubles):
+            trouble.meet(passage)
+            if trouble.over and trouble in self._troubles:
+                self._troubles.remove(trouble)
+        return passage
+
+    def _pass(self, passage: Passage, byte: int) -> None:
+        """It arrives as often as it does; what has been delayed is not overtaken."""
+        now_ns, frame_ns = self.clock.now, 0 if self.instant else passage.sent.frame_ns
+        start_ns = max(now_ns + passage.delay_ns, self._free_ns)
+        for copy in range(passage.copies):
+            self._put(passage.sent, byte, passage.flips, start_ns - now_ns + copy * frame_ns)
+        if start_ns > now_ns:
+            self._free_ns = start_ns + passage.copies * frame_ns
 
     def _carry_break(self, item: Break) -> int:
         if self.instant:
-            self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
+            if not self._cuts:
+                self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
             return 0
-        if not self._trouble.cut:
+        if not self._cuts:
             self._append(Frame(self.clock.now, (SPACE,), Fraction(item.duration_ns)))
         return item.duration_ns
 
     def _put(self, sent: UartFormat, byte: int, flips: int, delay_ns: int) -> None:
         intact = None if flips else (sent, byte & ((1 << sent.bytesize) - 1))
         frame = Frame(self.clock.now + delay_ns, sent.frame(byte, flips), sent.bit_ns, intact=intact)
-        if self.instant:
-            self._receive_at_once(frame)
-        elif delay_ns:
-            self.clock.call_later(delay_ns, lambda: self._append(frame))
+        arrive = self._receive_at_once if self.instant else self._append
+        if delay_ns:
+            self.clock.call_later(delay_ns, lambda: arrive(frame))
         else:
-            self._append(frame)
+            arrive(frame)
 
     # The receiver's side
 
@@ -276,6 +292,8 @@ class Uart:
         self.line: Wire = _Nowhere()
         self.peers: tuple[Uart, ...] = ()
         """Whose characters come here."""
+        self.hearers: list[Callable[[int, LineError], None]] = []
+        """Told of each character that the receiver has, after whom it belongs to."""
         self.queue: deque[int | Break] = deque()
         self.sending = False
         self.held = False
@@ -285,6 +303,8 @@ class Uart:
     def take(self, byte: int, errors: LineError) -> None:
         """The receiver has a character."""
         self.on_receive(byte, errors)
+        for hearer in tuple(self.hearers):
+            hearer(byte, errors)
 
     def understands(self, sent: UartFormat) -> bool:
         """Whether characters sent in this format are received as they are."""
@@ -537,6 +557,15 @@ class SerialPort:
         self._uart.send_break(seconds)
         for watcher in tuple(self._break_watchers):
             watcher(seconds)
+
+    @property
+    def control_lines(self) -> dict[str, Pin]:
+        """The device's control lines by its names: its outputs `dtr` and `rts`, its inputs `dsr` and `cts`.
+
+        A host's output is what the device's input is wired to.
+        """
+        own, host = {"dtr": self.dtr_line, "rts": self.rts_line}, self.host
+        return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
 
     @property
     def held(self) -> bool:

@@ -1,0 +1,139 @@
+"""Where a fault can act, by name: lines, terminals, axes, controllers.
+
+    if1.serial  motor.rs485  chain      if1.input1      if1.X      if1
+
+Beside a controller its own things may be called by their own names: `serial`, `input1`, `X`.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import partial
+from typing import Any, Protocol
+
+from axistwin.controllers.product import Product
+from axistwin.errors import UsageError
+from axistwin.plant.axes import Axis
+from axistwin.sim.alarms import Alarms
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin
+from axistwin.sim.registers import RegisterPort
+from axistwin.sim.serial import SerialPort
+
+
+class Machine(Protocol):
+    """A controller, as faults know it."""
+
+    name: str
+    product: Product
+    pins: Mapping[str, Pin]
+    axes: Mapping[str, Axis]
+
+    @property
+    def ports(self) -> dict[str, SerialPort]:
+        """Its own serial ports."""
+
+    @property
+    def bus(self) -> RegisterPort:
+        """Its registers."""
+
+    @property
+    def alarms(self) -> Alarms | None:
+        """Where it tells its fault flags."""
+
+    def power(self, on: bool) -> None:
+        """Switch it."""
+
+
+class World(Protocol):
+    """A bench, as faults know it."""
+
+    clock: Clock
+
+    @property
+    def controllers(self) -> Mapping[str, Any]:
+        """Its controllers by name; each is a `Machine`."""
+
+    @property
+    def lines(self) -> Mapping[str, Any]:
+        """Lines that motors share, by name."""
+
+    def port(self, name: str) -> SerialPort:
+        """The host's end of a line."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Something on the bench that has a name; of the parts those that belong to it are there."""
+
+    name: str
+    controller: Machine | None = None
+    port: SerialPort | None = None
+    pin: Pin | None = None
+    axis: Axis | None = None
+
+    @property
+    def machine(self) -> Machine:
+        """The controller it belongs to."""
+        assert self.controller is not None
+        return self.controller
+
+
+Find = Callable[[], Spot]
+
+
+def lines(world: World) -> Iterator[tuple[str, Find]]:
+    """Serial lines: `if1.serial`, `motor.rs485` once somebody has it, `chain`."""
+    for name, controller in world.controllers.items():
+        for port in controller.ports:
+            called = port if port != name else f"{name}.serial"
+            yield called, partial(Spot, called, controller, controller.ports[port])
+    for name in world.lines:
+        yield name, partial(Spot, name, None, world.port(name))
+
+
+def pins(world: World) -> Iterator[tuple[str, Find]]:
+    """Terminals: `if1.input1`."""
+    for name, controller in world.controllers.items():
+        for pin in controller.pins:
+            yield f"{name}.{pin}", partial(Spot, f"{name}.{pin}", controller, pin=controller.pins[pin])
+
+
+def axes(world: World) -> Iterator[tuple[str, Find]]:
+    """Axes: `if1.X`."""
+    for name, controller in world.controllers.items():
+        for axis in controller.axes:
+            yield f"{name}.{axis}", partial(Spot, f"{name}.{axis}", controller, axis=controller.axes[axis])
+
+
+def controllers(world: World) -> Iterator[tuple[str, Find]]:
+    """Controllers: `if1`."""
+    for name, controller in world.controllers.items():
+        yield name, partial(Spot, name, controller)
+
+
+def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
+    """What can be found by which name.
+
+    The short ones, too: without the controller `here`; and a controller's own where it has only one such thing, or a
+    serial port among them.
+    """
+    full = dict(found)
+    every = dict(full)
+    for name, spot in full.items():
+        controller, _, what = name.partition(".")
+        if what and controller == here:
+            every.setdefault(what, spot)
+        own = [other for other in full if other.partition(".")[0] == controller]
+        if what == "serial" or len(own) == 1:
+            every.setdefault(controller, spot)
+    return every
+
+
+def find(found: Mapping[str, Find], text: str, what: str) -> Spot:
+    """The one of this name.  Raises UsageError with what there is."""
+    if text in found:
+        return found[text]()
+    close = get_close_matches(text, found, n=1)
+    there = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(found) or 'none'}"
+    raise UsageError(f"no {what} {text!r} here: {there}")

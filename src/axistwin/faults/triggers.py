@@ -1,0 +1,191 @@
+r"""What a fault may wait for, as a sentence.
+
+    table.X passes 1000         an axis comes to a position, or jumps over it: on that very pulse or sample
+    table.X passes 1000 up      in the positive direction only, or down
+    table.output1 rises         an edge on a pin; falls, changes
+    table hears X1000           the device has received these characters; a board on a bus, this command in hex
+    table says U\r              the host has received these
+    motor raises Be             a fault flag of the device; the names are its manual's
+    cable begins                another fault, by its name; ends
+
+Names need not have the controller's before them where it is clear whose they are.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from axistwin.errors import UsageError
+from axistwin.faults import places
+from axistwin.faults.places import Find, Spot, World
+from axistwin.plant.axes import Axis
+from axistwin.sim.pins import Pin
+
+if TYPE_CHECKING:
+    from axistwin.faults.desk import Faults
+
+Unwatch = Callable[[], object]
+Arm = Callable[[Callable[[], None]], Unwatch]
+"""Calls what it is given each time it happens; returns what ends that."""
+
+_SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
+_POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?")
+_ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
+_LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
+
+
+def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
+    """What this sentence waits for.  Raises UsageError if there is no such thing."""
+    found = _SENTENCE.fullmatch(text.strip())
+    if found is None or found["verb"] not in _VERBS:
+        raise UsageError(f"when={text!r}: write it like 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
+    return _VERBS[found["verb"]](_Wish(world, faults, here, found["who"], found["verb"], found["what"] or ""))
+
+
+class _Wish:
+    """The parts of a sentence."""
+
+    def __init__(self, world: World, faults: "Faults", here: str, who: str, verb: str, what: str) -> None:
+        self.world, self.faults, self.here = world, faults, here
+        self.who, self.verb, self.what = who, verb, what
+
+    def spot(self, found: Iterable[tuple[str, Find]], thing: str) -> Spot:
+        return places.find(places.names(found, self.here), self.who, thing)
+
+    def wrong(self, example: str) -> UsageError:
+        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: write it like {example!r}")
+
+
+def _passes(wish: _Wish) -> Arm:
+    axis = wish.spot(places.axes(wish.world), "axis").axis
+    assert axis is not None, "an axis was found"
+    found = _POSITION.fullmatch(wish.what)
+    if found is None:
+        raise wish.wrong("X passes 1000")
+    ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
+    return lambda happens: _Passing(axis, int(found["position"]), ways, happens).end
+
+
+class _Passing:
+    """Looks whenever the axis leaves or enters a position; it has passed when it comes from one side and reaches it."""
+
+    def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
+        self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
+        self._side = self._find_side()
+        self.end = axis.watch_edges([position, position + 1], self._look)
+
+    def _find_side(self) -> int:
+        at = self._axis.position
+        return (at > self._position) - (at < self._position)
+
+    def _look(self) -> None:
+        before, self._side = self._side, self._find_side()
+        if before and self._side != before and -before in self._ways:
+            self._happens()
+
+
+def _edge(wish: _Wish) -> Arm:
+    pin = wish.spot(places.pins(wish.world), "pin").pin
+    assert pin is not None, "a terminal was found"
+    if wish.what:
+        raise wish.wrong("input1 rises")
+    wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
+
+    def arm(happens: Callable[[], None]) -> Unwatch:
+        def changed(changed_pin: Pin) -> None:
+            if changed_pin.level in wanted:
+                happens()
+
+        return pin.watch(changed)
+
+    return arm
+
+
+def _hears(wish: _Wish) -> Arm:
+    port = _port(wish)
+    if port is None:
+        board = wish.spot(places.controllers(wish.world), "controller").machine
+        return _messages(board.bus.listen, _hexadecimal(wish))
+    return _characters(port.to_device.receiver.hearers, _written(wish))
+
+
+def _says(wish: _Wish) -> Arm:
+    port = _port(wish)
+    if port is None:
+        board = wish.spot(places.controllers(wish.world), "controller").machine
+        return _messages(board.bus.hear, _hexadecimal(wish))
+    return _characters(port.from_device.receiver.hearers, _written(wish))
+
+
+def _port(wish: _Wish) -> Any:
+    """The host's end of the line; None: it is a board on a bus."""
+    machine = wish.world.controllers.get(wish.who or wish.here)
+    if machine is not None and machine.product.attend is not None:
+        return None
+    return wish.spot(places.lines(wish.world), "serial line").port
+
+
+def _characters(hearers: list[Callable[..., None]], pattern: bytes) -> Arm:
+    def arm(happens: Callable[[], None]) -> Unwatch:
+        latest = bytearray()
+
+        def heard(byte: int, _: object) -> None:
+            latest.append(byte)
+            del latest[: -len(pattern)]
+            if latest == pattern:
+                happens()
+
+        hearers.append(heard)
+        return lambda: hearers.remove(heard)
+
+    return arm
+
+
+def _messages(listen: Callable[[Callable[[bytes], None]], Unwatch], pattern: bytes) -> Arm:
+    return lambda happens: listen(lambda message: happens() if message.startswith(pattern) else None)
+
+
+def _written(wish: _Wish) -> bytes:
+    def meant(escape: re.Match[str]) -> str:
+        return chr(int(escape["hex"], 16)) if escape["hex"] else _LETTERS[escape["letter"]]
+
+    try:
+        pattern = _ESCAPE.sub(meant, wish.what).encode("latin-1")
+    except UnicodeEncodeError:
+        pattern = b""
+    if not pattern:
+        raise wish.wrong(r"if1 hears X1000\r")
+    return pattern
+
+
+def _hexadecimal(wish: _Wish) -> bytes:
+    try:
+        pattern = bytes.fromhex(wish.what)
+    except ValueError:
+        pattern = b""
+    if not pattern:
+        raise wish.wrong("1811 hears 33 00")
+    return pattern
+
+
+def _raises(wish: _Wish) -> Arm:
+    machine = wish.spot(places.controllers(wish.world), "controller").machine
+    alarms = machine.alarms
+    if alarms is None or (wish.what and wish.what not in alarms.names):
+        there = f"there are {', '.join(alarms.names)}" if alarms else "it tells none"
+        raise UsageError(f"{machine.name} raises no flag {wish.what!r}: {there}")
+    return lambda happens: alarms.watch(lambda name: happens() if wish.what in ("", name) else None)
+
+
+def _other_fault(wish: _Wish) -> Arm:
+    if wish.who not in wish.faults.names:
+        raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(wish.faults.names) or 'none yet'}")
+    return lambda happens: wish.faults.watch(
+        lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
+    )
+
+
+_VERBS: dict[str, Callable[[_Wish], Arm]] = {
+    "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _hears, "says": _says,
+    "raises": _raises, "begins": _other_fault, "ends": _other_fault,
+}  # fmt: skip
