@@ -1,294 +1,315 @@
-"""Writes what happens on a bench into a file while it happens: `.csv`, or `.vcd` for GTKWave.
+"""Writes what happens on a bench into a file while it happens: `.csv`, `.vcd` for GTKWave, or `.parquet`.
 
-Only changes are written.  Signals are called `controller.pin`, `controller.says` and `controller.hears` for the serial
-connection as the *host* has it, and per axis `pulses` (net pulses issued), `direction` (1: positive) and, in a VCD,
-`step`: high for 250 ns from each pulse on, which is shorter than half the period of the fastest controller.  A servo
-axis has `position` and `commanded`, in counts, with a change at each sample that brings one.
+Only changes are written.  Which signals there are and what they are called is told in `signals.py` and
+`docs/traces.md`.
 
-Tracing schedules nothing: the pulses of a motion are worked out, in pieces of limited size, when something else
-happens or at the end.  So a bench does exactly the same whether it is traced or not.
+A traced bench does exactly the same as one that is not.  Pulses and samples are worked out when something has come
+together, in pieces of limited size; a trace does not depend on when that is, nor on how the bench is run: changes are
+in order of time, and those of the same nanosecond in the order of the signals.
+
+If the file cannot be written any more the trace is over, which is told; the bench runs on.
 """
 
-import os
-from bisect import bisect_left
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from itertools import chain
-from operator import itemgetter
+from functools import partial
 from pathlib import Path
+from time import monotonic
 from types import TracebackType
 from typing import Self
 
 from axistwin.apps import partners
-from axistwin.apps.events import Changed, Event, Heard, Said, Turned, observing, terminals
-from axistwin.apps.trace_files import COUNT, LEVEL, STEP, STEP_NS, TEXT, VOLTS, Sink, Write, sink_for
+from axistwin.apps.events import terminals
+from axistwin.apps.provenance import provenance
+from axistwin.apps.signals import DEFAULT, FAULTS, TEXT, Signal, catalogue, choose, pin_signal
+from axistwin.apps.trace_axes import ServoTrace, StepperTrace
+from axistwin.apps.trace_batch import Value, Waiting, merged
+from axistwin.apps.trace_files import Output, Sink, sink_for
+from axistwin.apps.trace_registers import Followed, Looked, written
+from axistwin.apps.trace_streams import Dialogue
 from axistwin.bench import Bench, Controller
+from axistwin.controllers.product import Register
 from axistwin.errors import UsageError
-from axistwin.motion.train import Stroke, Train
-from axistwin.plant.counts import Samples
+from axistwin.faults.desk import Fault
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.pins import UserPin
+from axistwin.sim.pins import Pin, UserPin
 
-CHUNK = 1 << 14  # pulses worked out at a time, about
+CHUNK = 1 << 15
+"""Changes written at a time, about."""
+FLUSH_S = 2.0
 
-Change = tuple[int, Write, int]
-"""When, what, to what."""
+_log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     """Trace a bench into `path` meanwhile.
 
-    The file is there, whole, when the block is left in whatever way except by an error: then it is not there.
+    `patterns` choose the signals; `tell` is told if the trace has to end early.
+
+    Raises UsageError if there are no such signals, or no such file can be written.
     """
 
-    def __init__(self, bench: Bench, path: Path) -> None:
-        self.bench, self.path = bench, path.resolve()  # a link is written through, not replaced
+    def __init__(
+        self,
+        bench: Bench,
+        path: Path,
+        patterns: Sequence[str] = (DEFAULT,),
+        tell: Callable[[str], object] = _log.warning,
+    ) -> None:
+        self.bench, self.path, self._tell = bench, path, tell
         self._make = sink_for(path)
-        self._beside = self.path.with_name(self.path.name + ".part")
+        self._flushed_s = 0.0
+        self._chosen = choose(catalogue(bench), patterns)
 
     def __enter__(self) -> Self:
-        self._stack = ExitStack()
         if self.path.exists() and not self.path.is_file():
             raise UsageError(f"{self.path} cannot be written: it is no file")
         try:
-            self._file = self._stack.enter_context(self._beside.open("w", encoding="utf-8", newline=""))
+            self._output = Output(self.path)
         except OSError as error:
             raise UsageError(f"{self.path} cannot be written: {error.strerror}") from None
-        self._tracer = Tracer(self.bench, self._make(self._file, self.bench.now))
-        self._stack.enter_context(self._tracer)
+        self._stack = ExitStack()
+        self._stack.callback(self._output.close)
+        self._tracer = Tracer(self.bench, self._chosen)
+        self._guarded(self._begin)
         return self
 
+    def _begin(self) -> None:
+        bench, tracer = self.bench, self._tracer
+        first = tracer.first()
+        tracer.sink = self._make(self._output, self._chosen, first, bench.now, provenance(bench))
+        tracer.failed = self._failed
+        self._stack.enter_context(tracer)
+
     def catch_up(self) -> None:
-        """Write what has happened by now; who waits for long motions in real time calls it now and then."""
-        self._tracer.catch_up()
+        """Write what has happened by now; who waits for long motions in real time calls it now and then.
+
+        Every two seconds others can read it, too.
+        """
+        now_s = monotonic()
+        for_others = now_s - self._flushed_s >= FLUSH_S
+        if self._tracer.sink is not None:
+            self._guarded(partial(self._tracer.catch_up, for_others=for_others))
+        self._flushed_s = now_s if for_others else self._flushed_s
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        failed = kind is not None and issubclass(kind, Exception)  # a Ctrl-C is no failure
-        if not failed:
-            self._tracer.finish()
+        if self._tracer.sink is not None:
+            self._guarded(self._tracer.finish)
         self._stack.close()
-        if failed:
-            self._beside.unlink()
-        else:
-            os.replace(self._beside, self.path)
+
+    def _guarded(self, do: Callable[[], None]) -> None:
+        try:
+            do()
+        except OSError as error:
+            self._failed(error)
+
+    def _failed(self, error: OSError) -> None:
+        """What has been written stays; nobody watches any more."""
+        self._tracer.sink = None
+        self._stack.close()
+        self._tell(f"the trace {self.path.name} ends here, at {self.bench.seconds:.6f} s: {error.strerror}")
 
 
 class Tracer:
-    """Turns what happens into changes of signals, in order of time."""
+    """Gathers changes of signals, and writes them in order of time."""
 
-    def __init__(self, bench: Bench, sink: Sink) -> None:
-        self.bench, self.sink = bench, sink
+    def __init__(self, bench: Bench, signals: Sequence[Signal]) -> None:
+        self.bench, self.signals = bench, signals
+        self.sink: Sink | None = None
+        self.failed: Callable[[OSError], None] = lambda error: None
+        self._places = {signal.full: n for n, signal in enumerate(signals)}
+        self._waiting = Waiting(signals)
         self._upto_ns = bench.now
+        self._strokes = 0
         self._writing = False
-        self._levels: dict[tuple[str, str], Write] = {}
-        self._speakers: dict[tuple[str, bool], _Speaker] = {}
-        self._volts: dict[tuple[str, str], Write] = {}
-        self._axes: list[_AxisTrace | _ServoTrace] = []
+        self._steppers: list[StepperTrace] = []
+        self._servos: list[ServoTrace] = []
+        self._ahead: list[ServoAxis] = []
+        """Whose controllers compute ahead of the clock."""
+        self._registers: list[Looked] = []
+        self._followed: list[Followed] = []
+        self._first: dict[str, Value] = {}
+        self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
             self._add(controller)
         for name in partners.names(bench):
-            if name not in bench.controllers:
-                self._add_speakers(name)
+            self._add_streams(name)
+        self._most_strokes = (
+            min((stepper.train.strokes.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
+        )
 
-    def _add(self, controller: Controller) -> None:
-        add, name = self.sink.add, controller.name
-        for pin_name, pin in terminals(controller).items():
-            self._levels[name, pin_name] = add(name, pin_name.replace(".", "_"), LEVEL, int(pin.level))
-            if isinstance(pin, UserPin):
-                self._volts[name, pin_name] = add(name, f"{pin_name}_volts", VOLTS, pin.volts)
-        if name in partners.names(self.bench):
-            self._add_speakers(name)
-        for axis_name, axis in controller.axes.items():
-            scope = f"{name}.{axis_name}"
-            if isinstance(axis, ServoAxis):
-                self._axes.append(_ServoTrace(self.sink, scope, axis))
-            else:
-                self._axes.append(_AxisTrace(self.sink, scope, axis.train, self.bench.now))
-
-    def _add_speakers(self, name: str) -> None:
-        for by_host, who in ((True, "host_says"), (False, "controller_says")):
-            write = self.sink.add(name, who, TEXT, 0)
-            self._speakers[name, by_host] = _Speaker(write, partners.at_a_bus(self.bench, name))
+    def first(self) -> list[Value]:
+        """What each signal is to begin with."""
+        return [self._first.get(signal.full, b"" if signal.kind == TEXT else 0) for signal in self.signals]
 
     def __enter__(self) -> Self:
         """Watch."""
         self._stack = ExitStack()
-        self._stack.enter_context(observing(self.bench, self._take))
-        for controller in self.bench.controllers.values():
-            for axis in controller.axes.values():
-                axis.on_motion.append(self.catch_up)
-                self._stack.callback(axis.on_motion.remove, self.catch_up)
-        for trace in self._axes:
-            if isinstance(trace, _ServoTrace):
-                self._stack.callback(trace.axis.watch(trace.take))
+        for begin in self._begin:
+            begin(self._stack)
+        self._stack.callback(self.bench.clock.look_on(self._look))
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
+    def catch_up(self, *, for_others: bool = True) -> None:
+        """Write what has happened before now, if need be so that others can read it."""
+        self._write(self.bench.now)
+        if self.sink is not None and for_others:
+            self.sink.flush()
+
     def finish(self) -> None:
         """Write what has happened up to now, inclusive; after a Ctrl-C in the middle of a piece, no more than that."""
         if not self._writing:
-            self._write_pulses(self.bench.now + 1)
-        self.sink.end(self.bench.now)
-
-    def _take(self, event: Event) -> None:
-        self.catch_up()
-        if isinstance(event, Changed):
-            self._levels[event.controller, event.pin](event.time_ns, int(event.level))
-        elif isinstance(event, Turned):
-            self._volts[event.controller, event.pin](event.time_ns, event.volts)
-        elif isinstance(event, Said | Heard):
-            self._speak(event)
-
-    def _speak(self, event: Said | Heard) -> None:
-        by_host = isinstance(event, Said)
-        speaker = self._speakers[event.controller, by_host]
-        speaker.say(event.time_ns, self._visible(event))
-        self._speakers[event.controller, not by_host].listen(event.time_ns, speaker.over)
-
-    def _visible(self, event: Said | Heard) -> bytes:
-        """Characters as they are; what is said on a bus in hex."""
-        if not partners.at_a_bus(self.bench, event.controller):
-            return event.data
-        return partners.codec_at(self.bench, event.controller).show(event.data).encode()
-
-    def catch_up(self) -> None:
-        """Write what has happened before now."""
-        self._write_pulses(self.bench.now)
-
-    def _write_pulses(self, before_ns: int) -> None:
-        """All changes that pulses have made since the last time, in pieces."""
-        for axis in self._axes:
-            axis.catch_up()  # what it has done may come here first
-        since_ns = self._upto_ns
-        pieces = sum(axis.count(since_ns, before_ns) for axis in self._axes) // CHUNK + 1
-        for piece in range(1, pieces + 1):
-            until_ns = since_ns + (before_ns - since_ns) * piece // pieces
-            changes = chain.from_iterable(axis.changes(self._upto_ns, until_ns) for axis in self._axes)
-            self._writing = True
-            for time_ns, write, value in sorted(changes, key=itemgetter(0)):
-                write(time_ns, value)
-            self._upto_ns, self._writing = until_ns, False
-
-
-class _Speaker:
-    """The message that one end of a serial connection is saying; `whole`: it is said at once, as on a bus."""
-
-    def __init__(self, write: Write, whole: bool) -> None:
-        self._write, self._message, self._shown = write, b"", b""
-        self._whole = whole
+            self._look_at_registers()
+            self._write(self.bench.now + 1)
+        if self.sink is not None:
+            self.sink.end(self.bench.now)
 
     @property
-    def over(self) -> bool:
-        """Whether the terminator has been said."""
-        return self._whole or self._message.endswith((b"\r", b"\n"))
+    def _sources(self) -> list[StepperTrace | ServoTrace | Followed]:
+        """What keeps its changes itself."""
+        return [*self._steppers, *self._servos, *self._followed]
 
-    def say(self, time_ns: int, data: bytes) -> None:
-        """More characters, or the first of the next message."""
-        self._message = data if self.over and data != b"\n" else self._message + data
-        self._show(time_ns, self._message)
+    # What there is
 
-    def listen(self, time_ns: int, answered: bool) -> None:
-        """The other end speaks; if that was a whole message, the next words here are a new one."""
-        if answered:
-            self._message = b""
-        self._show(time_ns, b"")
+    def _place(self, *name: str) -> int | None:
+        return self._places.get(".".join(name))
 
-    def _show(self, time_ns: int, text: bytes) -> None:
-        if text != self._shown:
-            self._shown = text
-            self._write(time_ns, text)
+    def _add(self, controller: Controller) -> None:
+        name = controller.name
+        for pin_name, pin in terminals(controller).items():
+            self._add_pin(name, pin_name, pin)
+        self._add_faults(name)
+        found = {key: register for key, register in controller.registers.items() if f"{name}.{key}" in self._places}
+        if found:
+            self._add_registers(controller, found)
+        for axis_name, axis in controller.axes.items():
+            scope = f"{name}.{axis_name}"
+            wanted = {s.name: n for n, s in enumerate(self.signals) if s.scope == scope}
+            if isinstance(axis, ServoAxis) and wanted:
+                self._add_servo(scope, ServoTrace(axis, wanted))
+            elif wanted and not isinstance(axis, ServoAxis):
+                self._add_stepper(scope, StepperTrace(axis.train, wanted, self.bench.now), axis.on_motion)
 
+    def _add_pin(self, controller: str, pin_name: str, pin: Pin) -> None:
+        add, clock = self._waiting.add, self.bench.clock
+        level = self._place(controller, pin_signal(pin_name))
+        if level is not None:
+            self._first[f"{controller}.{pin_signal(pin_name)}"] = int(pin.level)
+            self._begin.append(lambda stack: stack.callback(pin.watch(lambda _: add(clock.now, level, int(pin.level)))))
+        volts = self._place(controller, f"{pin_name}_volts")
+        if volts is not None and isinstance(pin, UserPin):
+            self._first[f"{controller}.{pin_name}_volts"] = pin.volts
+            self._begin.append(
+                lambda stack: stack.callback(pin.watch_volts(lambda _: add(clock.now, volts, pin.volts)))
+            )
 
-class _AxisTrace:
-    """The signals of an axis."""
+    def _add_streams(self, name: str) -> None:
+        host, controller = self._place(name, "host_says"), self._place(name, "controller_says")
+        if host is None and controller is None:
+            return
+        dialogue = Dialogue(self._waiting.add, host, controller)
+        self._begin.append(partial(dialogue.listen, self.bench, name))
 
-    def __init__(self, sink: Sink, scope: str, train: Train, now_ns: int) -> None:
-        self.train = train
-        self._direction = train.stroke.direction
-        self.direction = sink.add(scope, "direction", LEVEL, int(self._direction > 0))
-        self.step = sink.add(scope, "step", STEP, 0)
-        self.pulses = sink.add(scope, "pulses", COUNT, train.stroke.position_at(now_ns))
-        self._falls_ns: list[int] = []
+    def _add_faults(self, name: str) -> None:
+        place = self._place(name, FAULTS)
+        if place is None:
+            return
 
-    def catch_up(self) -> None:
-        """A train knows all it has done."""
+        def changed(fault: Fault, what: str) -> None:
+            if fault.spot.name.partition(".")[0] == name:
+                self._waiting.add(self.bench.now, place, self._faults(name, fault if what == "ends" else None))
 
-    def count(self, since_ns: int, before_ns: int) -> int:
-        """How many pulses there are from `since_ns` to before `before_ns`."""
-        return sum(last - first + 1 for _, first, last in self._stretches(since_ns, before_ns))
+        self._first[f"{name}.{FAULTS}"] = self._faults(name, None)
+        self._begin.append(lambda stack: stack.callback(self.bench.faults.watch(changed)))
 
-    def changes(self, since_ns: int, before_ns: int) -> list[Change]:
-        """What changes in that time, not in order."""
-        found: list[Change] = []
-        for stroke, first, last in self._stretches(since_ns, before_ns):
-            if stroke.start_ns >= since_ns and stroke.direction != self._direction:
-                self._direction = stroke.direction
-                found.append((stroke.start_ns, self.direction, int(stroke.direction > 0)))
-            if last >= first:
-                found += self._pulses(stroke, first, last)
-        due = bisect_left(self._falls_ns, before_ns)
-        found += [(fall_ns, self.step, 0) for fall_ns in self._falls_ns[:due]]
-        del self._falls_ns[:due]
-        return found
+    def _faults(self, name: str, over: Fault | None) -> bytes:
+        """Those that a controller has, without one that ends just now."""
+        there = (fault for fault in self.bench.faults if fault.on and fault is not over)
+        return ", ".join(sorted(fault.name for fault in there if fault.spot.name.partition(".")[0] == name)).encode()
 
-    def _pulses(self, stroke: Stroke, first: int, last: int) -> Iterator[Change]:
-        import numpy as np
+    def _add_registers(self, controller: Controller, registers: dict[str, Register]) -> None:
+        places = {key: self._places[f"{controller.name}.{key}"] for key in registers}
+        self._first |= {f"{controller.name}.{key}": written(register.read()) for key, register in registers.items()}
 
-        times = np.empty(last - first + 1, np.int64)
-        stroke.profile.fill_pulse_times(first, stroke.start_ns, times)
-        self._falls_ns += (times + STEP_NS).tolist()
-        for n, time_ns in enumerate(times.tolist(), start=first):
-            yield time_ns, self.step, 1
-            yield time_ns, self.pulses, stroke.origin + stroke.direction * n
+        def follow(stack: ExitStack) -> None:
+            followed = Followed(tuple(places.values()), registers)
+            end = controller.follow(tuple(registers), followed.take)
+            if end is None:
+                looked = (Looked(places[key], register, self._waiting.add) for key, register in registers.items())
+                self._registers += looked
+            else:
+                self._followed.append(followed)
+                self._ahead += [axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)]
+                stack.callback(end)
 
-    def _stretches(self, since_ns: int, before_ns: int) -> Iterator[tuple[Stroke, int, int]]:
-        """The strokes in that time, each with the first and the last of its pulses that fall in it."""
-        strokes: list[Stroke] = []
-        for stroke in reversed(self.train.strokes):
-            if stroke.start_ns < before_ns:
-                strokes.append(stroke)
-            if stroke.start_ns < since_ns:  # one that begins here may follow on the last pulse of another
-                break
-        for stroke in reversed(strokes):
-            before = stroke.profile.pulses_by(since_ns - 1 - stroke.start_ns)
-            yield stroke, before + 1, stroke.profile.pulses_by(before_ns - 1 - stroke.start_ns)
+        self._begin.append(follow)
 
+    def _add_stepper(self, scope: str, trace: StepperTrace, on_motion: list[Callable[[], None]]) -> None:
+        self._steppers.append(trace)
+        self._first |= {
+            f"{scope}.{name}": trace.first(name, self.bench.now) for name in ("direction", "pulses", "velocity")
+        }
 
-class _ServoTrace:
-    """The signals of a servo axis.  It is told what has been, and keeps it until it is written."""
+        def watch(stack: ExitStack) -> None:
+            on_motion.append(self._count_stroke)
+            stack.callback(on_motion.remove, self._count_stroke)
 
-    def __init__(self, sink: Sink, scope: str, axis: ServoAxis) -> None:
-        self.axis = axis
-        self._position = axis.position
-        self._commanded = axis.commanded
-        self.position = sink.add(scope, "position", COUNT, self._position)
-        self.commanded = sink.add(scope, "commanded", COUNT, self._commanded)
-        self._changes: list[Change] = []
+        self._begin.append(watch)
 
-    def take(self, samples: Samples) -> None:
-        """What has been."""
-        time_ns = samples.start_ns
-        for position, commanded in zip(samples.positions, samples.commanded, strict=True):
-            if position != self._position:
-                self._position = int(position)
-                self._changes.append((time_ns, self.position, self._position))
-            if commanded != self._commanded:
-                self._commanded = int(commanded)
-                self._changes.append((time_ns, self.commanded, self._commanded))
-            time_ns += samples.period_ns
+    def _add_servo(self, scope: str, trace: ServoTrace) -> None:
+        self._servos.append(trace)
+        self._ahead.append(trace.axis)
+        self._first |= {f"{scope}.{name}": trace.first(name) for name in ("position", "commanded")}
+        self._begin.append(lambda stack: stack.callback(trace.axis.watch(trace.take)))
 
-    def catch_up(self) -> None:
-        """Hear what has been by now."""
-        self.axis.catch_up()
+    # As it happens
 
-    def count(self, _since_ns: int, before_ns: int) -> int:
-        """How many changes wait to be written."""
-        return bisect_left(self._changes, before_ns, key=itemgetter(0))
+    def _count_stroke(self) -> None:
+        self._strokes += 1
 
-    def changes(self, _since_ns: int, before_ns: int) -> list[Change]:
-        """Those before a time."""
-        due = bisect_left(self._changes, before_ns, key=itemgetter(0))
-        found, self._changes = self._changes[:due], self._changes[due:]
-        return found
+    def _look(self) -> None:
+        """A nanosecond in which something has happened is over."""
+        self._look_at_registers()
+        much = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
+        late = any(servo.waiting >= CHUNK for servo in self._servos)
+        late |= any(followed.waiting >= CHUNK for followed in self._followed)
+        if (much or late) and self.sink is not None:
+            try:
+                self._write(self.bench.now + 1)
+            except OSError as error:
+                self.failed(error)
+
+    def _look_at_registers(self) -> None:
+        now_ns = self.bench.clock.now
+        for register in self._registers:
+            register.look(now_ns)
+
+    def _write(self, before_ns: int) -> None:
+        """All changes since the last time, in pieces."""
+        for axis in self._ahead:
+            axis.catch_up()  # what it has done comes here first
+        self._strokes = 0
+        self._write_span(before_ns)
+
+    def _write_span(self, before_ns: int) -> None:
+        """In halves if there are too many pulses in it; all else that waits is limited anyway."""
+        since_ns = self._upto_ns
+        if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
+            self._write_span((since_ns + before_ns) // 2)
+            self._write_span(before_ns)
+        else:
+            self._write_piece(before_ns)
+
+    def _write_piece(self, before_ns: int) -> None:
+        self._writing = True
+        texts: list[bytes] = []
+        parts = self._waiting.parts(before_ns, texts)
+        for source in self._sources:
+            parts += source.parts(self._upto_ns, before_ns)
+        if self.sink is not None and parts:
+            self.sink.write(merged(parts, texts))
+        self._upto_ns, self._writing = before_ns, False

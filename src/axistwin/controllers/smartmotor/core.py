@@ -9,11 +9,11 @@ blocks makes no difference to what the motor does.  A motor that rests costs not
 """
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from axistwin.controllers.smartmotor import jit
+from axistwin.controllers.smartmotor import jit, log
 from axistwin.controllers.smartmotor.kernel import ALL_DONE, BEFORE_SAMPLE, advance
 from axistwin.controllers.smartmotor.machine import FLOATS
 from axistwin.controllers.smartmotor.servo import rest, resting
@@ -30,6 +30,7 @@ from axistwin.controllers.smartmotor.state import (
     RUNNING,
     SAMPLE,
     SHAFT,
+    SLIPPED,
     VARIABLES,
     WAIT_UNTIL,
 )
@@ -47,6 +48,8 @@ STACK = 64
 
 Listener = Callable[[int, "array[int]", "array[int]"], None]
 """Told the number of the first sample, and where the shaft was and should have been in it and in those that follow."""
+Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
+"""Told the times in ns at which numbers have changed that it follows, which of them, and to what."""
 
 
 @dataclass(frozen=True)
@@ -74,10 +77,13 @@ class Core:
         self.f = array("d", bytes(8 * FLOATS))
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
         self.i[HOST_SIZE] = len(self.ring)
+        self.log = log.empty()
         self.listeners: list[Listener] = []
         self.running = True
         self.one_by_one: Callable[[], None] | None = None
         """If somebody has to be asked before each sample: ask him."""
+        self._follower: Follower | None = None
+        self._restless = False
         self._engine = _Engine(self)
         self._block: _Block | None = None
         self._most, self._plan = SHORTEST, 0
@@ -98,7 +104,7 @@ class Core:
         done = self.due - self.i[SAMPLE]
         block = self._block
         if block is None or block.resting or done <= 0 or block.samples == 0:
-            return self.i[SHAFT]
+            return self.i[SHAFT] + self.i[SLIPPED]
         return self._engine.shaft[min(done, block.samples) - 1]
 
     @property
@@ -149,13 +155,49 @@ class Core:
         if block is None or block.resting or done <= 0 or block.samples == 0:
             return self._moved
         at, shaft = min(done, block.samples) - 1, self._engine.shaft
-        return shaft[at] - (shaft[at - 1] if at else self.i[SHAFT])
+        return shaft[at] - (shaft[at - 1] if at else self.i[SHAFT] + self.i[SLIPPED])
 
     def stop(self) -> None:
         """No more samples."""
         self.catch_up()
+        self._tell_changes()
         self.running = False
         self._plan += 1
+
+    # Who follows what
+
+    def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
+        """From now on tell one follower of each change of these numbers, an operation and a place each (`log.py`).
+
+        `restless`: there are some among them that change while the motor rests, so it must not.
+        """
+        if self.running:
+            self.catch_up()
+        self.log = log.following(numbers, self.i, self.v)
+        self._follower, self._restless = follower, restless
+
+    def unfollow(self) -> None:
+        """Nobody follows anything any more."""
+        if self.running:
+            self.catch_up()
+        self.log, self._follower, self._restless = log.empty(), None, False
+
+    def _tell_changes(self) -> None:
+        """Tell what Python has changed, at its time."""
+        if self._follower is not None:
+            self.log[log.USED] = 0
+            log.note(self.i, self.v, self.log)
+            samples, which, values = log.changes(self.log)
+            if samples:
+                self._follower([self.clock.now] * len(samples), which, values)
+
+    def tell(self, done: "array[int]") -> None:
+        """A block with this log is the truth: tell what the kernel has changed."""
+        if self._follower is not None:
+            self.log[log.head(done)] = done[log.head(done)]
+            samples, which, values = log.changes(done)
+            if samples:
+                self._follower([self.time_ns(sample) for sample in samples], which, values)
 
     # Blocks
 
@@ -165,6 +207,7 @@ class Core:
         if not self.running:
             return
         self._take_part()
+        self._tell_changes()
         self._plan += 1
         most = min(self._most, self._engine.longest)
         if self.one_by_one is not None:
@@ -192,6 +235,7 @@ class Core:
         if not self.running:
             return
         self._plan += 1
+        self._tell_changes()
         if block.why == ALL_DONE and block.samples > self.i[DEBOUNCE] and self._rests():
             waits = self.i[WAIT_UNTIL] - 1 - self.i[SAMPLE] if self.i[PROGRAM] == RUNNING else 0
             if waits > 0:
@@ -199,11 +243,14 @@ class Core:
                 self._come_back()
             else:
                 self._asleep = True
+                self._engine.forget()
         elif not self._deferred:
             self._look_ahead()
 
     def _rests(self) -> bool:
         """Whether nothing happens any more but that a WAIT ends."""
+        if self._restless:
+            return False
         i = self.i
         program = i[PROGRAM] != RUNNING or i[SAMPLE] + 1 < i[WAIT_UNTIL]
         quiet = not i[BT] and not i[PENDING] and not i[MASTER_LEFT] and i[MODE] < M_FOLLOW
@@ -245,7 +292,7 @@ class Core:
     def _commit(self, block: _Block) -> None:
         at, shaft = block.samples - 1, self._engine.shaft
         if at >= 0:
-            self._moved = shaft[at] - (shaft[at - 1] if at else self.i[SHAFT])
+            self._moved = shaft[at] - (shaft[at - 1] if at else self.i[SHAFT] + self.i[SLIPPED])
         self._engine.commit(block)
 
     def _rest(self, samples: int) -> None:
@@ -253,7 +300,10 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the truth: plain Python at first, compiled when that pays."""
+    """Runs the kernel on copies of the truth: plain Python at first, compiled when that pays.
+
+    Where the shaft is in each sample of a block is kept in arrays that grow with the blocks.
+    """
 
     plain_samples: ClassVar[int] = 0
     """How many have been done in plain Python so far; nothing that a motor could notice."""
@@ -261,9 +311,9 @@ class _Engine:
 
     def __init__(self, core: Core) -> None:
         self._core = core
-        self.shaft, self.commanded = array("q", bytes(8 * LONGEST)), array("q", bytes(8 * LONGEST))
+        self.shaft, self.commanded = array("q"), array("q")
         self._stack = array("q", bytes(8 * STACK))
-        self._code = core.code
+        self._code, self._log, self._followed = core.code, core.log, core.log
         self._copies: tuple[Any, ...] = ()
         self._views: tuple[Any, ...] = ()
 
@@ -275,6 +325,7 @@ class _Engine:
     def run(self, most: int) -> tuple[int, int]:
         """Do up to `most` samples from the truth on; returns why it stopped and how many were done."""
         core = self._core
+        self._make_room(most)
         if compiled := self._compiled():
             self._renew_views()
             i, v, f, ring = self._copies
@@ -282,7 +333,7 @@ class _Engine:
             why = compiled(*self._views, most)
         else:
             i, v, f, ring = self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
-            why = advance(i, v, f, self._stack, core.code, ring, self.shaft, self.commanded, most)
+            why = advance(i, v, f, self._stack, core.code, ring, self.shaft, self.commanded, self._log, most)
             _Engine.plain_samples += i[SAMPLE] - core.i[SAMPLE]
         return why, i[SAMPLE] - core.i[SAMPLE]
 
@@ -299,9 +350,24 @@ class _Engine:
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
+        core.tell(self._log)
         if block.samples:
             for listener in core.listeners:
                 listener(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
+
+    def forget(self) -> None:
+        """Nothing is computed for the time being, so nothing is needed for it."""
+        self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
+
+    def _make_room(self, most: int) -> None:
+        """For so many samples, and for what somebody follows."""
+        log_of = self._core.log
+        if most > len(self.shaft):
+            room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
+            self.shaft, self.commanded, self._views = array("q", bytes(room)), array("q", bytes(room)), ()
+        if self._followed is not log_of:
+            self._followed, self._log, self._views = log_of, log_of[:], ()
+        self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
         """NumPy's views of the arrays; new ones when a program has been loaded."""
@@ -313,9 +379,9 @@ class _Engine:
         self._code = core.code
         self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
         i, v, f, ring = (np.frombuffer(copy, copy.typecode) for copy in self._copies)
-        others = self._stack, self._code, self.shaft, self.commanded
-        stack, code, shaft, commanded = (np.frombuffer(numbers, "q") for numbers in others)
-        self._views = i, v, f, stack, code, ring, shaft, commanded
+        others = self._stack, self._code, self.shaft, self.commanded, self._log
+        stack, code, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
+        self._views = i, v, f, stack, code, ring, shaft, commanded, noted
 
 
 def prepare(speed: float | None, motors: int) -> None:

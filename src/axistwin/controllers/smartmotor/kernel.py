@@ -12,6 +12,7 @@ from axistwin.controllers.smartmotor.cam import cam
 from axistwin.controllers.smartmotor.host_mode import EXIT, LAST, UNDERFLOW, host
 from axistwin.controllers.smartmotor.interpreter import statement
 from axistwin.controllers.smartmotor.jit import sampled
+from axistwin.controllers.smartmotor.log import FOLLOWED, USED, note, room
 from axistwin.controllers.smartmotor.machine import Floats, Ints
 from axistwin.controllers.smartmotor.servo import ideal, overloaded, rotate
 from axistwin.controllers.smartmotor.servo_law import control
@@ -59,6 +60,7 @@ from axistwin.controllers.smartmotor.state import (
     RUNNING,
     SAMPLE,
     SHAFT,
+    SLIPPED,
     SLN,
     SLP,
     SOFT_LIMITS,
@@ -217,7 +219,7 @@ def inputs(i: Ints) -> int:
             i[GO_COUNT] = 0
             if level == 0:
                 why |= GO_EDGE
-    if i[SHAFT] < i[WINDOW_LOW] or i[SHAFT] > i[WINDOW_HIGH]:
+    if i[SHAFT] + i[SLIPPED] < i[WINDOW_LOW] or i[SHAFT] + i[SLIPPED] > i[WINDOW_HIGH]:
         why |= SWITCH
     if i[SHAFT] <= i[INDEX_LOW] or i[SHAFT] >= i[INDEX_HIGH] or i[BX]:
         why |= mark(i)
@@ -245,20 +247,32 @@ def sample(i: Ints, v: Ints, f: Floats, ring: Ints) -> int:
 
 @sampled
 def advance(
-    i: Ints, v: Ints, f: Floats, stack: Ints, code: Sequence[int], ring: Ints, shaft: Ints, commanded: Ints, most: int
+    i: Ints,
+    v: Ints,
+    f: Floats,
+    stack: Ints,
+    code: Sequence[int],
+    ring: Ints,
+    shaft: Ints,
+    commanded: Ints,
+    log: Ints,
+    most: int,
 ) -> int:
     """Do up to `most` samples; returns why it stopped.
 
     Into `shaft` and `commanded` it writes, sample by sample, where the shaft is and where it should be, in counts
-    of the machine.
+    of the machine; into `log` what has changed of the numbers that somebody follows (`log.py`).
     """
     first = i[SAMPLE]
     why = ALL_DONE
-    while why == ALL_DONE and i[SAMPLE] - first < most:
+    log[USED] = 0
+    while why == ALL_DONE and i[SAMPLE] - first < most and room(log):
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
             why = sample(i, v, f, ring)
             n = i[SAMPLE] - first - 1
-            shaft[n] = i[SHAFT]
+            shaft[n] = i[SHAFT] + i[SLIPPED]
             commanded[n] = i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
+            if log[FOLLOWED]:
+                note(i, v, log)
     return why
