@@ -99,7 +99,7 @@ def test_control_lines_go_both_ways(cable, monkeypatch):
     with Served() as served:
         if1 = served.add(initialised=False)
         lines = Adapter()
-        monkeypatch.setattr("axistwin.links.serialdev._lines", lambda _: lines)
+        monkeypatch.setattr("axistwin.links.serialdev.control_lines", lambda _: lines)
         served.open(if1, f"serial://{path}")
         served.until(lambda: lines.dtr and not if1.serial.host.dtr and not if1.serial.host.rts)
         os.write(host, b"(")

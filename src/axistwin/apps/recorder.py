@@ -1,26 +1,33 @@
 """Records a conversation while it happens, so that it can be played again and must be the same to the nanosecond.
 
 Behind each thing the controller says stands the time at which its last character had come (`= clock`).
+
+An act is recorded as soon as nothing can be added to it.  Into a file it is written at once (`recording_to`), so that
+a recording may go on for days, and is there also when nobody came to end it.
 """
 
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
+from logging import getLogger
 from pathlib import Path
 
 from axistwin.apps import partners
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
-from axistwin.apps.events import Broke, Changed, Event, Heard, Said, Turned, observing
+from axistwin.apps.events import Broke, Changed, Event, Failed, Heard, Said, Turned, observing
 from axistwin.apps.machine import level_name, voltage
-from axistwin.apps.visible import CHARACTERS
+from axistwin.apps.visible import CHARACTERS, Codec
 from axistwin.bench import Bench, line_format
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.sim.pins import PULLED_UP_VOLTS, UserPin
 from axistwin.sim.serial import UartFormat
-from axistwin.units import S
+from axistwin.units import MS, S
 
+log = getLogger("axistwin.apps")
+
+LF_NS = 50 * MS
+"""A line feed that comes later than this after a carriage return is something new."""
 PAUSE_NS = 1 * S
 """A silence longer than this inside something said makes two things of it, and is told before the second."""
 
@@ -32,11 +39,26 @@ def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
 
 
 class Recorder:
-    """The acts so far.  Everything at once, so it grows with what is said."""
+    """Makes acts of what happens.
 
-    def __init__(self, bench: Bench, headers: Mapping[str, str]) -> None:
-        self.bench = bench
-        self.acts: list[Act] = [Comment(f"{key}: {value}") for key, value in headers.items() if value]
+    `add` is given each of them; None: they are kept in `acts`, which grows with what is said.  `grain_ns`: times are
+    told in whole multiples of it.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        headers: Mapping[str, str],
+        add: Callable[[Act], object] | None = None,
+        *,
+        grain_ns: int = 1,
+    ) -> None:
+        self.bench, self.grain_ns = bench, grain_ns
+        self.acts: list[Act] = []
+        self._add = add or self.acts.append
+        for key, value in headers.items():
+            if value:
+                self._add(Comment(f"{key}: {value}"))
         self._told_ns = 0  # the acts so far have brought a player to here
         self._speaker = ""
         self._words = bytearray()
@@ -61,10 +83,26 @@ class Recorder:
                 self._act(
                     event.time_ns, event.controller, Do("break", seconds, controller=self._name(event.controller))
                 )
+            case Failed():
+                self._told()
+                self._wait_until(event.time_ns)
+                self._add(Do(event.act, event.words, controller=self._name(event.controller)))
             case Changed():
                 self._changed(event)
             case Turned():
                 self._turned(event)
+
+    def shows(self, controller: str, subject: str, value: str) -> None:
+        """From now on something can be seen, such as a control line of the controller."""
+        self._told()
+        self._wait_until(self.bench.now)
+        self._add(Expect(subject, value, controller=self._name(controller)))
+
+    def catch_up(self) -> None:
+        """Tell what the controller has said, if nothing more can belong to it."""
+        silent_ns = self.bench.now - self._last_ns
+        if silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._ended and silent_ns > LF_NS):
+            self._told()
 
     def finish(self) -> None:
         """Tell the end: the time, and where the axes stand that have moved."""
@@ -74,18 +112,27 @@ class Recorder:
             if motor.position != self._began_at[name, axis]:
                 self._add(Expect(f"{axis}.position", str(motor.position), controller=self._name(name)))
 
+    @property
+    def codec(self) -> Codec:
+        """How what is said is written."""
+        first = next(iter(self.bench.controllers), None)
+        return CHARACTERS if first is None else partners.codec_at(self.bench, first)
+
     def conversation(self) -> Conversation:
         """What has been recorded."""
-        codec = (
-            partners.codec_at(self.bench, next(iter(self.bench.controllers))) if self.bench.controllers else CHARACTERS
-        )
-        return Conversation(tuple(self.acts), codec=codec)
+        return Conversation(tuple(self.acts), codec=self.codec)
+
+    @property
+    def _ended(self) -> bool:
+        """Whether the words end with a terminator, behind which there can be but a line feed."""
+        return bytes(self._words[-1:]) in (b"\r", b"\n")
 
     def _heard(self, event: Heard) -> None:
         """Characters are one act as long as they are one message: up to its terminator."""
-        ended = event.controller not in self._formats
-        ended = ended or (bytes(self._words[-1:]) in (b"\r", b"\n") and event.data != b"\n")
-        if event.controller != self._speaker or ended or event.time_ns - self._last_ns > PAUSE_NS:
+        silent_ns = event.time_ns - self._last_ns
+        ended = event.controller not in self._formats  # on a bus each message is whole
+        ended = ended or (self._ended and (event.data != b"\n" or silent_ns > LF_NS))
+        if event.controller != self._speaker or ended or silent_ns > PAUSE_NS:
             self._told()
             self._pass_silence(event.time_ns)
         self._speaker = event.controller
@@ -103,15 +150,16 @@ class Recorder:
     def _told(self) -> None:
         """What the controller has said until here is an act."""
         if self._words:
-            name = self._name(self._speaker)
+            name, time_ns = self._name(self._speaker), self._grained(self._last_ns)
             self._add(Hear(bytes(self._words), controller=name))
-            self._add(Expect("clock", f"{Decimal(self._last_ns) / S:.9f}"))
+            self._add(Expect("clock", f"{Decimal(time_ns) / S:.{9 if self.grain_ns == 1 else 6}f}"))
             self._words.clear()
-            self._told_ns = self._last_ns
+            self._told_ns = max(time_ns, self._told_ns)
 
     def _changed(self, event: Changed) -> None:
         """What somebody does to a terminal is an act, what the controller does to it is not."""
-        if isinstance(self.bench[event.controller].pins.get(event.pin), UserPin):
+        controller = self.bench.controllers.get(event.controller)  # None: at the host's end of a line
+        if controller is not None and isinstance(controller.pins.get(event.pin), UserPin):
             return  # its voltage tells it
         released = self._let_go(event)
         if event.driven or released or event.pin.startswith("host."):
@@ -155,7 +203,11 @@ class Recorder:
         if whole_ns > 0:
             self._wait_until(self._told_ns + whole_ns)
 
+    def _grained(self, time_ns: int) -> int:
+        return time_ns // self.grain_ns * self.grain_ns
+
     def _wait_until(self, time_ns: int) -> None:
+        time_ns = self._grained(time_ns)
         if time_ns > self._told_ns:
             self._add(Wait(time_ns - self._told_ns))
             self._told_ns = time_ns
@@ -163,34 +215,77 @@ class Recorder:
     def _name(self, controller: str) -> str:
         return controller if partners.several(self.bench) else ""
 
-    def _add(self, act: Act) -> None:
-        self.acts.append(act)
+
+class TalkFile:
+    """A conversation that is written while it goes on, line by line.  Raises UsageError if it cannot be.
+
+    When the disk is full, that is told once, and what follows is lost; `close` says it again.
+    """
+
+    def __init__(self, path: Path) -> None:
+        if path.suffix != ".talk":
+            raise UsageError(f"{path} is no name for a conversation: end it in .talk")
+        if not path.parent.is_dir():
+            raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
+        self.path = path
+        self.codec: Codec = CHARACTERS
+        self._problem = ""
+        try:
+            self._file = path.open("w", encoding="utf-8", buffering=1)
+        except OSError as error:
+            raise self._cannot(error) from None
+
+    def add(self, act: Act) -> None:
+        """One more act."""
+        if self._problem:
+            return
+        try:
+            self._file.write(write((act,), self.codec))
+        except OSError as error:
+            self._problem = str(self._cannot(error))
+            log.warning("%s: what follows is not recorded", self._problem)
+
+    def close(self) -> None:
+        """Nothing more comes."""
+        try:
+            self._file.close()
+        except OSError as error:
+            self._problem = self._problem or str(self._cannot(error))
+        if self._problem:
+            raise UsageError(f"{self._problem}: the recording is not whole")
+
+    def _cannot(self, error: OSError) -> UsageError:
+        return UsageError(f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}")
 
 
 @contextmanager
 def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterator[Recorder]:
     """Record what happens on the bench meanwhile.  `headers`: the conversation's first comments."""
-    if headers is None:
-        models = [controller.product.model for controller in bench.controllers.values()]
-        headers = {"model": models[0]} if len(models) == 1 else {}
-    recorder = Recorder(bench, headers)
+    recorder = Recorder(bench, _headers(bench) if headers is None else headers)
     with observing(bench, recorder.take):
         yield recorder
     recorder.finish()
 
 
 @contextmanager
-def recording_to(bench: Bench, path: Path, headers: Mapping[str, str] | None = None) -> Iterator[None]:
-    """Record into the file at `path`, which is written when this is over.  Raises UsageError if it cannot be."""
-    if path.suffix != ".talk":
-        raise UsageError(f"{path} is no name for a conversation: end it in .talk")
-    if not path.parent.is_dir():
-        raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise UsageError(f"{path} cannot be written: permission denied")
-    with recording(bench, headers) as recorder:
-        yield
+def recording_to(
+    bench: Bench, path: Path, headers: Mapping[str, str] | None = None, *, grain_ns: int = 1
+) -> Iterator[Recorder]:
+    """Record into the file at `path`, act by act.  Raises UsageError if it cannot be written.
+
+    Who waits for answers in real time calls the recorder's `catch_up` now and then, so that the last one is written.
+    """
+    file = TalkFile(path)
     try:
-        path.write_text(write(recorder.conversation().acts), encoding="utf-8")
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from None
+        recorder = Recorder(bench, _headers(bench) if headers is None else headers, file.add, grain_ns=grain_ns)
+        file.codec = recorder.codec
+        with observing(bench, recorder.take):
+            yield recorder
+        recorder.finish()
+    finally:
+        file.close()
+
+
+def _headers(bench: Bench) -> Mapping[str, str]:
+    models = [controller.product.model for controller in bench.controllers.values()]
+    return {"model": models[0]} if len(models) == 1 else {}

@@ -75,7 +75,7 @@ class SerialDevice:
         plug.serial.host.format = self.format
         self._loop.add_reader(self._descriptor, self._readable)
         self._unwatch = [plug.pacer.watch(self._follow_format)]
-        self._lines = _lines(self._device) if plug.flow is not Flow.NONE else None
+        self._lines = control_lines(self._device) if plug.flow is not Flow.NONE else None
         if self._lines is not None:
             self._unwatch += [plug.serial.dtr_line.watch(self._drive), plug.serial.rts_line.watch(self._drive)]
             self._drive()
@@ -139,7 +139,7 @@ class SerialDevice:
             return
         self._applied = self.plug.serial.host.format = wanted
         try:
-            self._device.apply_settings(_settings(wanted))
+            self._device.apply_settings(settings_of(wanted))
         except (OSError, ValueError, termios.error) as error:
             log.warning("%s: %s cannot do %s: %s", self.plug.name, self.name, wanted, error)
 
@@ -165,18 +165,19 @@ def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
     import serial  # late: most ports do not need it
 
     try:
-        return serial.Serial(url.path, timeout=0, exclusive=True, **_settings(fmt))
+        return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
     except (OSError, ValueError, termios.error) as error:
         number = getattr(error, "errno", None)
         reason = os.strerror(number).lower() if number else str(error)
         raise LinkError(f"cannot open {url}: {reason}: is it there, free, and are you allowed to use it?") from None
 
 
-def _settings(fmt: UartFormat) -> dict[str, Any]:
+def settings_of(fmt: UartFormat) -> dict[str, Any]:
+    """A format as pyserial has it."""
     return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
 
 
-def _lines(device: "serial.Serial") -> Lines | None:
+def control_lines(device: "serial.Serial") -> Lines | None:
     """The control lines of the device; a pty has none."""
     try:
         device.dtr = device.dtr

@@ -27,11 +27,20 @@ class Server:
     """Paces a bench and opens ports to its controllers.  Used within a running event loop.
 
     `speed`: times real time, None as fast as it goes.  `flow`: what holds back characters of the host on a transport
-    that does not say so itself.  `reset`: whether a new client finds the controller just switched on.
+    that does not say so itself.  `reset`: whether a new client finds the controller just switched on.  `pacer`: one
+    that advances the bench in another way.
     """
 
-    def __init__(self, bench: Bench, *, speed: float | None = 1.0, flow: Flow = Flow.DTR, reset: bool = False) -> None:
-        self.bench, self.pacer = bench, Pacer(bench.clock, speed)
+    def __init__(
+        self,
+        bench: Bench,
+        *,
+        speed: float | None = 1.0,
+        flow: Flow = Flow.DTR,
+        reset: bool = False,
+        pacer: Pacer | None = None,
+    ) -> None:
+        self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
         """Each open port, with its controller's name."""
         self._flow, self._reset = flow, reset

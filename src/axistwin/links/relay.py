@@ -1,0 +1,162 @@
+"""A real controller behind a port of ours: what a host says goes to it, what it says goes to the host.
+
+To the host it looks like a controller on a bench of its own, whose virtual time is real time: every kind of port
+works, and whoever observes the bench (`apps/recorder.py`) sees what is said and when.  The line from the host's port
+to here takes no time; the characters take theirs on the real wire.
+
+The real device is whatever pyserial opens: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  A thread listens to it, and
+looks at its control lines meanwhile; everything else happens in the event loop.
+
+    host ── port ── Plug ── SerialPort ── Through ── pyserial ── controller
+
+The host's line format, DTR, RTS and breaks are passed on; the controller's DTR and RTS (the device's DSR and CTS, the
+cable being crossed) are shown to the host.  A break begins when the host has ended it, and is as long.
+"""
+
+import asyncio
+import termios
+from collections.abc import Callable
+from threading import Thread
+from typing import TYPE_CHECKING
+
+from axistwin.bench import Bench, SharedLine
+from axistwin.errors import LinkError
+from axistwin.links.pacing import Pacer
+from axistwin.links.plug import CHUNK
+from axistwin.links.serialdev import Lines, control_lines, settings_of
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import LineError, SerialPort, Uart, UartFormat, direct
+
+if TYPE_CHECKING:
+    import serial
+
+LOOK_S = 0.01
+"""So often the control lines are looked at while nothing is said; nothing tells when they change."""
+
+
+class Through(Uart):
+    """The end of the line, where the real one begins: it takes characters in whatever format."""
+
+    def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
+        """It need not."""
+        return True
+
+
+class Relay:
+    """A bench with one line, `name`, that leads to a real device.
+
+    `url`: a device or what pyserial calls a URL.  `line`: the format to begin with.  Raises LinkError if it cannot be
+    opened.
+    """
+
+    def __init__(self, url: str, name: str, line: UartFormat) -> None:
+        self.bench, self.url = Bench(), url
+        self._device = _open(url, line)
+        clock = self.bench.clock
+        self._through = Through(clock, line, on_receive=self._to_device)
+        wiring = direct(self._through, instant=True)
+        self.port = SerialPort(clock, wiring, Pin(clock, "dtr", True), Pin(clock, "rts", True), line=line)
+        self.bench.lines[name] = SharedLine(self.port, ())
+        self._applied = line
+        self._outgoing = bytearray()
+        self._closing = False
+        self._lines: Lines | None = None
+        self._thread: Thread | None = None
+
+    def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
+        """From now on pass on; `lost` is told when the device is gone.  Within the event loop of the pacer."""
+        self._pacer, self._lost, self._loop = pacer, lost, asyncio.get_running_loop()
+        self._lines = control_lines(self._device)
+        if self._lines is not None:
+            self._show_lines(self._lines.dsr, self._lines.cts)
+        host = self.port.host
+        host.dtr_line.watch(lambda _: self._drive())
+        host.rts_line.watch(lambda _: self._drive())
+        self.port.watch_breaks(self._break)
+        pacer.watch(self._pass_on)
+        self._thread = Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Let go of the device."""
+        self._closing = True
+        if self._thread is not None:
+            self._thread.join()  # which looks up often
+        self._device.close()
+
+    # From the host
+
+    def _to_device(self, byte: int, errors: LineError) -> None:
+        if not errors:  # a break is passed on by itself
+            self._outgoing.append(byte)
+
+    def _pass_on(self) -> None:
+        """The bench has been advanced: what has come from the host goes out, in the format that the host has now."""
+        try:
+            if self.port.host.format != self._applied:
+                self._applied = self._through.format = self.port.host.format
+                self._device.apply_settings(settings_of(self._applied))
+            if self._outgoing:
+                data, self._outgoing = bytes(self._outgoing), bytearray()
+                self._device.write(data)
+        except (OSError, ValueError, termios.error) as error:
+            self._gone(error)
+
+    def _drive(self) -> None:
+        if self._lines is not None:
+            self._lines.dtr, self._lines.rts = self.port.host.dtr, self.port.host.rts
+
+    def _break(self, seconds: float) -> None:
+        self._pass_on()
+        self._device.break_condition = True
+        self._loop.call_later(seconds, self._end_break)
+
+    def _end_break(self) -> None:
+        if self._device.is_open:
+            self._device.break_condition = False
+
+    # From the device.  `_listen` is the thread.
+
+    def _listen(self) -> None:
+        loop = self._loop
+        while not self._closing:
+            try:
+                data = self._read()
+                levels = None if self._lines is None else (self._lines.dsr, self._lines.cts)
+            except (OSError, TypeError) as error:  # TypeError: how pyserial says that it has been closed meanwhile
+                if not self._closing:
+                    loop.call_soon_threadsafe(self._gone, error)
+                return
+            if data or levels not in (None, (self.port.dtr, self.port.rts)):
+                loop.call_soon_threadsafe(self._take, data, levels)
+
+    def _read(self) -> bytes:
+        """What has come; waits a moment for the first character."""
+        data = bytearray(self._device.read(1))
+        while data and len(data) < CHUNK and (more := self._device.in_waiting):
+            data += self._device.read(more)
+        return bytes(data)
+
+    def _take(self, data: bytes, levels: tuple[bool, bool] | None) -> None:
+        self._pacer.sync()
+        if levels is not None:
+            self._show_lines(*levels)
+        self._through.format = self.port.host.format
+        self._through.send(data)
+        self._pacer.work()
+
+    def _show_lines(self, dsr: bool, cts: bool) -> None:
+        self.port.dtr_line.set(dsr)
+        self.port.rts_line.set(cts)
+
+    def _gone(self, error: Exception) -> None:
+        self._lost(LinkError(f"{self.url} is gone: {error}"))
+
+
+def _open(url: str, line: UartFormat) -> "serial.Serial":
+    import serial  # late: it is asked for here only
+
+    try:
+        return serial.serial_for_url(url, timeout=LOOK_S, **settings_of(line))
+    except (OSError, ValueError, termios.error) as error:
+        raise LinkError(f"cannot open {url}: {error}: is it there, free, and are you allowed to use it?") from None

@@ -1,0 +1,194 @@
+"""`axistwin record` with a twin in the place of the hardware, and `axistwin replay` of what it has written."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+import serial
+from click.testing import CliRunner
+
+from axistwin.apps.cli import axistwin
+from axistwin.apps.conversation import Do, Expect, Hear, Say, load
+from axistwin.links.urls import parse
+
+from ..links.serving import Served, ask, dial  # noqa: TID252
+
+pytestmark = pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
+
+PATIENCE_S = 20
+PROGRAM = [sys.executable, "-c", "from axistwin.apps.cli import main; main()", "record"]
+QUICK = {"self_test_s": 0.05, "recalculation_s": 0.05}
+"""Real time passes here, but not much of it."""
+
+
+@contextmanager
+def hardware(url="tcp://127.0.0.1:0", **options):
+    """A twin that is the hardware, in real time; gives the URL that `record` takes and the port's URL."""
+    with Served(speed=1.0) as served:
+        served.add(line=None, initialised=False, **QUICK, **options)
+        found = served.open(served.bench["if1"], url)
+        served.do(lambda: served.bench.run(0.1))  # it has been switched on a while ago
+        yield served, str(found).replace("tcp://", "socket://")
+
+
+@contextmanager
+def recorder(*arguments):
+    """The running program, and where it listens."""
+    words = [*PROGRAM, *map(str, arguments)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        try:
+            told = re.fullmatch(r"(\S+) listening on (\S+)\n", program.stdout.readline())
+            yield program, parse(told[2])
+        finally:
+            program.kill()
+
+
+def line(host, text):
+    """Send something, and receive a line."""
+    host.sendall(text)
+    answer = b""
+    while not answer.endswith(b"\r") and (more := host.recv(1)):
+        answer += more
+    return answer
+
+
+def ended(program, number=signal.SIGTERM):
+    program.send_signal(number)
+    program.communicate(timeout=PATIENCE_S)
+    return program.returncode
+
+
+def replayed(*arguments):
+    done = CliRunner().invoke(axistwin, ["replay", *map(str, arguments)], standalone_mode=False)
+    return done.return_value, done.stdout
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """A session of a host with the hardware, recorded: 300 steps and a limit switch after 100."""
+    path = tmp_path_factory.mktemp("session") / "session.talk"
+    options = ["--model", "if1", "--on-for", "0.1", "-o", path]
+    with hardware(X={"limits": (-10, 100)}) as (served, url), recorder("--serial", url, *options) as (program, port):
+        with dial(port) as host:
+            assert ask(host, b"(", b"U\r") == b"U\r"
+            host.sendall(b"U61\r")
+            assert line(host, b"E\r") == b"C\r"
+            host.sendall(b"X300$\r")
+            served.until(lambda: served.bench["if1"].axes["X"].position == 101)  # the limit switch has opened
+            assert line(host, b"K\r") == b"64\r"
+            assert line(host, b"N\r") == b"101\r"
+        assert ended(program, signal.SIGINT) == 130
+    return path
+
+
+TWIN = [word for name, value in QUICK.items() for word in ("--option", f"{name}={value}")]
+
+
+def test_the_twin_says_what_the_hardware_said(session):
+    code, told = replayed(session, *TWIN, "--option", "X.limits=[-10,100]", "--json")
+    comparison = json.loads(told)
+    assert (code, comparison["different"]) == (0, 0)
+    assert [act["twin"] for act in comparison["acts"]][-2:] == ["64\\r", "101\\r"]
+    assert all(act["hardware_ns"] > 0 and act["twin_ns"] > 0 for act in comparison["acts"])
+    assert (
+        comparison["median_later_ns"]
+        == sorted(act["later_ns"] for act in comparison["acts"])[len(comparison["acts"]) // 2]
+    )
+
+
+def test_a_twin_with_another_switch_differs_and_it_is_told_where(session):
+    code, told = replayed(session, *TWIN, "--option", "X.limits=[-10,40]", "--brief")
+    assert code == 1
+    line = next(n for n, text in enumerate(session.read_text().splitlines(), 1) if text == r"< 101\r")
+    assert re.search(rf"^ *{line} .*> N\\r  differs\n +hardware  101\\r\n +twin  41\\r\n +\^$", told, re.MULTILINE)
+    assert "1 different in bytes" in told
+
+
+def test_the_recording_says_what_it_is_of(session):
+    conversation = load(session)
+    assert conversation.headers == {"model": "if1", "line": "9600 8N2", "on-for": "0.1"}
+    assert re.search(r"^; recorded: 20\d\d-\d\d-\d\dT\d\d:\d\d:\d\dZ from socket://127\.0\.0\.1:\d+ by axistwin ",
+                     session.read_text(), re.MULTILINE)  # fmt: skip
+    says = [act.data for act in conversation.acts if isinstance(act, Say)]
+    assert (says[:2], says[-2:]) == ([b"(", b"U61\r"], [b"K\r", b"N\r"])
+
+
+def test_it_is_written_as_it_goes(tmp_path):
+    with hardware() as (_, url), recorder("--serial", url, "-o", tmp_path / "a.talk") as (program, port):
+        with dial(port) as host:
+            assert ask(host, b"(", b"U\r") == b"U\r"
+            host.sendall(b"U61\r")
+            assert line(host, b"E\r") == b"C\r"
+        program.kill()
+        program.wait(PATIENCE_S)
+    acts = [act for act in load(tmp_path / "a.talk").acts if isinstance(act, Say | Hear)]
+    assert acts[:4] == [Say(b"("), Hear(b"U\r"), Say(b"U61\r"), Say(b"E\r")]
+
+
+def test_control_lines_formats_and_breaks_are_passed_on_and_recorded(tmp_path):
+    path = tmp_path / "lines.talk"
+    arguments = ("--line", "1200 8N2", "--rfc2217", ":0", "-o", path)
+    with hardware("rfc2217://127.0.0.1:0") as (served, url), recorder("--serial", url, *arguments) as (program, port):
+        device = served.bench["if1"].serial
+        with serial.serial_for_url(str(port), 1200, stopbits=2, timeout=PATIENCE_S) as host:
+            served.until(lambda: device.host.baudrate == 1200)
+            host.rts = False
+            served.until(lambda: not device.host.rts)
+            host.parity = "E"
+            served.until(lambda: device.host.parity == "E")
+            host.send_break(0.05)
+            host.write(b"?")
+            served.until(lambda: not device.pending)
+            host.rts = True
+            served.until(lambda: device.host.rts)
+        assert ended(program) == 0
+    done = [act for act in load(path).acts if isinstance(act, Do)]
+    assert [act.target for act in done] == ["rts", "line", "break", "rts"]
+    assert done[1].value == "1200 8E2"
+
+
+def test_the_controllers_control_lines_are_seen(tmp_path):
+    path = tmp_path / "lines.talk"
+    with hardware("rfc2217://127.0.0.1:0") as (served, url), recorder("--serial", url, "-o", path) as (program, port):
+        with dial(port) as host:
+            assert ask(host, b"(", b"U\r") == b"U\r"
+            served.act(lambda: served.bench["if1"].power(False))
+            while not any(isinstance(act, Expect) and act.subject == "dtr" for act in load(path).acts):
+                assert program.poll() is None
+        assert ended(program) == 0
+    assert [act.value for act in load(path).acts if isinstance(act, Expect) and act.subject == "dtr"] == ["low"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here: "),
+        (["--serial", "socket://127.0.0.1:1", "--model", "1811"], "a 1811 is on a bus, where nothing can sit between"),
+        (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "no line format 'quick'"),
+    ],
+)
+def test_wrong_usage_is_one_line(arguments, words, capsys, tmp_path):
+    from axistwin.apps.cli import main
+
+    with pytest.raises(SystemExit) as ending:
+        main(["record", *arguments, "-o", str(tmp_path / "a.talk")])
+    said = capsys.readouterr()
+    assert (ending.value.code, said.out, said.err.count("\n")) == (2, "", 1)
+    assert said.err.startswith("axistwin: ")
+    assert words in said.err
+
+
+def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
+    with Served(speed=1.0) as served:
+        served.add(line=None, initialised=False, **QUICK)
+        url = served.open(served.bench["if1"])
+        with recorder("--serial", f"socket://{url.address}", "-o", tmp_path / "a.talk") as (program, _):
+            served.do(served.server.close)
+            _, words = program.communicate(timeout=PATIENCE_S)
+    assert program.returncode == 2
+    assert f"socket://{url.address} is gone" in words
+    assert load(tmp_path / "a.talk").headers["line"] == "9600 8N2"

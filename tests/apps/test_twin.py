@@ -1,0 +1,221 @@
+"""`axistwin.serve`: hosts and their controllers in one test, in virtual time."""
+
+import socket
+import threading
+
+import pytest
+import serial
+
+import axistwin
+from axistwin.apps.conversation import load
+from axistwin.apps.player import play
+from axistwin.errors import LinkError, UsageError
+
+PATIENCE_S = 20
+
+MOTORS = {
+    "controller": [
+        {"model": "if1", "name": "left", "axes": {"X": {"limits": [-10, 100]}}},
+        {"model": "if2", "name": "right", "options": {"wiring": "3-wire"}, "ports": ["rfc2217://127.0.0.1:1"]},
+        {"model": "1811", "name": "board"},
+    ],
+    "wire": [{"from": "left.output1", "to": "right.input1"}],
+}
+
+
+@pytest.fixture
+def twin():
+    with axistwin.serve("if1", speed="manual") as twin:
+        yield twin
+
+
+@pytest.fixture
+def host(twin):
+    with serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host:
+        yield host
+
+
+def ask(host, text):
+    host.write(text)
+    return host.read_until(b"\r")
+
+
+def initialised(twin, host):
+    twin.advance(1.5)
+    assert twin.call(ask, host, b"(") == b"U\r"
+    host.write(b"U61\r")
+    twin.advance(1.2)
+
+
+def test_a_host_that_does_not_wait(twin, host):
+    twin.advance(1.5)
+    host.write(b"(")
+    twin.advance(0.1)
+    assert host.read(2) == b"U\r"
+    assert twin.clock.now == 1_600_000_000
+
+
+def test_time_stands_still_until_it_is_told_to_pass(twin, host):
+    twin.advance(1.5)
+    host.timeout = 0.05
+    assert ask(host, b"(") == b""
+    assert twin.clock.seconds == 1.5
+
+
+def test_a_host_that_waits_in_a_thread_of_its_own_is_served(twin, host):
+    heard = []
+    thread = threading.Thread(target=lambda: heard.append(host.read(2)))
+    thread.start()
+    twin.advance(1.5)
+    host.write(b"(")
+    twin.advance(0.1)
+    thread.join(PATIENCE_S)
+    assert heard == [b"U\r"]
+
+
+def test_a_host_that_asks_until_it_is_so(twin, host):
+    def wait_until_it_stands():
+        while (busy := ask(host, b"E\r")) != b"C\r":
+            assert busy == b"E\r"
+
+    initialised(twin, host)
+    host.write(b"X1000@1000$\r")
+    twin.call(wait_until_it_stands)
+    assert twin.bench["if1"].axes["X"].position == 1000
+
+
+def test_a_run_is_the_same_every_time(tmp_path):
+    def session(path):
+        with (
+            axistwin.serve("if1", speed="manual", record=path) as twin,
+            serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host,
+        ):
+            initialised(twin, host)
+            for _ in range(5):
+                assert twin.call(ask, host, b"E\r") == b"C\r"
+            host.write(b"X10$\r")
+            twin.advance(1)
+        return path.read_text()
+
+    first = session(tmp_path / "first.talk")
+    assert session(tmp_path / "second.talk") == first
+    bench = axistwin.Bench()
+    bench.add("if1")
+    assert play(load(tmp_path / "first.talk"), bench) is None
+
+
+def test_the_test_goes_on_while_a_host_works(twin, host):
+    """The host waits for an input; somebody at the machine closes it."""
+
+    def move_and_wait():
+        host.write(b">1X100$\r")
+        while ask(host, b"N\r") != b"100\r":
+            pass
+        return "there"
+
+    initialised(twin, host)
+    working = twin.start(move_and_wait)
+    twin.advance(0.5)
+    assert not working.done
+    assert twin.bench["if1"].axes["X"].position == 0
+    twin.bench["if1"].pins["input1"].drive(True)
+    assert twin.run_until(lambda: twin.bench["if1"].axes["X"].position == 100, 5)
+    assert working.result() == "there"
+
+
+def test_what_a_host_raises_is_raised(twin):
+    def fails():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        twin.call(fails)
+
+
+def test_a_host_that_waits_for_ever_is_told(twin, host, monkeypatch):
+    monkeypatch.setattr("axistwin.links.hand.SILENT_S", 0.05)
+    working = twin.start(host.read, 1)
+    with pytest.raises(LinkError, match="has not come within 3 s of virtual time"):
+        working.result(timeout=3)
+    assert 3 <= twin.clock.seconds <= 6
+    host.close()
+
+
+def test_a_scene_as_a_dict_on_free_ports():
+    with axistwin.serve(MOTORS, speed="manual") as twin:
+        assert [url.partition(":")[0] for url in twin.ports.values()] == ["socket", "rfc2217", "bus"]
+        assert twin.ports["right"].port != 1
+        assert twin.ports["left"].visa == f"TCPIP0::127.0.0.1::{twin.ports['left'].port}::SOCKET"
+        twin.bench["left"].pins["output1"].drive(True)
+        twin.advance(0)
+        assert twin.bench["right"].pins["input1"].level
+        with socket.create_connection((twin.ports["board"].host, twin.ports["board"].port), PATIENCE_S) as bus:
+            bus.sendall(b"i\n")
+            assert bus.recv(8) == b"0\n"
+
+
+def test_a_scene_file_and_the_ports_it_names(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    (tmp_path / "cell.toml").write_text(f'[[controller]]\nmodel = "if1"\nports = ["tcp://127.0.0.1:{port}"]\n')
+    with axistwin.serve(tmp_path / "cell.toml", speed="max", fixed_ports=True) as twin:
+        assert twin.ports["if1"] == f"socket://127.0.0.1:{port}"
+        with serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host:
+            assert ask(host, b"(") == b"U\r"
+
+
+def test_at_other_speeds_time_passes_by_itself():
+    with axistwin.serve("if1", speed="max", line="instant") as twin:
+        with serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host:
+            assert ask(host, b"(") == b"U\r"
+            host.write(b"U61\rX100$\r")
+            assert twin.run_until(lambda: twin.bench["if1"].axes["X"].position == 100, PATIENCE_S)
+            assert twin.call(ask, host, b"E\r") == b"C\r"
+        with pytest.raises(UsageError, match='serve with speed="manual"'):
+            twin.advance(1)
+        assert not twin.run_until(lambda: False, 0.01)
+
+
+def test_a_bench_of_ones_own():
+    bench = axistwin.Bench()
+    bench.add("smartmotor", "axis")
+    with (
+        axistwin.serve(bench, speed="manual") as twin,
+        serial.serial_for_url(twin.ports["axis"], timeout=PATIENCE_S) as host,
+    ):
+        twin.advance(1)
+        assert twin.call(ask, host, b"RP\r") == b"0\r"
+        host.write(b"UCI UDI ZS MP A=500 V=500000 P=20000 G ")
+        shaft = twin.bench["axis"].axes["shaft"]
+        assert twin.run_until(lambda: shaft.position >= 10_000, 10)
+        assert 10_000 <= shaft.position < 10_200  # at the very sample
+        assert not twin.run_until(lambda: shaft.position < 0, 0.1)
+
+
+def test_when_it_is_over_there_is_nothing_left():
+    before = threading.active_count()
+    with axistwin.serve("if1", speed="manual") as twin:
+        port = twin.ports["if1"]
+    assert threading.active_count() == before
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((port.host, port.port), PATIENCE_S)
+
+
+def test_a_bug_in_the_bench_is_raised(twin):
+    def bug():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        twin.do(bug)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (({"controller": [{"model": "if9"}]},), "no model 'if9'"),
+        (({"controller": [{"model": object()}]},), "cannot stand in a scene"),
+        (("if9",), "no model 'if9'"),
+    ],
+)
+def test_what_cannot_be_served_is_one_line(arguments, words):
+    with pytest.raises(axistwin.AxistwinError, match=words):
+        axistwin.serve(*arguments)

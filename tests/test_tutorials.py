@@ -1,0 +1,144 @@
+"""What the tutorials show is run, and prints exactly that.
+
+A file is a block behind a line that names it; a console is a block of `$ command` lines, each with what it prints.
+"""
+
+import os
+import re
+import socket
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import axistwin
+from axistwin.apps.hosts import lines
+from axistwin.bench import Bench
+from axistwin.links.urls import PortUrl
+
+HOME = Path(__file__).resolve().parents[1]
+TUTORIALS = HOME / "docs" / "tutorials"
+PATIENCE_S = 50
+
+FILE = re.compile(r"^`(?P<name>[\w./-]+)`(?:, [^\n]*)?:\n\n```(?:\w*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
+CONSOLE = re.compile(r"^```console\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
+ACT = re.compile(r"^\$ (?P<command>.*)\n(?P<shown>(?:(?!\$ ).*\n)*)", re.MULTILINE)
+
+
+def page(name):
+    return (TUTORIALS / f"{name}.md").read_text(encoding="utf-8")
+
+
+def files(text):
+    return {found["name"]: found["body"] for found in FILE.finditer(text)}
+
+
+def acts(text):
+    return [found.groups() for console in CONSOLE.finditer(text) for found in ACT.finditer(console["body"])]
+
+
+def printed(command, directory):
+    """What a command prints on its standard output, in the environment of somebody who has axistwin installed."""
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PYTHONPATH": str(HOME / "src"),
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # ours is named instead, as this copy need not be the installed one
+        "PYTEST_ADDOPTS": "-p axistwin.pytest_plugin -p no:cacheprovider",
+        "COLUMNS": "80",
+    }
+    for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST"):
+        environment.pop(name, None)
+    done = subprocess.run(
+        command, shell=True, cwd=directory, env=environment, capture_output=True, text=True, timeout=PATIENCE_S
+    )
+    return done.stdout
+
+
+def lay_out(text, directory):
+    for name, body in files(text).items():
+        place = directory / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(body, encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["pyserial", "pyvisa"])
+def test_a_tutorial_prints_what_it_shows(name, tmp_path):
+    text = page(name)
+    ran = 0
+    for block in sorted((*FILE.finditer(text), *CONSOLE.finditer(text)), key=re.Match.start):
+        lay_out(block[0], tmp_path)  # in the order in which a reader does it
+        for command, expected in acts(block[0]):
+            assert printed(command, tmp_path) == expected, command
+            ran += 1
+    assert ran == len(re.findall(r"^\$ ", text, re.MULTILINE)) > 0
+
+
+def test_the_lines_for_asyn_are_those_that_serve_shows():
+    text = page("epics")
+    line = Bench().add("if1").serial.host.format
+    for url in (PortUrl("tcp", "127.0.0.1", 5001), PortUrl("pty", path="/dev/ttyUSB0")):
+        asyn = [shown[10:] for shown in lines("if1", url, line) if "asyn" in shown.lower() or "Eos" in shown]
+        for shown in asyn:
+            assert shown in text.splitlines(), shown
+    assert 'drvAsynIPPortConfigure("if1", "127.0.0.1:2217 COM", 0, 0, 0)' in text
+
+
+def test_what_the_ioc_says_is_understood():
+    """Each exchange of the protocol file, as StreamDevice does it."""
+    protocol = files(page("epics"))["feeder.proto"]
+    commands = re.findall(r"^(\w+) *\{(.*)\}", protocol, re.MULTILINE)
+    exchanges = {name: re.findall(r'(out|in) "(.*?)"', body) for name, body in commands}
+    with axistwin.serve("if1", speed="manual", X={"limits": [-10, 2500]}) as twin:
+        url = twin.ports["if1"]
+        with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as ioc:
+            heard = []
+
+            def say(name, *values):
+                for direction, words in exchanges[name]:
+                    if direction == "out":
+                        ioc.sendall((words % values + "\r").encode())
+                        twin.advance(0.5)
+                    else:
+                        answer = ioc.recv(64).decode().removesuffix("\r")
+                        assert re.fullmatch({"%d": r"-?\d+", "%c": "."}[words], answer)
+                        heard.append(answer)
+
+            twin.advance(1.5)
+            ioc.sendall(b"(")
+            twin.advance(0.1)
+            assert ioc.recv(8) == b"U\r"
+            say("initialise")
+            twin.advance(1.2)
+            say("feed", 100)
+            say("state")
+            say("position")
+            assert heard == ["C", "100"]
+
+
+def test_the_scene_of_the_ioc_is_one(tmp_path):
+    lay_out(page("epics"), tmp_path)
+    assert axistwin.Scene.load(tmp_path / "feeder.toml").ports == [("if1", "tcp://127.0.0.1:5001")]
+    compile((tmp_path / "test_ioc.py").read_text(), "test_ioc.py", "exec")
+
+
+def test_what_ci_does_is_done_here(tmp_path):
+    """Its commands: what is installed is what there is, and the tests pass."""
+    workflow = files(page("ci"))[".github/workflows/test.yml"]
+    install, test = re.findall(r"- run: (.*)$", workflow, re.MULTILINE)
+    project = tomllib.loads((HOME / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert install == f"pip install {project['name']} pytest"
+    assert "fast" in project["optional-dependencies"]
+    assert project["entry-points"]["pytest11"] == {"axistwin": "axistwin.pytest_plugin"}
+    lay_out(page("pyserial"), tmp_path)
+    (tmp_path / "test_wrong.py").unlink()
+    assert printed(f"{test} -qq", tmp_path) == dict(acts(page("pyserial")))["pytest -qq"]
+
+
+def test_the_examples_of_the_page_on_testing_run(tmp_path):
+    text = (HOME / "docs" / "testing.md").read_text(encoding="utf-8")
+    test, program = re.findall(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    (tmp_path / "test_page.py").write_text(test, encoding="utf-8")
+    assert printed("pytest -qq", tmp_path).startswith(". ")
+    exec(compile(program, "docs/testing.md", "exec"), {})
