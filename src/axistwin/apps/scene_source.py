@@ -12,9 +12,9 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from axistwin.apps import toml_places
+from axistwin.apps import rules, toml_places
 from axistwin.apps.scene_tables import SceneFile
-from axistwin.errors import SceneError, UsageError
+from axistwin.errors import ProgramError, SceneError, UsageError
 
 _WORDS = {
     "missing": "two numbers are wanted",  # for a pair; a missing key is told in other words
@@ -25,11 +25,11 @@ _WORDS = {
 
 
 class Source:
-    """The text of a scene, for telling where in it something is wrong."""
+    """The text of a scene, for telling where in it something is wrong.  `text`: instead of what the file holds."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, text: str | None = None) -> None:
         self.file = file
-        self.text = _read(file)
+        self.text = read_text(file) if text is None else text
         try:
             self.data = tomllib.loads(self.text)
         except tomllib.TOMLDecodeError as error:
@@ -39,10 +39,30 @@ class Source:
     def contents(self) -> SceneFile:
         """What it says.  Raises SceneError if there is a key or a value that may not be."""
         try:
-            # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
-            return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
+            return self._validated()
         except ValidationError as error:
             raise self._first_of(error.errors()) from None
+
+    def complaints(self) -> list[SceneError]:
+        """Everything that is wrong with its keys and values, table by table; in order of place."""
+        try:
+            self._validated()
+        except ValidationError as error:
+            found = [self._complaint(each) for each in error.errors()]
+            return sorted(found, key=lambda error: (error.line, error.column, error.message))
+        return []
+
+    def _validated(self) -> SceneFile:
+        # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
+        return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
+
+    def _complaint(self, error: ErrorDetails) -> SceneError:
+        line, column = self._place(error)
+        rule = _RULES.get(error["type"], rules.VALUE)
+        close = get_close_matches(str(error["loc"][-1]), _keys_at(error["loc"][:-1]), 1) if _unknown(error) else []
+        return SceneError(
+            _complaint(error), file=str(self.file), line=line, column=column, code=rule.code, instead="".join(close)
+        )
 
     def error(self, path: toml_places.Path, message: str) -> SceneError:
         """An error at the place of `path`, or near it."""
@@ -55,25 +75,30 @@ class Source:
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
         line, column = (int(found[1]), int(found[2])) if found else end
-        return SceneError(f"not TOML: {what[:1].lower()}{what[1:]}", file=str(self.file), line=line, column=column)
+        message = f"not TOML: {what[:1].lower()}{what[1:]}"
+        return SceneError(message, file=str(self.file), line=line, column=column, code=rules.NO_TOML.code)
 
     @contextmanager
     def blaming(self, *path: str | int) -> Iterator[None]:
-        """A UsageError from here on is the fault of what stands at `path`."""
+        """A UsageError or a ProgramError from here on is the fault of what stands at `path`."""
         try:
             yield
         except UsageError as error:
             raise self.error(path, str(error)) from None
+        except ProgramError as error:
+            raise self.error(path, str(error) if error.file else error.message) from None
 
     @contextmanager
     def blaming_one_of(self, path: toml_places.Path, keys: Mapping[str, str]) -> Iterator[None]:
-        """A UsageError is the fault of the key it names; `keys`: each key and the table below `path` it stands in."""
+        """A UsageError is the fault of the key it names.  `keys`: each, and the table it stands in below `path`."""
         try:
             yield
         except UsageError as error:
             named = (key for key in keys if re.search(rf"\b{re.escape(key)}\b", str(error)))
             culprit = next(named, None)
-            raise self.error(path if culprit is None else (*path, keys[culprit], culprit), str(error)) from None
+            table = keys.get(culprit or "")
+            below = () if culprit is None else (culprit,) if not table else (table, culprit)
+            raise self.error((*path, *below), str(error)) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
         """What pydantic has found, as one error: the first in the file."""
@@ -86,7 +111,8 @@ class Source:
         return toml_places.place_of(error["loc"], self.places)
 
 
-def _read(file: Path) -> str:
+def read_text(file: Path) -> str:
+    """The text of a scene file.  Raises SceneError."""
     try:
         return file.read_text(encoding="utf-8")
     except OSError as error:
@@ -99,13 +125,25 @@ def _complaint(error: ErrorDetails) -> str:
     """What is wrong, in the words of the file."""
     path = error["loc"]
     key = str(path[-1])
-    if error["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+    if _unknown(error):
         return f"unknown key {key!r}: {instead(key, _keys_at(path[:-1]))}"
     if error["type"] == "missing" and isinstance(path[-1], str):
         return f"{key!r} is missing: add {'[[controller]]' if key == 'controller' else f'{key} = …'}"
     name = ".".join(str(part) for part in path if isinstance(part, str))
     what = _WORDS.get(error["type"]) or error["msg"].removeprefix("Value error, ")
     return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
+
+
+_RULES = {
+    "extra_forbidden": rules.UNKNOWN_KEY,
+    "unexpected_keyword_argument": rules.UNKNOWN_KEY,
+    "missing": rules.MISSING_KEY,
+}
+"""What is found, by pydantic's name for it; everything else is about a value."""
+
+
+def _unknown(error: ErrorDetails) -> bool:
+    return _RULES.get(error["type"]) is rules.UNKNOWN_KEY
 
 
 def instead(word: str, known: Collection[str]) -> str:

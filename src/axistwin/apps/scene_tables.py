@@ -6,18 +6,34 @@ from typing import Annotated, Any
 
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     TypeAdapter,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    create_model,
     field_validator,
 )
 
 from axistwin.bench import FAMILIES, product
+from axistwin.faults.kinds import KINDS
+from axistwin.faults.table import Parameter, Sort
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData
 from axistwin.plant.torque import Load, StepperMotor
+
+
+def _schema(parameter: Parameter) -> tuple[Any, Any]:
+    """A parameter of a fault as a field; whether its value may be is for its kind to say."""
+    kinds = {Sort.WHOLE: int, Sort.NUMBER: float, Sort.LEVEL: Any, Sort.WORD: str}
+    return kinds[parameter.sort] | None, Field(None, description=f"{parameter.doc}: {parameter.wanted}")
+
+
+FAULT_PARAMETERS: dict[str, Any] = {
+    parameter.name: _schema(parameter) for kind in KINDS.values() for parameter in kind.parameters
+}
 
 
 class Table(BaseModel):
@@ -75,6 +91,14 @@ class ControllerTable(Table):
     """Where it is reached: tcp://127.0.0.1:5001, rfc2217://127.0.0.1:0, pty:/tmp/if1, serial:///dev/ttyUSB0."""
     rs485_ports: list[str] = []
     """Where its second serial channel is reached, if it has one."""
+    program: Path | None = None
+    """The source of a SmartMotor's stored program (.sms), seen from the scene file."""
+    host: Path | None = None
+    """Command lines (.if1, .181x) that a host sends to it by itself, seen from the scene file."""
+    master: str | None = None
+    """The axis that a SmartMotor's external encoder sits on, as "name.axis"."""
+    master_ratio: tuple[int, Annotated[int, Field(ge=1)]] = (1, 1)
+    """So many edges of that encoder for so many of that axis's units, motor pulses or encoder counts."""
 
     @field_validator("axes", mode="wrap")
     @classmethod
@@ -117,8 +141,64 @@ class WireTable(Table):
     """How much later a change arrives, in milliseconds."""
 
 
+Name = Annotated[str, Field(pattern=r"^[\w-]+$")]
+
+
+class FaultTerms(Table):
+    """Something that goes wrong."""
+
+    kind: str
+    """Which fault; `axistwin faults` lists them."""
+    on: str = ""
+    """What it acts on, such as "table.serial", "table.input1", "table.X" or "table"."""
+    name: Name | None = None
+    """What it is called; its kind if left out."""
+    at: Annotated[float, Field(ge=0)] | None = None
+    """When it begins, in seconds from the beginning."""
+    when: str | None = None
+    """What it waits for, such as "table.X passes 1000"."""
+    nth: Annotated[int, Field(ge=1)] = 1
+    """How many times that must happen."""
+    duration: Annotated[float, Field(ge=0)] | None = None
+    """After how many seconds it is mended; never if left out."""
+    seed: int | None = None
+    """What is left to chance follows from it; the scene's seed if left out."""
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Those of its kind."""
+        return self.model_dump(exclude_none=True, exclude=set(FaultTerms.model_fields))
+
+
+FaultTable = create_model("FaultTable", __base__=FaultTerms, **FAULT_PARAMETERS)
+
+
+_ONE_OR_MORE = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+Acts = Annotated[
+    list[str],
+    BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
+    WithJsonSchema(_ONE_OR_MORE),
+]
+
+
+class ScriptTable(Table):
+    """Something that somebody does at the machine at a time."""
+
+    at: Annotated[float, Field(ge=0)]
+    """When, in seconds from the beginning."""
+    do: Acts
+    """What, as behind `!` in a conversation: "input1 high", "X.jam on", "fault lose 3"."""
+    on: str = ""
+    """Whose pins and axes these are; it need not be said if there is one controller only."""
+
+
 class SceneFile(Table):
     """What a scene file holds."""
+
+    title: str = ""
+    """What it is, in a few words."""
+    seed: int | None = None
+    """Of what is left to chance."""
 
     controller: Annotated[list[ControllerTable], Field(min_length=1)]
     """The controllers, each begun by [[controller]]."""
@@ -128,3 +208,7 @@ class SceneFile(Table):
     """RS232 daisy chains, each begun by [[chain]]."""
     rs485: list[LineTable] = []
     """RS485 lines, each begun by [[rs485]]."""
+    fault: list[FaultTable] = []  # type: ignore[valid-type]
+    """What goes wrong, each begun by [[fault]]."""
+    script: list[ScriptTable] = []
+    """What somebody does at the machine, each begun by [[script]]."""
