@@ -112,7 +112,7 @@ def test_a_line_format_is_written_in_a_few_words(text, shown, instant):
 
 
 def test_the_public_names_are_these():
-    assert sorted(axistwin.__all__) == ["AxistwinError", "Bench", "Scene"]
+    assert sorted(axistwin.__all__) == ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
 
 
 def test_two_runs_are_identical():

@@ -10,16 +10,30 @@ bench.run(0.1)
 assert if1.serial.read() == b"U\\r"
 """
 
-from axistwin.bench import Bench
-from axistwin.errors import AxistwinError
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["AxistwinError", "Bench", "Scene"]
+if TYPE_CHECKING:
+    from axistwin.apps.scene import Scene
+    from axistwin.apps.twin import serve
+    from axistwin.bench import Bench
+    from axistwin.errors import AxistwinError
+    from axistwin.faults.desk import Fault
+
+__all__ = ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
 __version__ = "0.1.0"
 
+_HOMES = {
+    "AxistwinError": "axistwin.errors",
+    "Bench": "axistwin.bench",
+    "Fault": "axistwin.faults.desk",
+    "Scene": "axistwin.apps.scene",
+    "serve": "axistwin.apps.twin",
+}
+"""Where each name lives; imported when it is asked for: a pytest plug-in must cost nothing to who does not use it."""
 
-def __getattr__(name: str) -> object:
-    if name == "Scene":  # brings pydantic along, so only for those who ask
-        from axistwin.apps.scene import Scene
 
-        return Scene
-    raise AttributeError(f"module 'axistwin' has no attribute {name!r}")
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'axistwin' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

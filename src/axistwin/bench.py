@@ -1,17 +1,23 @@
 """A bench: a world with its own clock, and the controllers and machines on it.  Seconds outside, nanoseconds inside."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from axistwin.controllers.product import (
+    AlarmDevice,
     BusDevice,
+    BusyDevice,
     Device,
+    FollowedDevice,
+    Follower,
     HandshakeDevice,
     Product,
+    Register,
+    RegisteredDevice,
     Rs485Device,
     SerialDevice,
     Store,
@@ -29,6 +35,9 @@ from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import SerialPort, Uart, UartFormat, Wiring, daisy_chain, direct, shared_pair
 from axistwin.storage import FileStore, MemoryStore
 from axistwin.units import to_ns, to_seconds
+
+if TYPE_CHECKING:
+    from axistwin.faults.desk import Faults
 
 LINE = re.compile(r"(?P<baudrate>[1-9]\d*)? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
 FAMILIES = {
@@ -56,11 +65,17 @@ class Controller:
         self.name, self.product = name, made
         self.axes: Mapping[str, Axis] = axes
         self.pins: Mapping[str, Pin] = device.pins
+        self.bench: Bench | None = None
+        """The bench it stands on."""
         self._device, self._plug = device, plug
+        self.given: Mapping[str, Any] = {}
+        """The options it was added with; where it keeps its state is not among them."""
         self._second = _second_port(device, plug)
         self._asked_for_second = False
         self._lines: dict[str, str] = {}  # which of its channels, serial or rs485, are on which shared line
         self._bus = device.bus if isinstance(device, BusDevice) else None
+        self.alarms = device.alarms if isinstance(device, AlarmDevice) else None
+        """Where it tells its fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
 
     def __repr__(self) -> str:
@@ -105,6 +120,18 @@ class Controller:
         return found
 
     @property
+    def registers(self) -> Mapping[str, Register]:
+        """Numbers and texts that it keeps, for those who look into it; traces can follow them."""
+        return self._device.registers() if isinstance(self._device, RegisteredDevice) else {}
+
+    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
+        """Have `follower` told of each change of these registers, late, if it computes ahead of the clock.
+
+        Returns what ends it; None: they change at events only, so that who looks on sees them.
+        """
+        return self._device.follow(names, follower) if isinstance(self._device, FollowedDevice) else None
+
+    @property
     def ambient(self) -> float:
         """The temperature around its motor, in °C.  Raises UsageError if it is not a motor."""
         return self._motor("is no motor and has no `ambient`").ambient
@@ -122,6 +149,11 @@ class Controller:
     def trouble(self) -> str:
         """In a line, what keeps it from moving and what helps; empty if nothing does, or if it cannot tell."""
         return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is at work with what a host has asked for; False where it does not tell."""
+        return isinstance(self._device, BusyDevice) and self._device.busy
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""
@@ -181,6 +213,20 @@ class Bench:
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
         """Daisy chains and RS-485 lines by name."""
+        self.origin: dict[str, str] = {}
+        """What it was made from, for those who want to know later: `scene` (its name and hash), `seed`."""
+        self.agenda_ns = 0
+        """Until then somebody has something to do here by himself, such as the script of a scene."""
+        self._faults: Faults | None = None
+
+    @property
+    def faults(self) -> "Faults":
+        """What goes wrong here: `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
+        if self._faults is None:
+            from axistwin.faults.desk import Faults  # late: most benches have none
+
+            self._faults = Faults(self)
+        return self._faults
 
     @property
     def now(self) -> int:
@@ -265,6 +311,7 @@ class Bench:
         made = product(model)
         name = name or self._free_name(made.model)
         self._check_name(name)
+        given = {key: value for key, value in {**options, "line": line}.items() if value is not None}
         axis_options = {axis: _table(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = _options(made, options)
         if type(history) is not int or history < 2:
@@ -277,6 +324,7 @@ class Bench:
         _fit_switches(made, device, axes, axis_options)
         plug = _plug(self.clock, device, line, made.line) if isinstance(device, SerialDevice) else None
         controller = Controller(name, made, device, axes, plug)
+        controller.bench, controller.given = self, given
         self.controllers[name] = controller
         device.power(True)
         return controller

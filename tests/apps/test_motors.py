@@ -336,7 +336,8 @@ def test_a_servo_has_position_and_commanded_in_a_trace(tmp_path):
         tell(bench, motor, "MP A=100 V=100000 P=2000 G\r", 1)
         motor.pins["A"].drive(2.5)
         bench.run(0.1)
-    rows = [row.split(",") for row in (tmp_path / "a.csv").read_text().splitlines()[1:]]
+    lines = [line for line in (tmp_path / "a.csv").read_text().splitlines() if not line.startswith("#")]
+    rows = [line.split(",") for line in lines[1:]]
     assert [int(row[0]) for row in rows] == sorted(int(row[0]) for row in rows)
     positions = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.position"]
     commanded = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.commanded"]

@@ -145,11 +145,11 @@ def test_traces_and_a_plot(axistwin, tmp_path):
         (("if1", "a.if1", "--option", "wires=3"), "no option 'wires'"),
         (("if1", "a.if1", "--option", "wires"), "NAME=VALUE"),
         (("if1", "a.if1", "--plot", "a.pdf"), ".svg or .png"),
-        (("if1", "a.if1", "--trace", "a.txt"), ".csv or .vcd"),
+        (("if1", "a.if1", "--trace", "a.txt"), ".csv, .vcd or .parquet"),
         (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
         (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
         (("a.toml", "a.if1", "--state", "x"), "write them into the scene"),
-        (("if1",), "Missing argument 'PROGRAM'"),
+        (("if1",), "name a PROGRAM for the if1"),
     ],
 )
 def test_wrong_usage(axistwin, arguments, words):

@@ -99,6 +99,21 @@ def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
     assert "X        0  101     101 " in played.stdout
 
 
+def test_a_recording_is_written_while_it_goes_on(tmp_path):
+    """Nobody asks the server to end; it is killed."""
+    talk_file = tmp_path / "session.talk"
+    with started("if1", *AT_ONCE, "--record", talk_file) as (program, [(_, url)]):
+        assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
+        while "< C" not in talk_file.read_text():  # the last answer, too, though nothing has followed it
+            assert program.poll() is None
+        program.kill()
+        program.wait(PATIENCE_S)
+    played = subprocess.run(
+        [*PROGRAM[:-1], "run", "if1", talk_file], capture_output=True, text=True, timeout=PATIENCE_S
+    )
+    assert (played.returncode, played.stderr) == (0, "")
+
+
 def test_a_recording_ends_in_talk(tmp_path):
     code, words = failed("if1", "--record", tmp_path / "session.txt")
     assert (code, "end it in .talk" in words) == (2, True)

@@ -45,7 +45,8 @@ def test_sample_7_moves_the_axes_of_a_served_if1(tmp_path):
     assert "U" in screen.split()
     assert "ERROR" not in screen
     with trace.open(newline="") as file:
-        pulses = [row[1:] for row in csv.reader(file) if row[1].endswith(".pulses")]
+        rows = csv.reader(line for line in file if not line.startswith("#"))
+        pulses = [row[1:] for row in rows if row[1].endswith(".pulses")]
     up, down = range(1, 1001), range(999, -1, -1)
     expected = [(axis, count) for axis, counts in (("X", up), ("Y", up), ("X", down), ("Y", down)) for count in counts]
     assert pulses[:3] == [[f"if1.{axis}.pulses", "0"] for axis in "XYZ"]

@@ -18,9 +18,16 @@ from axistwin.errors import AxistwinError, LinkError, UsageError
 COMMANDS = {
     "demo": "A short session that needs nothing but the package.",
     "serve": "Put controllers on real ports: TCP, pty, RFC2217, serial, bus.",
+    "record": "Between a host and a real controller, write what they say and when.",
+    "replay": "Let a virtual controller answer a recorded host, and tell where it differs.",
     "run": "Run a program or a conversation at full speed.",
-    "check": "Find what is wrong with a program.",
+    "plot": "Draw a trace.",
+    "diff": "Find the first difference between two traces.",
+    "check": "Find what is wrong with programs and scenes.",
     "commands": "List every command of a model.",
+    "faults": "List every fault that a bench can have.",
+    "schema": "The JSON Schema of a scene file, for editors.",
+    "lsp": "The language server, for editors.",
     "term": "An interactive terminal on a virtual or a real controller.",
 }
 """Each is the click command of that name in the module `axistwin.apps.<name>`."""

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 
+from axistwin.apps import rules
 from axistwin.apps.visible import CHARACTERS, Codec, codec_of
 from axistwin.bench import FAMILIES, product
 from axistwin.errors import ProgramError, UsageError
@@ -23,7 +24,7 @@ from axistwin.units import S
 
 MOST_BYTES = 4 << 20
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
-_HEADER = re.compile(r"(?P<key>model|options|line|patience):\s*(?P<value>.*)")
+_HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for):\s*(?P<value>.*)")
 
 
 @dataclass(frozen=True)
@@ -124,12 +125,12 @@ def parse(text: str, file: str = "", codec: Codec | None = None, model: str = ""
     `codec` None: what is said is written as its `; model:` has it, or else as `model` has it.
     """
     lines = text.splitlines()
-    codec = codec or _codec(_model(lines) or model)
+    codec = codec or _codec(named_model(lines) or model)
     acts = (parse_line(line, number, file, codec) for number, line in enumerate(lines, start=1) if line.strip())
     return Conversation(tuple(acts), file, codec)
 
 
-def _model(lines: Iterable[str]) -> str:
+def named_model(lines: Iterable[str]) -> str:
     """The model that the first comments name, if they name one."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
@@ -162,14 +163,14 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     if not found:
         raise ProgramError(
             "a line begins with ; + > < ! or =, or with a controller's name and a colon before that",
-            file=file, line=number, column=indent + 1,
+            file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()
     column = indent + len(found[0]) - len(found["rest"].lstrip())
     try:
         return _READERS[found["mark"]](rest, codec, number, found["name"] or "")
     except ProgramError as error:
-        raise ProgramError(error.message, file=file, line=number, column=column + (error.column or 1)) from None
+        raise error.at(file, number, column + (error.column or 1)) from None
 
 
 def _comment(text: str, _codec: Codec, line: int, controller: str) -> Act:
@@ -179,7 +180,8 @@ def _comment(text: str, _codec: Codec, line: int, controller: str) -> Act:
 def _wait(text: str, _codec: Codec, line: int, controller: str) -> Act:
     number = _without_comment(text)
     if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", number):
-        raise ProgramError(f"{number!r} is no time: write seconds, like +0.25")
+        message = f"{number!r} is no time: write seconds, like +0.25"
+        raise ProgramError(message, code=rules.NO_TIME.code, width=max(1, len(number)))
     return Wait(round(Decimal(number) * S), line=line, controller=controller)
 
 
@@ -207,7 +209,8 @@ _READERS = {";": _comment, "+": _wait, ">": _say, "<": _hear, "!": _do, "=": _ex
 def _name_and_value(text: str, example: str) -> tuple[str, str]:
     name, _, value = _without_comment(text).partition(" ")
     if not value.strip():
-        raise ProgramError(f"a name and a value are wanted, like {example!r}", column=len(name) + 1)
+        message = f"a name and a value are wanted, like {example!r}"
+        raise ProgramError(message, column=len(name) + 1, code=rules.NO_VALUE.code)
     return name, value.strip()
 
 

@@ -49,7 +49,8 @@ def demo(plot: Path) -> None:
       axistwin demo
       axistwin demo --plot /tmp/demo.svg
     """
-    from axistwin.apps.plot import check_suffix, draw
+    from axistwin.apps.picture import check_suffix
+    from axistwin.apps.plot import draw
 
     check_suffix(plot)
     click.secho(f"axistwin {__version__}: legacy motion controllers without the hardware", bold=True)

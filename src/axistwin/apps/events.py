@@ -11,6 +11,8 @@ from functools import partial
 from axistwin.apps import partners
 from axistwin.apps.machine import on_a_bus
 from axistwin.bench import Bench, Controller
+from axistwin.faults.desk import Fault
+from axistwin.faults.words import write as written
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import LineError, SerialPort
@@ -70,7 +72,17 @@ class Broke:
     seconds: float
 
 
-Event = Said | Heard | Changed | Turned | Broke
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A fault has begun, or has been mended; `act` is what does it in a conversation, `words` what follows."""
+
+    time_ns: int
+    controller: str
+    act: str
+    words: str
+
+
+Event = Said | Heard | Changed | Turned | Broke | Failed
 Sink = Callable[[Event], None]
 
 
@@ -85,7 +97,16 @@ def observing(bench: Bench, sink: Sink) -> Iterator[None]:
                 _observe_port(bench, name, bench.port(name), sink, stack)
         for controller in bench.controllers.values():
             _observe_pins(bench, controller, sink, stack)
+        stack.callback(bench.faults.watch(partial(_failed, bench, sink)))
         yield
+
+
+def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
+    where = fault.spot.name.partition(".")[0]
+    if what == "begins":
+        sink(Failed(bench.now, where, "fault", written(fault)))
+    elif fault.on:  # and is mended
+        sink(Failed(bench.now, where, "mend", fault.name))
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation
 from functools import partial
 
-from axistwin.bench import Controller, line_format
+from axistwin.bench import Bench, Controller, line_format
 from axistwin.errors import ProgramError, UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
@@ -17,6 +17,7 @@ from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
 from axistwin.sim.serial import SerialPort, UartFormat
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
+FAULT_ACTS = ("fault", "mend")
 ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
 SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature")
 _VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V")
@@ -34,6 +35,8 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
     """What `! target value` does, when called.  Raises ProgramError if there is no such thing."""
     if target in controller.pins:
         return _pin_action(controller.pins[target], value)
+    if target in FAULT_ACTS:
+        return fault_action(controller.bench, controller.name, target, value)
     axis, _, what = target.partition(".")
     if axis in controller.axes and what in ("jam", "load", "push"):
         return _axis_action(controller.axes[axis], what, value)
@@ -42,6 +45,19 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
     if motor_of(controller) is not None and target in ("ambient", "master"):
         return _motor_action(controller, target, value)
     return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
+
+
+def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
+    """What `! fault lose 3` and `! mend lose` do; `here`: whose things need not be named.  Raises ProgramError."""
+    assert bench is not None, "a controller that is talked to stands on a bench"
+    if target == "mend":
+        return partial(bench.faults.mend, value)
+    from axistwin.faults import words  # late: few conversations have any
+
+    try:
+        return words.read(value, bench.faults, here)
+    except UsageError as error:
+        raise ProgramError(str(error)) from None
 
 
 def attributes(axis: Axis) -> tuple[str, ...]:
@@ -67,7 +83,7 @@ def on_a_bus(controller: Controller) -> bool:
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
     if target == "init":
         return controller.bus.init if _level(value) else lambda: None
-    raise _nothing_called(target, (*controller.pins, "power", "init", "AXIS.jam", "AXIS.load", "AXIS.push"))
+    raise _nothing_called(target, targets(controller))
 
 
 def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
@@ -100,10 +116,16 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
     port = controller.ports.get(controller.name)
     if port is not None and target in _line_targets(port):
         return port_action(port, target, value)
+    raise _nothing_called(target, targets(controller))
+
+
+def targets(controller: Controller) -> tuple[str, ...]:
+    """What `!` can do something to; AXIS stands for each of its axes."""
+    port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
-    others = ("power", *lines, *motor, "AXIS.jam", "AXIS.load", "AXIS.push")
-    raise _nothing_called(target, (*controller.pins, *others))
+    host = ("init",) if on_a_bus(controller) else (*lines, *motor)
+    return (*controller.pins, "power", *host, "AXIS.jam", "AXIS.load", "AXIS.push", *FAULT_ACTS)
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
@@ -132,7 +154,7 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
     """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
-    if subject in (lines := _lines(controller)):
+    if subject in _lines(controller):
         port = controller.bus if on_a_bus(controller) else controller.serial
         return lambda: bool(getattr(port, subject))
     name, _, attribute = subject.partition(".")
@@ -145,9 +167,14 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
         return lambda: controller.master.count
     if name in controller.pins and attribute == "volts" and isinstance(pin := controller.pins[name], UserPin):
         return lambda: pin.volts
+    raise _nothing_called(subject, subjects(controller))
+
+
+def subjects(controller: Controller) -> tuple[str, ...]:
+    """What `=` can look at; PIN stands for each of its pins."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
-    others = () if motor is None else ("PIN.volts", "ambient", "master")
-    raise _nothing_called(subject, ("clock", *controller.pins, *lines, *others, *axes))
+    others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
+    return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:

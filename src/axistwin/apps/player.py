@@ -14,7 +14,7 @@ from itertools import takewhile
 from axistwin.apps import partners
 from axistwin.apps.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
 from axistwin.apps.host import Host, host_at
-from axistwin.apps.machine import Value, action, agrees, port_action, question, shown
+from axistwin.apps.machine import FAULT_ACTS, Value, action, agrees, fault_action, port_action, question, shown
 from axistwin.apps.visible import Codec
 from axistwin.bench import Bench, Controller
 from axistwin.errors import PlacedError, ProgramError, UsageError
@@ -73,7 +73,7 @@ def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
-        player = _Player(conversation, bench, codec or conversation.codec)
+        player = Player(conversation, bench, codec or conversation.codec)
         player.listen(stack)
         for act in [player.prepare(act) for act in conversation.acts]:
             if isinstance(difference := act(), Difference):
@@ -81,7 +81,9 @@ def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -
         return player.nothing_left()
 
 
-class _Player:
+class Player:
+    """Does the acts of a conversation one by one."""
+
     def __init__(self, conversation: Conversation, bench: Bench, codec: Codec) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, codec
         self.heard: dict[str, bytearray] = {name: bytearray() for name in partners.names(bench)}
@@ -89,6 +91,7 @@ class _Player:
         self.patience_s = self._patience()
 
     def listen(self, stack: ExitStack) -> None:
+        """Hear what is said from now on, for as long as the stack stands."""
         for name, heard in self.heard.items():
             self.hosts[name] = stack.enter_context(host_at(self.bench, name))
             self.hosts[name].hear(heard.extend)
@@ -110,6 +113,8 @@ class _Player:
                 return partial(self.hosts[self._partner(act)].write, act.data)
             case Hear():
                 return partial(self._hear, act, self._partner(act))
+            case Do() if act.target in FAULT_ACTS:
+                return fault_action(self.bench, self._here(act), act.target, act.value)
             case Do():
                 if act.controller in self.heard and act.controller not in self.bench.controllers:
                     return port_action(self.bench.port(act.controller), act.target, act.value)
@@ -119,6 +124,11 @@ class _Player:
                 agrees(look(), act.value)  # so that a value that can never be is found now
                 return lambda: self._expect(act, look())
         raise AssertionError(act)
+
+    def _here(self, act: Act) -> str:
+        """Whose things a fault need not name."""
+        only = next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
+        return act.controller or only
 
     def _controller(self, act: Act) -> Controller:
         if act.controller or len(self.bench.controllers) == 1:

@@ -63,6 +63,11 @@ def load(path: Path, target: str = "") -> Program:
     raise no_program(path)
 
 
+def of_itself() -> Program:
+    """What a scene does by itself: its hosts, its stored programs, its script."""
+    return Program(_live)
+
+
 def no_program(path: Path) -> UsageError:
     """What to tell about a file of no known kind."""
     kinds = "name a conversation .talk, command lines .if1, commands for an 1811 .181x, a SmartMotor's source .sms"
@@ -112,6 +117,12 @@ def _errors(file: str, motor: Controller) -> str:
     errors = sum(found.severity is Severity.ERROR for found in diagnose(Path(file), checker))
     here = f"{errors} error{'s' * (errors != 1)} in the program: axistwin check {motor.product.model} {file}"
     return here if errors else ""
+
+
+def _live(bench: Bench, until_ns: int | None) -> Outcome:
+    deadline_ns = bench.agenda_ns + STORED_BOUND_NS if until_ns is None else until_ns
+    bench.clock.run_to(min(bench.agenda_ns, deadline_ns))
+    return _settled(bench, None, until_ns, deadline_ns)
 
 
 def _settled(bench: Bench, note: str | None, until_ns: int | None, deadline_ns: int) -> Outcome:

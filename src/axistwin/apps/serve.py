@@ -3,16 +3,15 @@
 import asyncio
 import logging
 import shlex
-import signal
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import click
 
 from axistwin.apps import partners
+from axistwin.apps.ending import ending
 from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
 from axistwin.errors import UsageError
@@ -22,7 +21,6 @@ from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
 
 ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
-INTERRUPTED = 130
 NOW_AND_THEN_S = 0.1
 
 Ports = list[tuple[str, PortUrl]]
@@ -51,7 +49,10 @@ Ports = list[tuple[str, PortUrl]]
 @click.option("--flow", type=click.Choice(["dtr", "none"]), default="dtr", show_default=True,
               help="What holds back the host's characters where the port does not decide.")  # fmt: skip
 @click.option("--reset-on-connect", is_flag=True, help="A new client finds the controller just switched on.")
-@click.option("--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write what happens, as .csv or .vcd.")
+@click.option(
+    "--trace", type=click.Path(dir_okay=False), metavar="FILE", help="Write what happens: .csv, .vcd or .parquet."
+)
+@click.option("--signals", metavar="NAME,…", help="What to trace: 'default,motor.RPE', 'if1.X.*', '*'.")
 @click.option("--record", type=click.Path(dir_okay=False), metavar="FILE", help="Write what is said, as FILE.talk.")
 @click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
 @click.option(
@@ -65,6 +66,7 @@ def serve(
     flow: str,
     reset_on_connect: bool,
     trace: str | None,
+    signals: str | None,
     record: str | None,
     show_hosts: bool,
     options: tuple[str, ...],
@@ -109,8 +111,9 @@ def serve(
         headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
     _prepare(bench, times)
-    with _recording(bench, record, headers), _tracing(bench, trace) as catch_up:
-        return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts, catch_up))
+    with _recording(bench, record, headers) as heard, _tracing(bench, trace, signals) as traced:
+        now_and_then = [catch_up for catch_up in (heard, traced) if catch_up is not None]
+        return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts, now_and_then))
 
 
 def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
@@ -118,12 +121,12 @@ def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
     from axistwin.apps.scene import Scene  # late: a scene needs more than a model does
 
     scene = Scene.load(Path(path))
-    bench = scene.build()
+    bench = scene.build(served=True)
+    names = [name for name in partners.names(bench) if name not in scene.hosted]
     if not given:
         ports = [(name, parse(url)) for name, url in scene.ports]
-        return bench, ports or [(name, _any_port(bench, name)) for name in partners.names(bench)]
-    names = partners.names(bench)
-    if len(names) > 1:
+        return bench, ports or [(name, _any_port(bench, name)) for name in names]
+    if len(names) != 1:
         raise UsageError(f"{path} has several controllers: write their ports into the scene")
     return bench, [(name, url) for name in names for url in given]
 
@@ -133,27 +136,28 @@ def _any_port(bench: Bench, name: str) -> PortUrl:
 
 
 @contextmanager
-def _tracing(bench: Bench, path: str | None) -> Iterator[Callable[[], None] | None]:
+def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Callable[[], None] | None]:
     """Trace meanwhile; gives what is to be called now and then, so that long motions are written as they go."""
     if path is None:
         yield None
         return
-    from axistwin.apps.trace import tracing  # late: few need it
+    from axistwin.apps.signals import split  # late: few need it
+    from axistwin.apps.trace import tracing
 
-    with tracing(bench, Path(path)) as traced:
+    with tracing(bench, Path(path), split(signals)) as traced:
         yield traced.catch_up
 
 
 @contextmanager
-def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[None]:
-    """Record meanwhile, so that it can be played again on the same controller."""
+def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -> Iterator[Callable[[], None] | None]:
+    """Record meanwhile, so that it can be played again on the same controller; gives the same."""
     if path is None:
-        yield
+        yield None
         return
     from axistwin.apps.recorder import recording_to  # late: few need it
 
-    with recording_to(bench, Path(path), headers):
-        yield
+    with recording_to(bench, Path(path), headers) as recorder:
+        yield recorder.catch_up
 
 
 def _prepare(bench: Bench, speed: float | None) -> None:
@@ -178,13 +182,9 @@ async def _serve(
     flow: Flow,
     reset: bool,
     show: bool,
-    catch_up: Callable[[], None] | None,
+    now_and_then: Sequence[Callable[[], None]],
 ) -> int:
-    loop = asyncio.get_running_loop()
-    ended: asyncio.Future[int] = loop.create_future()
-    loop.set_exception_handler(lambda _, context: _surface(ended, context))
-    for number, code in ((signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 0)):
-        loop.add_signal_handler(number, _end, ended, code)
+    ended = ending()
     server = Server(bench, speed=speed, flow=flow, reset=reset)
     try:
         for name, url in wanted:
@@ -192,8 +192,8 @@ async def _serve(
         server.start()
         for line in _lines(server, show):
             click.echo(line)
-        if catch_up is not None:
-            _now_and_then(server.pacer, catch_up)
+        if now_and_then:
+            _now_and_then(server.pacer, now_and_then)
         return await ended
     finally:
         server.pacer.sync()
@@ -216,21 +216,8 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
             yield from (f"    {line}" for line in shown)
 
 
-def _now_and_then(pacer: Pacer, do: Callable[[], None]) -> None:
+def _now_and_then(pacer: Pacer, doings: Sequence[Callable[[], None]]) -> None:
     pacer.work()  # it sleeps while nothing is due, also while a motor runs
-    do()
-    asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, do)
-
-
-def _end(ended: asyncio.Future[int], code: int) -> None:
-    if not ended.done():
-        ended.set_result(code)
-
-
-def _surface(ended: asyncio.Future[int], context: dict[str, Any]) -> None:
-    """A bug ends the server and is seen; what the system cannot do for one client is told, and the others go on."""
-    error = context.get("exception")
-    if isinstance(error, OSError):
-        logging.getLogger("axistwin.links").warning("%s: %s", context["message"], error)
-    elif not ended.done():
-        ended.set_exception(error or RuntimeError(context["message"]))
+    for do in doings:
+        do()
+    asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, doings)

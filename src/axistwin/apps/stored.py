@@ -51,7 +51,17 @@ def load_source(path: Path) -> bytes:
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
     """Load it into the only motor on the bench, and switch that off and on.  Raises ProgramError if it is not taken."""
-    motor = only_motor(bench, file)
+    store(source, file, only_motor(bench, file))
+
+
+def check_motor(controller: Controller) -> None:
+    """Raises UsageError if it has no place for a stored program."""
+    if motor_of(controller) is None:
+        raise UsageError(f"{controller.name} is a {controller.product.model}: a stored program is for a SmartMotor")
+
+
+def store(source: bytes, file: str, motor: Controller) -> None:
+    """Load it into this motor, and switch that off and on.  Raises ProgramError if it is not taken."""
     port = motor.serial
     instant, port.instant = port.instant, True
     try:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 
-from axistwin.apps import conversation
+from axistwin.apps import conversation, rules
 from axistwin.apps.conversation import Act, Do, Say, Wait
 from axistwin.apps.machine import action
 from axistwin.bench import FAMILIES, Bench, Controller
@@ -110,8 +110,7 @@ class _Typist:
     def initialise(self) -> None:
         """Open bracket until it is answered, then the data format that the host is to have."""
         wanted = self.port.host.format
-        message = _format_message(wanted)
-        self.port.host.format = replace(wanted, bytesize=8, parity="N", stopbits=2)
+        self.port.host.format, message = greeting(wanted)
         self.bench.run(SELF_TEST_S)
         heard = bytearray()
         deafen = self.port.hear(lambda byte, _: heard.append(byte))
@@ -151,8 +150,14 @@ class _Typist:
 
 def _characters(words: str, number: int, file: str) -> bytes:
     if odd := re.search(r"[^ -~\t]", words):
-        raise ProgramError(f"{odd[0]!r} is no ASCII character", file=file, line=number, column=odd.start() + 1)
+        message = f"{odd[0]!r} is no ASCII character"
+        raise ProgramError(message, file=file, line=number, column=odd.start() + 1, code=rules.NO_ASCII.code)
     return words.replace("\t", " ").encode()
+
+
+def greeting(wanted: UartFormat) -> tuple[UartFormat, bytes]:
+    """In which format the host says open bracket, and the message that then brings the interface to the one wanted."""
+    return replace(wanted, bytesize=8, parity="N", stopbits=2), _format_message(wanted)
 
 
 def _format_message(line: UartFormat) -> bytes:

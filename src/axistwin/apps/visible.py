@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from axistwin.apps import rules
 from axistwin.controllers.product import Language, Product
 from axistwin.errors import ProgramError
 
@@ -30,8 +31,8 @@ class Codec(Protocol):
     def hear(self, text: str) -> bytes:
         """What a controller says, as bytes.  Raises ProgramError with the column."""
 
-    def places(self, text: str) -> Iterator[int]:
-        """The column from 0 of each byte that a host says."""
+    def places(self, text: str) -> Iterator[tuple[int, int]]:
+        """The column from 0 of each byte that a host says, and how many columns it takes up."""
 
     def words(self, data: bytes, by_host: bool) -> str:
         """What it means, if that cannot be seen."""
@@ -62,14 +63,15 @@ class Characters:
                 out += text[at].encode()
                 at += 1
             else:
-                raise ProgramError(rf"{text[at]!r} is no printable ASCII character: write \xNN", column=at + 1)
+                message = rf"{text[at]!r} is no printable ASCII character: write \xNN"
+                raise ProgramError(message, column=at + 1, code=rules.NO_ASCII.code)
         return bytes(out)
 
     hear = read
 
-    def places(self, text: str) -> Iterator[int]:
+    def places(self, text: str) -> Iterator[tuple[int, int]]:
         """Where each character is written."""
-        return (found.start() for found in _WRITTEN.finditer(text))
+        return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
         """Characters speak for themselves."""
@@ -94,9 +96,9 @@ class Hex:
         """A message; zeros at its end need not be written."""
         return self.language.message(text)
 
-    def places(self, text: str) -> Iterator[int]:
+    def places(self, text: str) -> Iterator[tuple[int, int]]:
         """Where each byte is written."""
-        return (placed.column for placed in self.language.placed(text))
+        return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:
         """The command or message in words."""
@@ -116,7 +118,10 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
         return _MEANT[escape["letter"]]
     except KeyError:
         raise ProgramError(
-            rf"{escape.group()} means nothing: there are \r, \n, \\ and \xNN (two hex digits)", column=at + 1
+            rf"{escape.group()} means nothing: there are \r, \n, \\ and \xNN (two hex digits)",
+            column=at + 1,
+            code=rules.NO_ESCAPE.code,
+            width=len(escape.group()),
         ) from None
 
 

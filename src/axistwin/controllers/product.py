@@ -1,13 +1,14 @@
 """What a bench needs to know of a product, and what a product is given.  The same for every family."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.diagnostics import Checker
+from axistwin.controllers.diagnostics import Checker, Rule
 from axistwin.motion.profile import Profile
 from axistwin.plant.axes import MakeAxis, stepper_axis
+from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
@@ -93,6 +94,61 @@ class BusDevice(Device, Protocol):
     bus: RegisterPort
 
 
+@dataclass(frozen=True)
+class Register:
+    """A number or a text that a controller keeps, for those who look into it.  Reading it changes nothing.
+
+    It stays as it is between two events, or else the device is a `FollowedDevice`.
+    """
+
+    read: Callable[[], int | str]
+    also: tuple[str, ...] = ()
+    """Other names for it, such as the command that reports it."""
+    text: bool = False
+    """Whether it is a text; otherwise a number."""
+    costly: bool = False
+    """Whether it costs much to follow it, so that it is only followed if it is asked for by its full name."""
+
+
+@runtime_checkable
+class RegisteredDevice(Device, Protocol):
+    """A device that one can look into."""
+
+    def registers(self) -> Mapping[str, Register]:
+        """What it keeps, by name."""
+
+
+Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
+"""Told of changes in order of time: when each was, which of the registers it was, and its value from then on."""
+
+
+@runtime_checkable
+class FollowedDevice(RegisteredDevice, Protocol):
+    """A device that computes ahead of the clock, so that it has to tell what has changed and when."""
+
+    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
+        """Tell one follower of every change of these registers, late, and more than once if it is none.
+
+        Returns what ends it.
+        """
+
+
+@runtime_checkable
+class AlarmDevice(Device, Protocol):
+    """A device that tells when it raises a fault flag."""
+
+    alarms: Alarms
+
+
+@runtime_checkable
+class BusyDevice(Device, Protocol):
+    """A device that is at work for a while with what a host has asked for."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is; what comes meanwhile may have to wait."""
+
+
 class Placed(Protocol):
     """A byte, and the column from 0 at which it is written."""
 
@@ -103,6 +159,10 @@ class Placed(Protocol):
     @property
     def column(self) -> int:
         """Its column."""
+
+    @property
+    def width(self) -> int:
+        """How many columns it takes up there."""
 
 
 class Language(Protocol):
@@ -157,12 +217,16 @@ class Product:
     """Makes an axis of the options it is given.  The switches that they name are fitted when the device is there."""
     check: Checker | None = None
     """Finds what is wrong with a program for it."""
+    rules: tuple[Rule, ...] = ()
+    """What that can find, in the order of the codes."""
     line: UartFormat | None = None
     """The host's usual format, where nothing else is said; None: it has no serial port."""
     limit_pins: tuple[str, str] | None = None
     """Pins that the minus and the plus limit switches of all axes hold closed."""
     closed_level: bool = True
     """The level of those pins while their switches are closed."""
+    drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
+    """By axis, the pin that is low while its drive has a fault."""
     home_pin: str | None = None
     language: Language | None = None
     """How its commands are written, where they are not characters on a line."""

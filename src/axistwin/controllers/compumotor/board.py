@@ -107,6 +107,11 @@ class Board:
         self._die()
         self.handshake.close()
 
+    @property
+    def queued(self) -> int:
+        """Commands that have been taken and not yet obeyed."""
+        return len(self._queue.items)
+
     def fail(self) -> None:
         """The board monitor alarm: the LED lights, the outputs are let go, only a reset helps."""
         self._die()

@@ -1,16 +1,19 @@
 """The board as it sits in its slot: connectors and registers, which are there with and without power (appendix C)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
 from axistwin.controllers.compumotor.check import check
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811
+from axistwin.controllers.compumotor.events import ALARMS
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
-from axistwin.controllers.product import Product, PulseAxis, Store
+from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
@@ -29,6 +32,8 @@ OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", 
 class _Driven(Pin):
     """An output whose level follows from what the pulse generator does: there is no event for each pulse."""
 
+    silent = True
+
     def __init__(self, clock: Clock, name: str, card: "Card") -> None:
         super().__init__(clock, name)
         self._card = card
@@ -36,7 +41,7 @@ class _Driven(Pin):
     @property
     def level(self) -> bool:
         """High for half a period of the range's highest frequency after each pulse."""
-        return self._driven if self._driven is not None else self._card.step_level
+        return super().level if self._holds or self.driven else self._card.step_level
 
 
 class Card:
@@ -46,6 +51,7 @@ class Card:
         self.clock, self._commands, self._axis, self._options = clock, commands, axis, options
         self._board: Board | None = None
         self.bus = RegisterPort(clock)
+        self.alarms = Alarms(*ALARMS.values())
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
         self.pins |= {name: Pin(clock, name) for name in (*LOW, *OUTPUTS)}
         self.pins["step"] = _Driven(clock, "step", self)
@@ -57,6 +63,12 @@ class Card:
     def step_level(self) -> bool:
         """The level of STEP."""
         return self._board is not None and self._board.pulses.step_level
+
+    @property
+    def busy(self) -> bool:
+        """Moving, performing a sequence or a stream, or with commands that it has not obeyed yet."""
+        board = self._board
+        return board is not None and (board.moving or board.streaming or board.sequencer.running or bool(board.queued))
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
@@ -70,6 +82,26 @@ class Card:
             self._board = Board(
                 self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart
             )
+            self._board.events.on_fault = self.alarms.tell
+
+    def registers(self) -> Mapping[str, Register]:
+        """The status byte, both data buffers in hex, mode and phase, and how many commands wait to be obeyed."""
+        bus = self.bus
+
+        def kept(read: Callable[[Board], int | str]) -> Callable[[], int | str]:
+            return lambda: 0 if self._board is None else read(self._board)
+
+        def told(read: Callable[[Board], str]) -> Callable[[], str]:
+            return lambda: "off" if self._board is None else read(self._board)
+
+        return {
+            "status": Register(lambda: bus.status, ("SB",)),
+            "input": Register(lambda: bus.input.contents.hex(" ").upper(), ("IDB",), text=True),
+            "output": Register(lambda: bus.output.contents.hex(" ").upper(), ("ODB",), text=True),
+            "mode": Register(kept(lambda board: board.mode)),
+            "phase": Register(told(lambda board: board.pulses.phase.name.lower()), text=True),
+            "queue": Register(kept(lambda board: board.queued)),
+        }
 
     def _restart(self) -> None:
         """Reset by CB bit 5 or by the bus is the same as power off and on."""
@@ -94,8 +126,10 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         build=build,
         limit_pins=("ccw_limit", "cw_limit"),
         closed_level=False,
+        drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
         check=partial(check, commands),
+        rules=RULES,
         language=Words(commands),
         attend=Host,
     )

@@ -19,6 +19,7 @@ class Happening(IntEnum):
     MINUS_LIMIT = 0xAA
 
 
+ALARMS = {Happening.STALL: "stall", Happening.PLUS_LIMIT: "plus_limit", Happening.MINUS_LIMIT: "minus_limit"}
 OF_A_MOVE = (Happening.START, Happening.CONSTANT)
 
 
@@ -27,6 +28,8 @@ class Events:
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send
+        self.on_fault: Callable[[str], None] = lambda name: None
+        """Told of stalls and limits, whether a message has been asked for or not."""
         self._armed: dict[int, int] = {}  # by opcode: how many moves had begun
 
     def arm(self, opcode: int, on: bool, begun: int) -> None:
@@ -42,6 +45,8 @@ class Events:
 
     def happened(self, what: Happening, begun: int) -> None:
         """Send the messages.  A move during which they were asked for does not count; "next" is then over."""
+        if what in ALARMS:
+            self.on_fault(ALARMS[what])
         for opcode in (what, what + 1):
             if opcode in self._armed and (what not in OF_A_MOVE or begun > self._armed[opcode]):
                 self._send(opcode, b"")

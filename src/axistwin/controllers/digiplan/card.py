@@ -5,10 +5,13 @@ from functools import partial
 
 from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.faults import CLOSED
+from axistwin.controllers.digiplan.faults import ALARMS, CLOSED, DRIVES
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.product import Product, PulseAxis, Store
+from axistwin.controllers.digiplan.report import busy_letter, communication_bits
+from axistwin.controllers.digiplan.rules import RULES
+from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.serial import Uart, UartFormat
@@ -44,7 +47,13 @@ class Card:
         self._seen = _Wiring(self, options.wiring)
         if options.fault_output:
             connect(self.pins["led"], self.pins["output5"])
+        self.alarms = Alarms(*ALARMS)
         self._interface: Interface | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
+        return self._interface is not None and (self._interface.busy or self._interface.deaf)
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
@@ -52,12 +61,31 @@ class Card:
             self._interface = Interface(
                 self.clock, self.uart, self._seen, self.pins, self.axes, self.options, self.store
             )
+            self._interface.faults.on_fault = self.alarms.tell
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
             for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
                 pin.set(False)
+
+    def registers(self) -> Mapping[str, Register]:
+        """Faults and status, named after the commands that report them; K without what follows from the motion."""
+
+        def kept(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
+            return lambda: 0 if self._interface is None else read(self._interface)
+
+        def told(read: Callable[[Interface], str]) -> Callable[[], str]:
+            return lambda: "off" if self._interface is None else read(self._interface)
+
+        return {
+            "state": Register(told(lambda interface: interface.state.value), text=True),
+            "E": Register(told(busy_letter), text=True),
+            "K": Register(kept(lambda interface: int(interface.faults.status()))),
+            "F": Register(kept(communication_bits)),
+            "I": Register(kept(lambda interface: interface.faults.inputs())),
+            "O": Register(kept(lambda interface: interface.step_number)),
+        }
 
 
 class _Wiring:
@@ -86,8 +114,10 @@ def _product(
         options=Options,
         build=build,
         check=partial(check, battery=battery),
+        rules=RULES,
         line=UartFormat(9600, 8, "N", 2),
         limit_pins=("limit_minus", "limit_plus"),
+        drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
     )
 
 

@@ -45,6 +45,8 @@ INPUT_BITS = {
 
 DRIVES = {"x_fault": "X", "y_fault": "Y"}
 LIMITS = {"limit_plus": +1, "limit_minus": -1}
+ALARMS = tuple(str(fault.name).lower() for kind in (MotionFault, LineFault) for fault in kind)
+"""What the faults are called when they are told."""
 CLOSED = ("estop", *LIMITS, *DRIVES)
 """Terminals through which current flows while all is well."""
 
@@ -56,6 +58,8 @@ class Faults:
         self.pins, self._show = pins, show
         self.motion = MotionFault.NONE
         self.line = LineFault.NONE
+        self.on_fault: Callable[[str], None] = lambda name: None
+        """Told of each fault when it is raised, by its name in small letters."""
         for name in DRIVES:
             self.motion |= MotionFault.NONE if pins[name].level else MotionFault.DRIVE
         if not pins["estop"].level:
@@ -75,10 +79,12 @@ class Faults:
         """Remember it and light the lamp."""
         self.motion |= fault
         self.show()
+        self.on_fault(str(fault.name).lower())
 
     def raise_line(self, fault: LineFault) -> None:
         """Remember a communication fault; motion is not inhibited and the lamp stays."""
         self.line |= fault
+        self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
         """K or Q was answered: bits go whose cause is gone; a limit's goes at once, so that one may drive off it.

@@ -347,6 +347,11 @@ class Interface:
         """Moving, waiting for an input or pulsing an output; not while the host has control."""
         return self._work is not None and self._control is None
 
+    @property
+    def deaf(self) -> bool:
+        """Calculating a ramp: no character is processed."""
+        return self._deaf_until_ns > self.clock.now
+
     def _begin(self, procedure: Procedure) -> None:
         self._work = self.clock.process(self._working(procedure))
 

@@ -56,9 +56,14 @@ def communication_status(interface: "Interface") -> bytes:
 
     Clears all but the last.  Chapter Motion status.
     """
-    status = interface.faults.line | (LineFault.LOCKED if interface.locked else LineFault.NONE)
+    status = communication_bits(interface)
     interface.faults.line_has_been_read()
-    return _number(interface, int(status))
+    return _number(interface, status)
+
+
+def communication_bits(interface: "Interface") -> int:
+    """The bits of F."""
+    return int(interface.faults.line | (LineFault.LOCKED if interface.locked else LineFault.NONE))
 
 
 def input_status(interface: "Interface") -> bytes:
@@ -73,13 +78,16 @@ def sequence_status(interface: "Interface") -> bytes:
 
 def busy_status(interface: "Interface") -> bytes:
     """Command E: `[` locked, `F` a fault, `E` busy, `C` clear for new commands.  Chapter Busy status."""
+    return interface.frame.answer(busy_letter(interface).encode("ascii"))
+
+
+def busy_letter(interface: "Interface") -> str:
+    """The letter of E."""
     if interface.locked:
-        letter = b"["
-    elif interface.faults.status():
-        letter = b"F"
-    else:
-        letter = b"E" if interface.busy else b"C"
-    return interface.frame.answer(letter)
+        return "["
+    if interface.faults.status():
+        return "F"
+    return "E" if interface.busy else "C"
 
 
 def position(interface: "Interface") -> bytes:

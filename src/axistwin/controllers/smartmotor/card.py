@@ -1,19 +1,22 @@
 """The motor itself: its terminals and plugs, which are there with and without power."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from axistwin.controllers.product import Product, Store
+from axistwin.controllers.product import Follower, Product, Register, Store
 from axistwin.controllers.smartmotor import jit
 from axistwin.controllers.smartmotor.check import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.core import prepare
-from axistwin.controllers.smartmotor.faults import trouble
+from axistwin.controllers.smartmotor.faults import ALARMS, trouble
 from axistwin.controllers.smartmotor.inputs import IndexLine
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
+from axistwin.controllers.smartmotor.registers import Registers
+from axistwin.controllers.smartmotor.rules import RULES
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart, UartFormat
@@ -32,8 +35,10 @@ class SmartMotor:
         self._index = IndexLine(clock)
         self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True), "index": self._index}
         self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
+        self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
+        self._registers = Registers(clock)
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
@@ -41,11 +46,14 @@ class SmartMotor:
             if self._before is not None:
                 self._before.leave()
             self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
+            self._motor.on_fault = self.alarms.tell
+            self._registers.connect(self._motor)
             if self._index.watched:
                 self._motor.watch_index()
         elif not on and self._motor is not None:
             self._motor.power_off()
             self._before, self._motor, self._index.motor = self._motor, None, None
+            self._registers.connect(None)
             self._let_go()
 
     def trouble(self) -> str:
@@ -54,6 +62,14 @@ class SmartMotor:
             return ""
         self._motor.core.catch_up(changing=False)
         return trouble(self._motor)
+
+    def registers(self) -> Mapping[str, Register]:
+        """What can be read in an expression and is kept in the motor, and the mode."""
+        return self._registers.table()
+
+    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
+        """Tell of every change of these registers.  Without power they stay as they are."""
+        return self._registers.follow(names, follower)
 
     def _restart(self) -> None:
         """Z: everything as at power-up."""
@@ -78,6 +94,7 @@ PRODUCTS = {
         check=check,
         note=jit.note,
         prepare=prepare,
+        rules=RULES,
         make_axis=servo_axis,
         line=UartFormat(),
         limit_pins=("D", "C"),

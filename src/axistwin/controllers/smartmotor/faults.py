@@ -52,6 +52,8 @@ LATCHED = (BR, BL, BI, BW, BE, BH, BD, BU, BS, BA, BB, BC, BF)
 OPEN_SWITCHES = (
     "in a limit fault, as pins C and D are not held low: give the shaft limits, or UCI UDI ZS at the top of the program"
 )
+ALARMS = {BR: "Br", BL: "Bl", BE: "Be", BH: "Bh"}
+"""What is told of the flags, to those who want to know."""
 FAULT_1 = 1
 """The label that a fault calls with F=32."""
 
@@ -67,6 +69,7 @@ def happen(motor: "Motor", why: int) -> None:
     for reason, flag in ((ERROR, BE), (HEAT, BH)):
         if why & reason:
             motor.i[flag] = 1
+            motor.on_fault(ALARMS[flag])
             shut_down(motor, M_ERROR)
             _interrupt(motor, ends_program=True)
 
@@ -75,6 +78,7 @@ def _limit(motor: "Motor", flag: int, acknowledged: int, sign: int) -> None:
     """A limit is asserted, in hard- or software.  It stops the motor unless that moves away from it (3.1)."""
     i = motor.i
     i[flag] = 1
+    motor.on_fault(ALARMS[flag])
     on_its_way = heading(i) * sign
     if i[acknowledged] and on_its_way <= 0:
         return

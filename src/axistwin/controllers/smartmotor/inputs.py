@@ -55,7 +55,7 @@ class IndexLine(Pin):
     @property
     def level(self) -> bool:
         """Whether the shaft stands on the mark; a test lead has the last word."""
-        return super().level if self.driven or self.motor is None else self.motor.at_index
+        return super().level if self.driven or self._holds or self.motor is None else self.motor.at_index
 
     def drive(self, level: bool) -> None:
         """Force the line; a rising edge captures the position as the mark does."""
@@ -150,7 +150,7 @@ class Inputs:
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         i[MASTER], i[MASTER_LEFT] = self.edges(), 0
-        core.one_by_one = self._ask if self.axis.master.followed is not None else None
+        core.one_by_one = self._ask if self._cannot_be_told() else None
         first_ns = core.time_ns(i[SAMPLE] + 1)
         if core.one_by_one is not None or run.counts == 0 or run.end_ns <= self.motor.clock.now:
             return
@@ -162,9 +162,16 @@ class Inputs:
         i[MASTER_END] = run.base + run.counts + self._by_hand
         i[MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
+    def _cannot_be_told(self) -> bool:
+        """Whether the external encoder sits on an axis that moves."""
+        followed = self.axis.master.followed
+        return followed is not None and not followed.resting
+
     def _ask(self) -> None:
         """The external encoder sits on an axis that cannot be told in advance: ask it before each sample."""
         self.motor.i[MASTER] = self.edges()
+        if not self._cannot_be_told():
+            self.motor.core.one_by_one = None
 
     # The axis's source
 
@@ -211,11 +218,18 @@ class Inputs:
         """Somebody turns the shaft."""
         machine.push(self.motor.i, counts)
 
+    def slip(self, counts: int) -> None:
+        """The encoder turns on its shaft."""
+        machine.slip(self.motor.i, counts)
+
     def _take_axis(self) -> None:
         motor, axis = self.motor, self.axis
         machine.set_torque(motor.f, axis.outside_torque)
         machine.set_jam(motor.f, axis.jammed)
         machine.set_ambient(motor.i, motor.f, axis.ambient)
+        machine.set_encoder(motor.i, axis.counts_of, axis.counts_out_of)
+        if axis.motor is not None:
+            machine.set_windings(motor.i, motor.f, axis.motor, axis.strength, axis.supply)
         motor.i[WINDOW_LOW], motor.i[WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:

@@ -4,19 +4,24 @@ In units of counts and samples, so that a sample is done with few operations (`s
 """
 
 from collections.abc import MutableSequence, Sequence
+from dataclasses import replace
 from itertools import count
 from math import floor, inf, isfinite
 
 from axistwin.controllers.smartmotor.state import (
     BUS_VOLTAGE,
+    COUNTS_OF,
+    COUNTS_OUT_OF,
     COUNTS_PER_REV,
     CURRENT_SUM,
     HEAT,
     HEAT_SAMPLES,
     IDEAL,
     SHAFT,
+    SLIPPED,
     TEMP,
     TUNING,
+    UNCOUNTED,
 )
 from axistwin.errors import UsageError
 from axistwin.plant.servo import ServoLoad, ServoMotor
@@ -27,6 +32,8 @@ HEAT_BLOCK = 256
 """Samples between two looks at the temperatures; 63 ms."""
 AMBIENT_C = 25.0
 MOST_TORQUE_NM = 1000.0
+LEAST = 1e-6
+"""What is left of something that has gone, so that one can divide by it."""
 
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
@@ -124,6 +131,31 @@ def set_torque(f: Floats, newton_metres: float) -> None:
 def set_jam(f: Floats, on: bool) -> None:
     """A shaft that cannot turn."""
     f[JAM] = inf if on else 0.0
+
+
+def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
+    """What is left of the magnets and of the supply voltage, 1: all of them."""
+    weak = replace(
+        motor,
+        torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,
+        supply_voltage_v=max(supply, LEAST) * motor.supply_voltage_v,
+    )
+    _fit_windings(f, weak)
+    i[BUS_VOLTAGE] = round(10 * weak.supply_voltage_v)
+
+
+def set_encoder(i: Ints, of: int, out_of: int) -> None:
+    """It counts `of` for each `out_of` counts."""
+    good = of == out_of
+    i[COUNTS_OF], i[COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
+    if good:
+        i[UNCOUNTED] = 0
+
+
+def slip(i: Ints, counts: int) -> None:
+    """The encoder turns on its shaft by so many counts."""
+    i[SHAFT] += counts
+    i[SLIPPED] -= counts
 
 
 def push(i: Ints, counts: int) -> None:

@@ -101,6 +101,7 @@ from axistwin.controllers.smartmotor.state import (
     RESOLUTION,
     RUNNING,
     SHAFT,
+    SLIPPED,
     SOFT_LIMITS,
     STATEMENT,
     STATEMENTS_PER_SAMPLE,
@@ -164,6 +165,8 @@ class Motor:
         self.reset, self.powered = restart, True
         self.refused = False
         """Whether a movement has been refused because of a fault."""
+        self.on_fault: Callable[[str], None] = lambda name: None
+        """Told of each fault of table 4.1 when it happens, by the name of its flag."""
         self._asking: Channel | None = None
         self._set_defaults()
         self._take_machine()
@@ -275,7 +278,7 @@ class Motor:
         """There will be another processor for this machine, which takes it as it is now."""
         self.catch_up()
         self.core.stop()
-        self.axis.f, self.axis.shaft = list(self.f), self.i[SHAFT]
+        self.axis.f, self.axis.shaft = list(self.f), self.i[SHAFT] + self.i[SLIPPED]
         self._fittings.machine[:] = [self.i[slot] for slot in MACHINE]
         self.axis.disconnect()
 

@@ -48,6 +48,8 @@ from axistwin.controllers.smartmotor.state import (
     BH,
     BRAKE,
     COMMANDED,
+    COUNTS_OF,
+    COUNTS_OUT_OF,
     CURRENT,
     CURRENT_SUM,
     DIRECTION,
@@ -65,9 +67,11 @@ from axistwin.controllers.smartmotor.state import (
     PWM,
     SAMPLE,
     SHAFT,
+    SLIPPED,
     TEMP,
     TH,
     THD,
+    UNCOUNTED,
     T,
 )
 
@@ -106,8 +110,20 @@ def rotate(i: Ints, f: Floats) -> None:
     place = f[FRACTION] + speed
     counts = floor(place)
     i[SHAFT] += counts
+    if i[COUNTS_OUT_OF] != 0:
+        miscount(i, counts)
     f[FRACTION] = place - counts
     measure(i, f, amps)
+
+
+@sampled
+def miscount(i: Ints, counts: int) -> None:
+    """The encoder, which is bad, has turned by so many counts: SHAFT is what it makes of them."""
+    counted, of = i[UNCOUNTED] + counts * i[COUNTS_OF], i[COUNTS_OUT_OF]
+    whole = counted // of
+    i[UNCOUNTED] = counted - whole * of
+    i[SHAFT] += whole - counts
+    i[SLIPPED] += counts - whole
 
 
 @sampled

@@ -123,6 +123,9 @@ IDEAL = next(_slots)  # 1: the shaft follows the trajectory exactly
 # What the servo law and the physics remember (servo.py)
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = (next(_slots) for _ in range(4))
 CURRENT_SUM, HEAT, HEAT_SAMPLES = (next(_slots) for _ in range(3))  # the filter of CURRENT; (0.01 A)² and their number
+SLIPPED = next(_slots)  # the shaft stands so many counts beyond SHAFT, which is what the encoder says
+COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # a bad encoder counts so many for so many; 0 of 0: it is good
+UNCOUNTED = next(_slots)  # what is left over of that
 HOT = next(_slots)  # 1: has been overheated, and is not yet cool enough to move again
 
 LENGTHS = next(_slots)  # LEN, LEN1: bytes waiting
