@@ -1,5 +1,7 @@
 """The external encoder at pins A and B: edges at constant speed, exactly."""
 
+from typing import ClassVar
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -67,7 +69,7 @@ def test_at_once_and_to_a_stop(clock):
 def test_it_sits_on_a_shaft(clock):
     class Shaft:
         position = 300
-        on_motion = ()
+        on_motion: ClassVar[list] = []
         resting = False
 
     master = Master(clock)
