@@ -71,6 +71,7 @@ def test_it_sits_on_a_shaft(clock):
         position = 300
         on_motion: ClassVar[list] = []
         resting = False
+        foreseen = False
 
     master = Master(clock)
     master.move(7, 0)

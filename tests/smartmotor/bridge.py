@@ -208,7 +208,7 @@ class Kernel:
         self.program = Program.compile(text)
         self.i, self.v, self.f = [0] * state.INTS, [0] * state.VARIABLES, [0.0] * machine.FLOATS
         self.ring, self.stack, self.code = [0] * 2 * POINTS, [0] * ops.STACK, list(self.program.code)
-        self.shaft, self.commanded, self.log = [0] * SAMPLES, [0] * SAMPLES, [0] * 3
+        self.shaft, self.commanded, self.log, self.told = [0] * SAMPLES, [0] * SAMPLES, [0] * 3, [0]
         machine.fit(self.i, self.f, motor.data, motor.load)
         self._advance = kernel.advance
         if compiled:
@@ -219,7 +219,7 @@ class Kernel:
         import numpy as np
 
         self._advance = jit.best(kernel.advance)
-        for name in ("i", "v", "ring", "stack", "code", "shaft", "commanded", "log"):
+        for name in ("i", "v", "ring", "stack", "code", "told", "shaft", "commanded", "log"):
             setattr(self, name, np.array(getattr(self, name), dtype=np.int64))
         self.f = np.array(self.f)
 
@@ -242,7 +242,8 @@ class Kernel:
         """The reason as a number, and the positions."""
         first = int(self.i[state.SAMPLE])
         why = self._advance(
-            self.i, self.v, self.f, self.stack, self.code, self.ring, self.shaft, self.commanded, self.log, most
+            self.i, self.v, self.f, self.stack, self.code, self.ring, self.told,
+            self.shaft, self.commanded, self.log, most,
         )  # fmt: skip
         done = int(self.i[state.SAMPLE]) - first
         return why, list(self.shaft[:done]), list(self.commanded[:done])

@@ -1,6 +1,6 @@
 """The external encoder, or step source, whose two lines are wired to pins A and B of a servo motor."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
@@ -24,6 +24,13 @@ class Followed(Protocol):
     @property
     def resting(self) -> bool:
         """Whether it stays there until `on_motion` is called."""
+
+    @property
+    def foreseen(self) -> bool:
+        """Whether `positions_at` can tell its course up to the next call of `on_motion`."""
+
+    def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
+        """Where it will stand at these times, in order, as things are now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +70,7 @@ class Master:
         self.run = Run(clock.now, 0, 0, 0)
         """The latest run, perhaps over."""
         self.followed: Followed | None = None
-        """The axis it sits on; while that moves its count cannot be told in advance."""
+        """The axis it sits on; while that moves its count can be told in advance if it is `foreseen`."""
         self._ratio = Fraction(1)
         self._unwatch: Callable[[], object] = lambda: None
         self.before_change: list[Callable[[], None]] = []
@@ -80,6 +87,18 @@ class Master:
     def moving(self) -> bool:
         """Whether edges are still to come."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
+
+    @property
+    def foreseen(self) -> bool:
+        """Whether `foretell` can tell the count of an axis that it sits on."""
+        return self.followed is not None and self.followed.foreseen
+
+    def foretell(self, first_ns: int, period_ns: int, number: int) -> list[int]:
+        """The counts at `first_ns` and so often, at this period, as things are now; on an axis that is `foreseen`."""
+        assert self.followed is not None, "it sits on an axis"
+        times_ns = range(first_ns, first_ns + number * period_ns, period_ns)
+        ratio, base = self._ratio, self.run.base
+        return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def at(self, time_ns: int) -> int:
         """The count at a time from the beginning of the present run on, as things are now."""

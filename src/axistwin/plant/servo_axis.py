@@ -235,6 +235,15 @@ class ServoAxis:
         """Whether it stays where it is until somebody tells; a shaft can be turned by hand at any time."""
         return False
 
+    @property
+    def foreseen(self) -> bool:
+        """Its course is that of its own samples, which nobody knows in advance."""
+        return False
+
+    def positions_at(self, times_ns: Sequence[int]) -> list[int]:
+        """Nobody can tell."""
+        raise AssertionError(f"the course of a servo is not foreseen, not at {times_ns}")
+
     def next_sample_ns(self) -> int | None:
         """When the shaft may be found somewhere else; None: not by itself."""
         return self._source.next_sample_ns()

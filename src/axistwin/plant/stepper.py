@@ -113,6 +113,25 @@ class StepperAxis:
         """Whether it stays where it is until a stroke begins."""
         return not self.moving
 
+    @property
+    def foreseen(self) -> bool:
+        """Whether its course is known up to the next stroke; a motor that loses steps is looked at instead."""
+        return not self._slips
+
+    def positions_at(self, times_ns: Sequence[int]) -> list[int]:
+        """Where the motor stands at these times from the latest stroke on, in order, while no steps are lost."""
+        import numpy as np
+
+        stroke = self.train.stroke
+        since_ns = np.maximum(np.asarray(times_ns, np.int64) - stroke.start_ns, 0)
+        profile = stroke.profile
+        first, last = profile.pulses_by(int(since_ns[0])), profile.pulses_by(int(since_ns[-1]))
+        pulses_ns = np.empty(last - first, np.int64)
+        profile.fill_pulse_times(first + 1, 0, pulses_ns)
+        done = first + np.searchsorted(pulses_ns, since_ns, side="right")
+        found: list[int] = (stroke.origin - self._lost + stroke.direction * done).tolist()
+        return found
+
     # What a person sees and does
 
     @property

@@ -31,6 +31,8 @@ from axistwin.controllers.smartmotor.state import (
     SAMPLE,
     SHAFT,
     SLIPPED,
+    TOLD,
+    TOLD_AT,
     VARIABLES,
     WAIT_UNTIL,
 )
@@ -82,6 +84,8 @@ class Core:
         self.running = True
         self.one_by_one: Callable[[], None] | None = None
         """If somebody has to be asked before each sample: ask him."""
+        self.foretell: Callable[[int, int], Sequence[int]] | None = None
+        """Tells the external encoder's edges for so many samples from this one on, as things are now."""
         self._follower: Follower | None = None
         self._restless = False
         self._engine = _Engine(self)
@@ -258,6 +262,9 @@ class Core:
 
     def _compute(self, most: int) -> _Block:
         first = self.i[SAMPLE]
+        if self.foretell is not None and self.i[TOLD] < most:
+            self._engine.told = array("q", self.foretell(first + 1, most))
+            self.i[TOLD], self.i[TOLD_AT] = most, 0
         why, samples = self._engine.run(most)
         return _Block(first, samples, why)
 
@@ -316,6 +323,9 @@ class _Engine:
         self._code, self._log, self._followed = core.code, core.log, core.log
         self._copies: tuple[Any, ...] = ()
         self._views: tuple[Any, ...] = ()
+        self.told = array("q", [0])
+        """The external encoder's edges in the samples to come, where they are known."""
+        self._told = self.told
 
     @property
     def longest(self) -> int:
@@ -333,7 +343,7 @@ class _Engine:
             why = compiled(*self._views, most)
         else:
             i, v, f, ring = self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
-            why = advance(i, v, f, self._stack, core.code, ring, self.shaft, self.commanded, self._log, most)
+            why = advance(i, v, f, self._stack, core.code, ring, self.told, self.shaft, self.commanded, self._log, most)
             _Engine.plain_samples += i[SAMPLE] - core.i[SAMPLE]
         return why, i[SAMPLE] - core.i[SAMPLE]
 
@@ -372,16 +382,16 @@ class _Engine:
     def _renew_views(self) -> None:
         """NumPy's views of the arrays; new ones when a program has been loaded."""
         core = self._core
-        if self._views and self._code is core.code:
+        if self._views and self._code is core.code and self._told is self.told:
             return
         import numpy as np  # late: only when something moves for long
 
-        self._code = core.code
+        self._code, self._told = core.code, self.told
         self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
         i, v, f, ring = (np.frombuffer(copy, copy.typecode) for copy in self._copies)
-        others = self._stack, self._code, self.shaft, self.commanded, self._log
-        stack, code, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
-        self._views = i, v, f, stack, code, ring, shaft, commanded, noted
+        others = self._stack, self._code, self.told, self.shaft, self.commanded, self._log
+        stack, code, told, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
+        self._views = i, v, f, stack, code, ring, told, shaft, commanded, noted
 
 
 def prepare(speed: float | None, motors: int) -> None:

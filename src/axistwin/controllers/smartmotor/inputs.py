@@ -4,7 +4,7 @@ It is also what the axis asks where the shaft is (`ServoAxis`'s source).
 """
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -26,6 +26,7 @@ from axistwin.controllers.smartmotor.state import (
     PINS,
     SAMPLE,
     STEPS,
+    TOLD,
     WINDOW_HIGH,
     WINDOW_LOW,
 )
@@ -136,6 +137,7 @@ class Inputs:
         self._by_hand += step
         i[MASTER] += step
         i[MASTER_END] += step
+        i[TOLD] = 0  # that is to be told anew
 
     # External encoder
 
@@ -149,10 +151,12 @@ class Inputs:
         It is given the run as it was one sample before that, so that each sample adds the same and carries the rest.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
-        i[MASTER], i[MASTER_LEFT] = self.edges(), 0
-        core.one_by_one = self._ask if self._cannot_be_told() else None
+        i[MASTER], i[MASTER_LEFT], i[TOLD] = self.edges(), 0, 0
+        follows = self._follows()
+        core.foretell = self._foretell if follows and self.axis.master.foreseen else None
+        core.one_by_one = self._ask if follows and core.foretell is None else None
         first_ns = core.time_ns(i[SAMPLE] + 1)
-        if core.one_by_one is not None or run.counts == 0 or run.end_ns <= self.motor.clock.now:
+        if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
             return
         edges, i[MASTER_DIV] = abs(run.counts), run.duration_ns
         i[MASTER_WAY] = 1 if run.counts > 0 else -1
@@ -162,7 +166,7 @@ class Inputs:
         i[MASTER_END] = run.base + run.counts + self._by_hand
         i[MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
-    def _cannot_be_told(self) -> bool:
+    def _follows(self) -> bool:
         """Whether the external encoder sits on an axis that moves."""
         followed = self.axis.master.followed
         return followed is not None and not followed.resting
@@ -170,8 +174,16 @@ class Inputs:
     def _ask(self) -> None:
         """The external encoder sits on an axis that cannot be told in advance: ask it before each sample."""
         self.motor.i[MASTER] = self.edges()
-        if not self._cannot_be_told():
+        if not self._follows():
             self.motor.core.one_by_one = None
+
+    def _foretell(self, first: int, samples: int) -> Sequence[int]:
+        """The edges in these samples, as long as the axis that it sits on takes no other course."""
+        core = self.motor.core
+        if not self._follows():
+            core.foretell = None
+        counts = self.axis.master.foretell(core.time_ns(first), SAMPLE_NS, samples)
+        return [count + self._by_hand for count in counts]
 
     # The axis's source
 

@@ -112,10 +112,10 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 
 @sampled
-def move(i: Ints, v: Ints, ring: Ints) -> int:
+def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
     """The trajectory of one sample; with PIDn of every n-th."""
     why = ALL_DONE
-    master_turns(i)
+    master_turns(i, told)
     if i[SAMPLE] % i[PID_RATE] != 0:
         return why
     moved = counted(i)
@@ -227,17 +227,17 @@ def inputs(i: Ints) -> int:
 
 
 @sampled
-def sample(i: Ints, v: Ints, f: Floats, ring: Ints) -> int:
+def sample(i: Ints, v: Ints, f: Floats, ring: Ints, told: Ints) -> int:
     """One sample, after its statements."""
     i[SAMPLE] += 1
     i[BUDGET] = i[STATEMENTS_PER_SAMPLE]
     busy = i[BT]
     if i[IDEAL]:
-        why = move(i, v, ring)
+        why = move(i, v, ring, told)
         ideal(i, f)
     else:
         rotate(i, f)
-        why = move(i, v, ring)
+        why = move(i, v, ring, told)
         control(i)
     why |= protect(i, f) | inputs(i)
     if i[BT] != busy:
@@ -253,6 +253,7 @@ def advance(
     stack: Ints,
     code: Sequence[int],
     ring: Ints,
+    told: Ints,
     shaft: Ints,
     commanded: Ints,
     log: Ints,
@@ -260,6 +261,7 @@ def advance(
 ) -> int:
     """Do up to `most` samples; returns why it stopped.
 
+    `told`: edges of the external encoder, see the slot TOLD.
     Into `shaft` and `commanded` it writes, sample by sample, where the shaft is and where it should be, in counts
     of the machine; into `log` what has changed of the numbers that somebody follows (`log.py`).
     """
@@ -269,7 +271,7 @@ def advance(
     while why == ALL_DONE and i[SAMPLE] - first < most and room(log):
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            why = sample(i, v, f, ring)
+            why = sample(i, v, f, ring, told)
             n = i[SAMPLE] - first - 1
             shaft[n] = i[SHAFT] + i[SLIPPED]
             commanded[n] = i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])

@@ -68,6 +68,8 @@ MASTER = next(_slots)  # edges of the external encoder that have arrived, as `ax
 MASTER_SEEN = next(_slots)  # of which the trajectory has followed this many
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = (next(_slots) for _ in range(7))
 """A steady run of the external encoder: +1 or -1; counts per sample, and what is left over; samples to go; its end."""
+TOLD, TOLD_AT = next(_slots), next(_slots)
+"""Where the course is known, the edges are told for so many samples to come, from this place of the list on."""
 RESOLUTION = next(_slots)  # edges of four that count: 1, 2, 4 (MF1, MF2, MF4); steps count whole: 4
 STEPS = next(_slots)  # 1: pins A and B are step and direction
 FOLLOW_REM = next(_slots)  # what MFMUL/MFDIV has left over

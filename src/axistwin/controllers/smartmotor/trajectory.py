@@ -39,6 +39,8 @@ from axistwin.controllers.smartmotor.state import (
     RATE,
     RESOLUTION,
     TARGET,
+    TOLD,
+    TOLD_AT,
     TOP,
     VELOCITY,
 )
@@ -93,8 +95,13 @@ def towards(velocity: int, wanted: int, rate: int) -> int:
 
 
 @sampled
-def master_turns(i: Ints) -> None:
-    """The external encoder turns for a sample."""
+def master_turns(i: Ints, told: Ints) -> None:
+    """The external encoder turns for a sample: to what has been told of it, or steadily."""
+    if i[TOLD] > 0:
+        i[MASTER] = told[i[TOLD_AT]]
+        i[TOLD_AT] += 1
+        i[TOLD] -= 1
+        return
     if i[MASTER_LEFT] == 0:
         return
     i[MASTER_LEFT] -= 1

@@ -1,0 +1,79 @@
+"""An external encoder that sits on the axis of another controller: counted sample by sample, exactly."""
+
+from fractions import Fraction
+
+import pytest
+
+from axistwin import Bench
+
+SAMPLE_NS = 245_760
+RATIOS = (Fraction(1), Fraction(5), Fraction(-7, 3))
+
+
+def line(ratio: Fraction, **axis):
+    """An IF1 that feeds, and a SmartMotor that follows its X axis one to one; both ready."""
+    bench = Bench()
+    feeder, knife = bench.add("if1", X=axis), bench.add("smartmotor", line="instant")
+    bench.run(1.5)
+    feeder.serial.write(b"(")
+    bench.run(0.1)
+    feeder.serial.write(b"U61\r")
+    bench.run(1.5)
+    knife.master.follow(feeder.axes["X"], ratio)
+    knife.serial.write(b"UCI UDI ZS MF4 ")
+    bench.run(0.1)
+    return bench, feeder, knife
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_each_sample_sees_the_axis_as_it_is_then(ratio):
+    """The shaft of an ideal motor in MF4 stands at the whole part of ratio times position, in every sample."""
+    bench, feeder, knife = line(ratio)
+    feeder.serial.write(b"X400@3000$\r")
+    for _ in range(3000):
+        bench.clock.run_to((bench.now // SAMPLE_NS + 1) * SAMPLE_NS)
+        assert knife.axes["shaft"].position == feeder.axes["X"].position * ratio // 1
+    assert feeder.axes["X"].position == 400
+
+
+def test_how_the_run_is_cut_makes_no_difference():
+    """In one piece, in small ones, and with the host asking in between."""
+
+    def positions(piece_s, ask):
+        bench, feeder, knife = line(Fraction(5))
+        seen = []
+        knife.axes["shaft"].watch(lambda samples: seen.extend(samples.positions))
+        feeder.serial.write(b"X400@3000$\rX-200@900$\r")
+        for _ in range(round(2 / piece_s)):
+            bench.run(piece_s)
+            if ask:
+                knife.serial.write(b"RCTR ")
+        knife.axes["shaft"].catch_up()
+        return [at for at, before in zip(seen, [0, *seen], strict=False) if at != before]
+
+    whole = positions(2, ask=False)
+    assert whole[-1] == 5 * 200
+    assert positions(0.004, ask=False) == whole
+    assert positions(0.02, ask=True) == whole
+
+
+def test_an_axis_that_is_stopped_by_hand_is_followed_no_further():
+    """A jam in the middle of the move: what had been foretold is void."""
+    bench, feeder, knife = line(Fraction(5))
+    feeder.serial.write(b"X400@1000$\r")
+    bench.run(0.2)
+    feeder.axes["X"].jam(True)
+    at = feeder.axes["X"].position
+    bench.run(1.0)
+    assert 0 < at < 400
+    assert feeder.axes["X"].position == at
+    assert knife.axes["shaft"].position == 5 * at
+
+
+def test_an_axis_that_loses_steps_is_followed_too():
+    """Too weak a motor: whole teeth are lost; the external encoder sits on the shaft, not on the pulses."""
+    bench, feeder, knife = line(Fraction(2), motor={"torque": [[0, 0.1], [5000, 0.01]]}, load={"torque": 0.05})
+    feeder.serial.write(b"X2000@6000$\r")
+    bench.run(3)
+    assert feeder.axes["X"].pulses == 2000
+    assert knife.axes["shaft"].position == 2 * feeder.axes["X"].position
