@@ -197,9 +197,12 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
 def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
     """A pty has no one and a half stop bits with five data bits and a parity that marks."""
     device = tmp_path / "hardware"
-    with hardware(f"pty:{device}"), recorder("--serial", device, "--rfc2217", ":0", "-o", tmp_path / "a.talk") as (
-        program,
-        port,
+    with (
+        hardware(f"pty:{device}"),
+        recorder("--serial", device, "--rfc2217", ":0", "-o", tmp_path / "a.talk") as (
+            program,
+            port,
+        ),
     ):
         with serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host:
             host.bytesize, host.parity, host.stopbits = 5, "M", 1.5
