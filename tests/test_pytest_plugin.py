@@ -102,7 +102,9 @@ def test_it(host, axistwin_twin):
 def test_without_a_marker_one_is_told_to_write_it(run):
     code, told = run("def test_it(axistwin_port): pass")
     assert code == 1
-    assert 'test_it.py::test_it: say what to serve: @pytest.mark.axistwin("if1") or (scene="cell.toml")' in told
+    assert (
+        'test_it.py::test_it: say what to serve, one thing: @pytest.mark.axistwin("if1") or (scene="cell.toml")' in told
+    )
 
 
 def test_a_scene_that_is_wrong_is_told_with_its_place(run):
@@ -121,3 +123,30 @@ def test_it():
     assert loaded - {"simpy"} == {"axistwin", "axistwin.pytest_plugin"}
 ''')  # fmt: skip
     assert code == 0, told
+
+
+def test_only_what_is_there_is_named(run, tmp_path):
+    code, told = run('''
+@pytest.fixture
+def broken(axistwin_twin):
+    yield
+    raise RuntimeError("afterwards")
+
+@pytest.mark.axistwin("if1", colour="red")
+def test_setup(axistwin_twin):
+    pass
+
+@pytest.mark.axistwin("if1")
+def test_teardown(broken):
+    pass
+''')  # fmt: skip
+    named = [tmp_path / line.removeprefix("kept: ") for line in told.splitlines() if line.startswith("kept: ")]
+    assert code == 1
+    assert [path.parent.name for path in named] == ["test_teardown0", "test_teardown0"]
+    assert all(path.exists() for path in named)
+
+
+def test_two_things_at_once_are_refused(run):
+    code, told = run('@pytest.mark.axistwin("if1", "if2")\ndef test_it(axistwin_port): pass')
+    assert code == 1
+    assert "say what to serve, one thing" in told

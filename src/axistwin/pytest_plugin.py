@@ -43,9 +43,6 @@ def axistwin_twin(request: pytest.FixtureRequest, tmp_path: Path) -> "Iterator[T
     kept = request.node.stash[KEPT] = (tmp_path / "axistwin.talk", tmp_path / "axistwin.csv")
     with serve(what, **{"speed": "manual", **keywords}, record=kept[0], trace=kept[1]) as twin:
         yield twin
-    if not request.node.stash.get(FAILED, False):
-        for path in kept:
-            path.unlink(missing_ok=True)
 
 
 @pytest.fixture
@@ -62,23 +59,27 @@ def axistwin_clock(axistwin_twin: "Twin") -> "ServedClock":
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Note that a test has failed, and name what is kept of it."""
+    """Name what is kept of a test that has failed; of any other nothing is kept."""
     report = yield
-    if report.failed and KEPT in item.stash:
+    kept = [path for path in item.stash.get(KEPT, ()) if path.exists()]
+    if report.failed and kept:
         item.stash[FAILED] = True
-        report.sections.append(("axistwin", "\n".join(f"kept: {_shown(path)}" for path in item.stash[KEPT])))
+        report.sections.append(("axistwin", "\n".join(f"kept: {_shown(path)}" for path in kept)))
+    if report.when == "teardown" and not item.stash.get(FAILED, False):
+        for path in kept:
+            path.unlink(missing_ok=True)
     return report
 
 
 def _asked_for(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """What the marker says: a model or a scene, and options."""
     marker = request.node.get_closest_marker("axistwin")
-    if marker is None or not (marker.args or "scene" in marker.kwargs):
+    if marker is None or len(marker.args) + ("scene" in marker.kwargs) != 1:
         raise pytest.UsageError(
-            f'{request.node.nodeid}: say what to serve: @pytest.mark.axistwin("if1") or (scene="cell.toml")'
+            f'{request.node.nodeid}: say what to serve, one thing: @pytest.mark.axistwin("if1") or (scene="cell.toml")'
         )
     keywords = dict(marker.kwargs)
-    what = keywords.pop("scene", None) or marker.args[0]
+    what = marker.args[0] if marker.args else keywords.pop("scene")
     if isinstance(what, Path) or (isinstance(what, str) and what.endswith(".toml")):
         what = request.path.parent / what
     return what, keywords

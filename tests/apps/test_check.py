@@ -121,9 +121,17 @@ def test_programs_that_are_none(check, tmp_path):
         CliRunner().invoke(axistwin, ["check", "if1", "nowhere.if1"], catch_exceptions=False, standalone_mode=False)
 
 
-@pytest.mark.parametrize("example", sorted((Path(__file__).parents[2] / "examples").glob("*.if1")), ids=str)
+EXAMPLES = sorted(
+    path
+    for path in (Path(__file__).parents[2] / "examples").rglob("*")
+    if path.suffix in (".if1", ".181x", ".sms", ".toml")
+)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=str)
 def test_the_examples_are_right(example):
-    result = CliRunner().invoke(axistwin, ["check", "if2", str(example)], standalone_mode=False)
+    model = ["if2"] if example.suffix == ".if1" else []
+    result = CliRunner().invoke(axistwin, ["check", *model, str(example)], standalone_mode=False)
     assert result.stderr.endswith("nothing wrong\n")
 
 
@@ -142,3 +150,12 @@ def test_what_is_no_text_of_a_sensible_size_is_refused(tmp_path, name, contents)
 def test_a_device_is_no_program():
     with pytest.raises(UsageError, match="it is no file"):
         diagnose(Path("/dev/null"), product("if1").check)
+
+
+def test_a_file_that_is_no_text_is_a_finding_and_the_others_are_checked(tmp_path):
+    (tmp_path / "odd.if1").write_bytes(b"\xff\xfe")
+    (tmp_path / "bad.if1").write_text("x1$\n")
+    arguments = ["check", str(tmp_path / "odd.if1"), str(tmp_path / "bad.if1"), "--json"]
+    result = CliRunner().invoke(axistwin, arguments, standalone_mode=False)
+    assert result.return_value == 1
+    assert [found["code"] for found in json.loads(result.stdout)["diagnostics"]] == ["AX100", "DP101"]

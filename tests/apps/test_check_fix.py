@@ -148,3 +148,10 @@ def test_mending_never_brings_errors_and_mending_twice_is_mending_once(suffix, m
     assert errors[1] <= errors[0]
     assert (mended != text) == bool(done)
     assert check_fix.mend(mended, lambda each: diagnose_text(each, suffix, made))[:2] == (mended, [])
+
+
+def test_a_name_in_capitals_is_the_same_kind(fix, tmp_path):
+    (tmp_path / "OLD.SMS").write_bytes(b"END C5 endif '\xe9\n")
+    arguments = ["check", "OLD.SMS", "--fix"]
+    CliRunner().invoke(axistwin, arguments, catch_exceptions=False, standalone_mode=False)
+    assert (tmp_path / "OLD.SMS").read_bytes() == b"END C5 ENDIF '\xe9\n"

@@ -2,6 +2,7 @@
 
 import json
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -156,3 +157,34 @@ def test_how_long_it_has_been_on(replay):
 def test_it_must_be_said_what_answers(replay):
     with pytest.raises(UsageError, match="does not say which model it is of"):
         replay("> (\n")
+
+
+# What a recording can be
+
+
+def test_a_line_that_was_so_all_the_time_is_right():
+    comparison = compared("+1.5\n= rts low\n= dtr high\n+1\n> (\n< U\\r\n= clock 2.51\n")
+    assert comparison.different == ()
+    assert [act.twin_ns for act in comparison.acts[:2]] == [None, None]
+
+
+def test_a_pulse_that_the_recording_has_missed_is_no_change_that_it_has_seen():
+    """RTS goes up while the interface transmits; a recording looks a hundred times a second."""
+    text = READY + "> E\\r\n< C\\r\n= clock 2.71\n+0.1\n> N\\r\n+0.002\n= rts high\n< 0\\r\n= clock 2.83\n= rts low\n"
+    comparison = compared(text)
+    assert comparison.different == ()
+    up = next(act for act in comparison.acts if act.expected == "rts high")
+    assert up.twin_ns > 0
+
+
+@pytest.mark.parametrize("time", ["soon", "nan", "inf"])
+def test_a_clock_that_is_none_is_told_with_its_line(time):
+    with pytest.raises(ProgramError, match=rf"6: '{time}' is no (time|number)"):
+        compared("+1.5\n> (\n< U\\r\n= clock 1.51\n+1\n= clock " + time + "\n")
+
+
+@pytest.mark.parametrize("option", ["--on-for", "--patience"])
+@pytest.mark.parametrize("seconds", ["nan", "inf", "1e300", "-1"])
+def test_seconds_that_are_none(replay, option, seconds):
+    with pytest.raises(click.BadParameter):
+        replay(READY, "--model", "if1", option, seconds)

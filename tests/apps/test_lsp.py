@@ -129,3 +129,20 @@ def test_the_command_line_does_not_import_it():
     ).stdout  # fmt: skip
     assert told == "[]\n"
     assert lsp.lsp.name == "lsp"
+
+
+def test_a_document_that_is_not_open_is_empty(client):
+    for uri in ("file:///nothing/here.sms", "untitled:Untitled-1"):
+        assert client.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri}}) == []
+
+
+def test_a_suffix_in_capitals_is_the_same(client):
+    assert spans(client.open("file:///OLD.SMS", "FLY"))[0][0] == "SM101"
+
+
+@pytest.mark.timeout(30)
+def test_a_long_line_of_findings_and_brackets_without_end_take_no_time(client):
+    assert len(client.open("file:///long.sms", "GOSUB5 " * 8000)) >= 8000
+    assert [each["code"] for each in client.open("file:///deep.toml", "[[controller]]\na=" + "[" * 3000)] == ["SC101"]
+    lists = "[[controller]]\na=" + "[" * 300 + "]" * 300
+    assert [each["code"] for each in client.open("file:///lists.toml", lists)] == ["SC101"]

@@ -192,3 +192,25 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
     assert program.returncode == 2
     assert f"socket://{url.address} is gone" in words
     assert load(tmp_path / "a.talk").headers["line"] == "9600 8N2"
+
+
+def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
+    """A pty has no one and a half stop bits with five data bits and a parity that marks."""
+    device = tmp_path / "hardware"
+    with (
+        hardware(f"pty:{device}"),
+        recorder("--serial", device, "--rfc2217", ":0", "-o", tmp_path / "a.talk") as (
+            program,
+            port,
+        ),
+    ):
+        with serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host:
+            host.bytesize, host.parity, host.stopbits = 5, "M", 1.5
+            host.send_break(0.02)
+            host.bytesize, host.parity, host.stopbits = 8, "N", 2
+            host.write(b"(")
+            assert host.read(2) == b"U\r"
+        program.send_signal(signal.SIGTERM)
+        _, words = program.communicate(timeout=PATIENCE_S)
+    assert program.returncode == 0
+    assert f"{device} cannot do 9600 5M1.5: invalid argument" in words

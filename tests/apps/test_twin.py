@@ -219,3 +219,29 @@ def test_a_bug_in_the_bench_is_raised(twin):
 def test_what_cannot_be_served_is_one_line(arguments, words):
     with pytest.raises(axistwin.AxistwinError, match=words):
         axistwin.serve(*arguments)
+
+
+def test_time_that_cannot_pass_is_told(twin):
+    for seconds in (float("nan"), float("inf"), -1):
+        with pytest.raises(UsageError, match="time runs forwards only"):
+            twin.advance(seconds)
+        if seconds != -1:
+            with pytest.raises(UsageError, match="cannot wait for ever"):
+                twin.run_until(lambda: False, seconds)
+
+
+def test_time_does_not_pass_from_within_the_bench(twin):
+    with pytest.raises(UsageError, match="from within the bench"):
+        twin.do(lambda: twin.advance(1))
+
+
+def test_afterwards_one_is_told_that_it_is_over():
+    with axistwin.serve("if1", speed="manual") as twin:
+        pass
+    with pytest.raises(UsageError, match="served no more"):
+        twin.advance(1)
+
+
+def test_a_kind_of_port_that_there_is_not():
+    with pytest.raises(UsageError, match="no kind of port 'udp': there are tcp, rfc2217, pty"):
+        axistwin.serve("if1", scheme="udp")

@@ -9,11 +9,11 @@ import click
 
 from axistwin.apps import check_fix, codes
 from axistwin.apps.check_formats import Checked, as_github, as_json, as_sarif, as_text
-from axistwin.apps.checking import SCENE, check_kind, diagnose, diagnose_text, kind_of, load, product_for
+from axistwin.apps.checking import SCENE, as_diagnostic, check_kind, diagnose, diagnose_text, kind_of, load, product_for
 from axistwin.bench import FAMILIES, product
 from axistwin.controllers.diagnostics import Diagnostic, Severity
 from axistwin.controllers.product import Product
-from axistwin.errors import UsageError
+from axistwin.errors import ProgramError, UsageError
 
 __all__ = ["check", "diagnose"]
 
@@ -82,7 +82,10 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
         from axistwin.apps.scene_source import read_text
 
         return Checked(file, read_text(file), diagnose_scene(file))
-    text = load(file)
+    try:
+        text = load(file)
+    except ProgramError as error:  # it is no text
+        return Checked(file, "", [as_diagnostic(error)])
     target = made or product_for(kind, text)
     check_kind(file, target)
     if not fix:

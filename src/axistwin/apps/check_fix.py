@@ -66,7 +66,7 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 def read_exactly(file: Path) -> tuple[str, str]:
     """A file's text with its line ends, and the code it is in."""
     data = file.read_bytes()
-    encoding = "latin-1" if file.suffix == ".sms" else "utf-8"
+    encoding = "latin-1" if file.suffix.lower() == ".sms" else "utf-8"
     return data.decode(encoding), encoding
 
 

@@ -50,7 +50,10 @@ class Text:
     def __init__(self, document: TextDocument) -> None:
         self.document = document
         self.path = Path(document.path or document.uri)
-        self.text = document.source.translate(_ODD_ENDS)
+        try:
+            self.text = document.source.translate(_ODD_ENDS)
+        except (OSError, UnicodeDecodeError):  # not open in the editor, and not to be read: closed, removed, unsaved
+            self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
             self.lines.append("")
@@ -58,7 +61,7 @@ class Text:
     @property
     def editing(self) -> Editing | None:
         """Who answers for this kind of text."""
-        match self.path.suffix:
+        match self.path.suffix.lower():
             case ".if1":
                 return CommandLines()
             case ".181x":
@@ -73,7 +76,7 @@ class Text:
 
     def diagnose(self) -> list[Diagnostic]:
         """What is wrong with it.  A TOML file that has no [[controller]] is somebody else's."""
-        suffix = self.path.suffix
+        suffix = self.path.suffix.lower()
         if len(self.text) > LIMIT or self.editing is None:
             return []
         if suffix == SCENE:
@@ -86,6 +89,8 @@ class Text:
     def position(self, line: int, column: int) -> lsp.Position:
         """A place, from 1, as the protocol has it."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
+        if self.lines[here.line].isascii():
+            return here  # the codec counts from the line's beginning, which takes its time in long ones
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:

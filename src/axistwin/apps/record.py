@@ -12,7 +12,8 @@ from axistwin import __version__
 from axistwin.apps.ending import ending
 from axistwin.apps.events import Changed
 from axistwin.apps.machine import level_name
-from axistwin.apps.recorder import Recorder, recording_to
+from axistwin.apps.recorder import LF_NS, Recorder, recording_to
+from axistwin.apps.seconds import Seconds
 from axistwin.apps.serve import ANY_PORT, NOW_AND_THEN_S
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.errors import LinkError, UsageError
@@ -42,7 +43,7 @@ GRAIN_NS = US
               help="The recording; else a name with date and time.")  # fmt: skip
 @click.option("--line", metavar="FORMAT", help="Line format of the controller, such as '9600 8N2'; else its usual one.")
 @click.option("--model", metavar="MODEL", help="What it is, so that the recording says so.")
-@click.option("--on-for", type=click.FloatRange(min=0), default=ON_FOR_S, show_default=True, metavar="SECONDS",
+@click.option("--on-for", type=Seconds(), default=ON_FOR_S, show_default=True, metavar="SECONDS",
               help="How long it has been switched on when the recording begins.")  # fmt: skip
 @click.option("--flow", type=click.Choice(["dtr", "none"]), default="none", show_default=True,
               help="dtr: hold the host's characters back while the controller's DTR is off.")  # fmt: skip
@@ -137,7 +138,8 @@ async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recor
 def _now_and_then(pacer: Pacer, recorder: Recorder) -> None:
     """So that the last answer is written, too."""
     pacer.sync()
-    recorder.catch_up()
+    if recorder.silent_ns > LF_NS:  # nothing is ever to come on this bench, and yet the message may go on
+        recorder.catch_up()
     asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, recorder)
 
 

@@ -100,8 +100,7 @@ class Recorder:
 
     def catch_up(self) -> None:
         """Tell what the controller has said, if nothing more can belong to it."""
-        silent_ns = self.bench.now - self._last_ns
-        if silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._ended and silent_ns > LF_NS):
+        if self.silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._ended and self.silent_ns > LF_NS):
             self._told()
 
     def finish(self) -> None:
@@ -111,6 +110,11 @@ class Recorder:
         for name, axis, motor in _axes(self.bench):
             if motor.position != self._began_at[name, axis]:
                 self._add(Expect(f"{axis}.position", str(motor.position), controller=self._name(name)))
+
+    @property
+    def silent_ns(self) -> int:
+        """For how long nothing has come."""
+        return self.bench.now - self._last_ns
 
     @property
     def codec(self) -> Codec:

@@ -10,6 +10,7 @@ import click
 from axistwin.apps import programs
 from axistwin.apps.comparison import PATIENCE_S, Compared, Comparison, compare
 from axistwin.apps.conversation import Conversation, load_text, parse
+from axistwin.apps.seconds import MOST_S, Seconds
 from axistwin.apps.target import bench_for
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
@@ -22,9 +23,9 @@ WIDEST = 40
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.talk")
 @click.option("--model", metavar="MODEL|SCENE.toml", help="What answers; else the model that the recording names.")
 @click.option("--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model or an axis.")
-@click.option("--on-for", type=click.FloatRange(min=0), metavar="SECONDS",
+@click.option("--on-for", type=Seconds(), metavar="SECONDS",
               help="How long it has been on when the recording begins; else as the recording says.")  # fmt: skip
-@click.option("--patience", type=click.FloatRange(min=0), default=PATIENCE_S, show_default=True, metavar="SECONDS",
+@click.option("--patience", type=Seconds(), default=PATIENCE_S, show_default=True, metavar="SECONDS",
               help="How much later than the hardware it may answer.")  # fmt: skip
 @click.option("--brief", is_flag=True, help="Of the table only what differs in bytes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
@@ -70,7 +71,7 @@ def _on_for(conversation: Conversation) -> float:
         seconds = float(text)
     except ValueError:
         seconds = -1.0
-    if not 0 <= seconds < float("inf"):
+    if not 0 <= seconds <= MOST_S:
         raise ProgramError(f"on-for {text!r} is no number of seconds", file=conversation.file)
     return seconds
 

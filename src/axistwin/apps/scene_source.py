@@ -24,6 +24,15 @@ _WORDS = {
 """What pydantic says in terms of its own."""
 
 
+MOST_NESTED = 50
+"""Tables and lists within one another."""
+
+
+def _depth(value: object) -> int:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return 1 + max(map(_depth, inner), default=0)
+
+
 class Source:
     """The text of a scene, for telling where in it something is wrong.  `text`: instead of what the file holds."""
 
@@ -32,8 +41,13 @@ class Source:
         self.text = read_text(file) if text is None else text
         try:
             self.data = tomllib.loads(self.text)
+            nested = _depth(self.data) > MOST_NESTED
         except tomllib.TOMLDecodeError as error:
             raise self._not_toml(str(error)) from None
+        except RecursionError:
+            nested = True
+        if nested:
+            raise self._not_toml("Tables or lists within one another, more than anybody wants")
         self.places = toml_places.places(self.text)
 
     def contents(self) -> SceneFile:

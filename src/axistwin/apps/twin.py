@@ -39,6 +39,7 @@ Writer = Callable[[Bench], AbstractContextManager[object]]
 """Writes down what happens on a bench meanwhile."""
 Speed = float | Literal["manual", "max"]
 ANYWHERE = {"tcp": "tcp://127.0.0.1:0", "rfc2217": "rfc2217://127.0.0.1:0", "pty": "pty:", "bus": "bus://127.0.0.1:0"}
+SCHEMES = ("tcp", "rfc2217", "pty")
 PATIENCE_S = 10.0
 
 
@@ -225,7 +226,9 @@ def _bench(
 
 
 def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -> list[tuple[str, PortUrl]]:
-    """Any free port for everyone, of the kind that is asked for."""
+    """Any free port for everyone, of the kind that is asked for.  Raises UsageError."""
+    if scheme is not None and scheme not in SCHEMES:
+        raise UsageError(f"no kind of port {scheme!r}: there are {', '.join(SCHEMES)}")
     kinds = {name: url.scheme for name, url in reversed(wanted) if url.scheme in ANYWHERE}
     found = []
     for name in partners.names(bench):

@@ -5,6 +5,7 @@ that run in a thread of ours (`start`) have come to wait for something.  So a ru
 slow a machine: a host's time to think is no virtual time.
 """
 
+import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -80,8 +81,8 @@ class ManualClock(ServedClock):
 
     def advance(self, seconds: float) -> None:
         """Let virtual time pass.  What hosts have sent before is heard first."""
-        if seconds < 0:
-            raise UsageError(f"time runs forwards only: advance({seconds!r})")
+        if not 0 <= seconds < math.inf:
+            raise UsageError(f"time runs forwards only, and not for ever: advance({seconds!r})")
         end_ns = self.now + to_ns(seconds)
         self._settle()
         while not self._pass(end_ns):
@@ -92,6 +93,8 @@ class ManualClock(ServedClock):
 
         It is asked as `Bench.run_until` does, and whenever hosts have had their turn.
         """
+        if not timeout < math.inf:  # nor nan
+            raise UsageError(f"one cannot wait for ever: run_until(…, timeout={timeout!r})")
         end_ns = self.now + to_ns(timeout)
         over = False
         while not over:

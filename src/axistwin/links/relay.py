@@ -15,7 +15,9 @@ cable being crossed) are shown to the host.  A break begins when the host has en
 
 import asyncio
 import termios
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from logging import getLogger
 from threading import Thread
 from typing import TYPE_CHECKING
 
@@ -23,12 +25,14 @@ from axistwin.bench import Bench, SharedLine
 from axistwin.errors import LinkError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
-from axistwin.links.serialdev import Lines, control_lines, settings_of
+from axistwin.links.serialdev import Lines, control_lines, settings_of, why
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import LineError, SerialPort, Uart, UartFormat, direct
 
 if TYPE_CHECKING:
     import serial
+
+log = getLogger("axistwin.links")
 
 LOOK_S = 0.01
 """So often the control lines are looked at while nothing is said; nothing tells when they change."""
@@ -92,28 +96,40 @@ class Relay:
 
     def _pass_on(self) -> None:
         """The bench has been advanced: what has come from the host goes out, in the format that the host has now."""
-        try:
-            if self.port.host.format != self._applied:
-                self._applied = self._through.format = self.port.host.format
+        if self.port.host.format != self._applied:
+            self._applied = self._through.format = self.port.host.format
+            with self._at_the_device(f"do {self._applied}"):
                 self._device.apply_settings(settings_of(self._applied))
-            if self._outgoing:
-                data, self._outgoing = bytes(self._outgoing), bytearray()
+        if self._outgoing:
+            data, self._outgoing = bytes(self._outgoing), bytearray()
+            try:
                 self._device.write(data)
-        except (OSError, ValueError, termios.error) as error:
-            self._gone(error)
+            except (OSError, ValueError, termios.error) as error:
+                self._gone(error)
 
     def _drive(self) -> None:
         if self._lines is not None:
-            self._lines.dtr, self._lines.rts = self.port.host.dtr, self.port.host.rts
+            with self._at_the_device("set DTR and RTS"):
+                self._lines.dtr, self._lines.rts = self.port.host.dtr, self.port.host.rts
 
     def _break(self, seconds: float) -> None:
         self._pass_on()
-        self._device.break_condition = True
+        with self._at_the_device("send a break"):
+            self._device.break_condition = True
         self._loop.call_later(seconds, self._end_break)
 
     def _end_break(self) -> None:
         if self._device.is_open:
-            self._device.break_condition = False
+            with self._at_the_device("end a break"):
+                self._device.break_condition = False
+
+    @contextmanager
+    def _at_the_device(self, what: str) -> Iterator[None]:
+        """What the device cannot do is told, and the recording goes on.  That it is gone, `_listen` finds out."""
+        try:
+            yield
+        except (OSError, ValueError, termios.error) as error:
+            log.warning("%s cannot %s: %s", self.url, what, why(error))
 
     # From the device.  `_listen` is the thread.
 
@@ -159,4 +175,4 @@ def _open(url: str, line: UartFormat) -> "serial.Serial":
     try:
         return serial.serial_for_url(url, timeout=LOOK_S, **settings_of(line))
     except (OSError, ValueError, termios.error) as error:
-        raise LinkError(f"cannot open {url}: {error}: is it there, free, and are you allowed to use it?") from None
+        raise LinkError(f"cannot open {url}: {why(error)}: is it there, free, and are you allowed to use it?") from None

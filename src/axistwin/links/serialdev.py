@@ -167,9 +167,13 @@ def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
     try:
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
     except (OSError, ValueError, termios.error) as error:
-        number = getattr(error, "errno", None)
-        reason = os.strerror(number).lower() if number else str(error)
-        raise LinkError(f"cannot open {url}: {reason}: is it there, free, and are you allowed to use it?") from None
+        raise LinkError(f"cannot open {url}: {why(error)}: is it there, free, and are you allowed to use it?") from None
+
+
+def why(error: Exception) -> str:
+    """In words what has gone wrong with a device; pyserial and termios know it by number."""
+    number = getattr(error, "errno", None) or (error.args[0] if isinstance(error, termios.error) else None)
+    return os.strerror(number).lower() if number else str(error)
 
 
 def settings_of(fmt: UartFormat) -> dict[str, Any]:

@@ -5,7 +5,11 @@ import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
+from axistwin.errors import UsageError
+
 T = TypeVar("T")
+INSIDE = "time cannot be told to pass from within the bench: not in `do`, a condition or a watcher"
+OVER = "this twin is served no more: its `with` block has been left"
 
 
 class LoopThread:
@@ -19,7 +23,14 @@ class LoopThread:
         self._thread.start()
 
     def run(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run it there, and return its result or raise its error."""
+        """Run it there, and return its result or raise its error.
+
+        Raises UsageError within itself, or when it is over.
+        """
+        inside = threading.current_thread() is self._thread
+        if inside or self._loop.is_closed():
+            coroutine.close()  # it would wait for itself, or for nobody
+            raise UsageError(INSIDE if inside else OVER)
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def do(self, action: Callable[[], T]) -> T:
