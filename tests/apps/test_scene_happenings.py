@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from axistwin import Scene
 from axistwin.apps.cli import axistwin
 from axistwin.apps.faults import rows
-from axistwin.errors import AxistwinError, SceneError
+from axistwin.errors import AxistwinError, SceneError, UsageError
 from axistwin.faults import KINDS
 
 IF1 = '[[controller]]\nmodel = "if1"\n'
@@ -188,6 +188,13 @@ def test_who_is_served_is_left_to_the_host_from_outside(scene):
         bench = scene(text, f_if1="X100$\n").build(served=served)
         bench.run(5)
         assert bench["if1"].axes["X"].position == position
+
+
+def test_a_scene_in_which_nobody_is_served(scene, tmp_path):
+    scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
+    done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
+    assert isinstance(done.exception, UsageError)
+    assert "is to be talked to: give a controller ports, or leave out its host" in str(done.exception)
 
 
 def test_the_schema_for_editors_has_every_parameter_of_every_fault():
