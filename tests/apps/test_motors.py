@@ -414,6 +414,24 @@ def test_a_velocity_is_taken_over_16_samples():
     assert move.top_rate == (2 * 16 + 3) / 0.016
 
 
+def test_a_velocity_is_the_same_in_however_small_pieces_it_comes():
+    positions = [2 * n for n in range(1, 101)]
+    (whole,) = record_of((1, positions, positions)).told(10**12)
+    (pieces,) = record_of(*((n + 1, [two], [two]) for n, two in enumerate(positions))).told(10**12)
+    assert pieces.top_rate == whole.top_rate == 2000
+
+
+def test_a_push_is_no_velocity():
+    axis = ServoAxis(Clock(), "shaft")
+    record = ServoRecord("motor", "shaft", axis)
+    axis.watch(record.take)
+    axis.publish(Samples(0, MS, [0, 1, 2], [0, 1, 2]))
+    axis.publish(Samples(3 * MS, 0, [500], [2]))
+    axis.publish(Samples(3 * MS, MS, [501, 502], [3, 4]))
+    (move,) = record.told(10**12)
+    assert move.top_rate == 2 / 0.016
+
+
 def test_a_long_course_is_thinned_and_keeps_its_largest_error():
     record, block = record_of(), 1 << 13
     for first in range(0, 40 * block, block):

@@ -147,3 +147,15 @@ def test_what_the_bench_does_not_have_is_told_before_anything_is_done(bench, if1
 def test_a_patience_that_is_no_number(bench, if1):
     with pytest.raises(ProgramError, match="patience 'long'"):
         said(bench, "; patience: long\n")
+
+
+def test_a_fault_that_cannot_begin_or_be_mended_any_more_is_told_with_its_line(bench, if1):
+    with pytest.raises(ProgramError, match=r"^a\.talk:3: no fault 'jam' here: there are none$"):
+        said(bench, "+1\n\n! mend jam\n")
+    with pytest.raises(ProgramError, match=r"^a\.talk:1: at=0\.5 is over: it is "):
+        said(bench, "! fault lose 3 at=0.5\n")
+
+
+def test_a_fault_whose_name_has_a_blank(bench, if1):
+    said(bench, '! fault stuck input1 high name="a nut"\n= input1 high\n! mend "a nut"\n= input1 low\n')
+    assert not any(fault.on for fault in bench.faults)

@@ -1,5 +1,7 @@
 """The picture: exact curves, and what is on it."""
 
+import errno
+import os
 from itertools import pairwise
 from xml.etree import ElementTree as ET
 
@@ -69,6 +71,13 @@ def test_velocity_is_the_profile_itself(history):
     assert gaps == [10.0] * 6 + [22.0] + [10.0] * 6  # 100 - 2 * 39 pulses at 1000 pulses/s
 
 
+def test_a_motion_that_follows_at_once_has_no_rest_before_it():
+    curve = Curve([0.0], [0.0])
+    for time_ns, rate in ((S, 500.0), (2 * S, 0.0), (2 * S, 400.0)):
+        curve.change(time_ns, rate)
+    assert (curve.times, curve.values) == ([0.0, 1.0, 2.0], [0.0, 500.0, 400.0])
+
+
 def test_position_ends_where_the_axis_stands(history):
     for name in ("X", "Y"):
         moves = [move for move in history.moves() if move.axis == name]
@@ -115,3 +124,15 @@ def test_a_picture_of_no_known_kind(tmp_path, history):
 def test_a_picture_that_cannot_be_written(tmp_path, history):
     with pytest.raises(UsageError, match="cannot be written: No such file"):
         draw(history, tmp_path / "no" / "a.svg")
+
+
+def test_a_picture_for_which_there_is_no_room_leaves_no_half_of_it(tmp_path, history, monkeypatch):
+    def write(path, data):
+        with path.open("wb") as file:
+            file.write(data[:100])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(type(tmp_path), "write_bytes", write)
+    with pytest.raises(UsageError, match="cannot be written: No space left"):
+        draw(history, tmp_path / "a.png")
+    assert not (tmp_path / "a.png").exists()

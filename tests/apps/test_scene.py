@@ -204,6 +204,34 @@ WRONG = {
         ),
         "8:1: these wires lead from if1.input1 back to itself: leave one out",
     ),
+    "a delay for ever": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = inf"),
+        "6:1: inf s is too long: give less than 292 years",
+    ),
+    "a script after the end of time": (
+        controllers("if1", more="[[script]]\nat = 1e300\ndo = 'power off'"),
+        "4:1: 1e+300 s is too long: give less than 292 years",
+    ),
+    "a history of everything": (
+        controllers("if1", more=f"history = {10**30}"),
+        "3:1: controller.history: input should be less than or equal to 1000000000",
+    ),
+    "a number of many digits": (
+        controllers("if1", more="history = " + 5000 * "9"),
+        "3:5011: not TOML: exceeds the limit",
+    ),
+    "lists in lists": (
+        controllers("if1", more="options = " + 5000 * "[" + 5000 * "]"),
+        "3:10011: not TOML: ",
+    ),
+    "lists in lists, but not so many": (
+        controllers("if1", more="options.a = " + 300 * "[" + 300 * "]"),
+        "1:1: cannot be read: Invalid JSON: recursion limit exceeded",
+    ),
+    "a motor without a number": (
+        controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),
+        "3:1: controller.axes.X.motor: the torques of the curve are 0 N·m or more",
+    ),
     "a delay into the past": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),
         "6:1: wire.delay_ms: input should be greater than or equal to 0, not -1",
@@ -222,6 +250,11 @@ def test_a_wrong_scene_names_place_and_remedy(scene, tmp_path, text, message):
 def test_a_scene_that_is_not_there(tmp_path):
     with pytest.raises(SceneError, match=r"nowhere\.toml: cannot be read: No such file"):
         Scene.load(tmp_path / "nowhere.toml")
+
+
+def test_a_scene_with_a_byte_order_mark_and_lines_of_windows(tmp_path):
+    (tmp_path / "s.toml").write_bytes(b'\xef\xbb\xbf[[controller]]\r\nmodel = "if1"\r\n')
+    assert list(Scene.load(tmp_path / "s.toml").build().controllers) == ["if1"]
 
 
 def test_a_scene_that_is_no_text(tmp_path):

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from axistwin import Scene
 from axistwin.apps.cli import axistwin
 from axistwin.apps.faults import rows
-from axistwin.errors import AxistwinError
+from axistwin.errors import AxistwinError, SceneError, UsageError
 from axistwin.faults import KINDS
 
 IF1 = '[[controller]]\nmodel = "if1"\n'
@@ -147,6 +147,27 @@ def test_what_is_wrong_is_told_with_its_place(scene, text, message):
     assert message.lower() in str(told.value).lower()
 
 
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 is over: it is 2 s"),
+        ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' here: there are none"),
+        ('do = "break 1e300"', "s.toml:5:1: 1e+300 s is too long: give less than 292 years, 9.2e9 s"),
+    ],
+)
+def test_what_cannot_be_done_when_its_time_has_come_is_told_with_its_place(scene, act, message):
+    bench = scene(f"{IF1}[[script]]\nat = 2\n{act}\n").build()
+    with pytest.raises(SceneError) as raised:
+        bench.run(3)
+    assert str(raised.value).endswith(message)
+
+
+def test_motors_do_not_follow_each_other_round_in_circles(scene):
+    text = MOTOR + 'master = "b.shaft"\n' + MOTOR.replace("knife", "b") + 'master = "knife.shaft"\n'
+    with pytest.raises(SceneError, match=r"s\.toml:4:1: knife follows itself, by way of b\.shaft"):
+        scene(text)
+
+
 def test_what_is_wrong_in_a_host_s_file_is_told_there(scene):
     with pytest.raises(AxistwinError, match=r"s\.toml:3:1: .*f\.if1:2"):
         scene(IF1 + 'host = "f.if1"\n', f_if1="X1$\n! input7 high\n").build()
@@ -167,6 +188,13 @@ def test_who_is_served_is_left_to_the_host_from_outside(scene):
         bench = scene(text, f_if1="X100$\n").build(served=served)
         bench.run(5)
         assert bench["if1"].axes["X"].position == position
+
+
+def test_a_scene_in_which_nobody_is_served(scene, tmp_path):
+    scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
+    done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
+    assert isinstance(done.exception, UsageError)
+    assert "is to be talked to: give a controller ports, or leave out its host" in str(done.exception)
 
 
 def test_the_schema_for_editors_has_every_parameter_of_every_fault():

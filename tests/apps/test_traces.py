@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from axistwin import Bench
+from axistwin import Bench, Scene
 from axistwin.apps import trace as tracer
 from axistwin.apps import trace_files
 from axistwin.apps.signals import catalogue, choose
@@ -21,6 +21,7 @@ from axistwin.units import S
 
 pq = pytest.importorskip("pyarrow.parquet")
 KINDS = ("csv", "vcd", "parquet")
+WINDER = Path(__file__).parents[2] / "examples" / "winder" / "scene.toml"
 
 
 def workshop() -> Bench:
@@ -344,6 +345,39 @@ def test_what_is_no_trace(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(TraceError):
         read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "message"),
+    [
+        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "no change of a signal"),
+        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "no change of a signal"),
+        ("csv", "# end_ns: ", "# end_ns: x", "is no time in ns"),
+        ("csv", "if1.input1", "if1.\udce4", "no text in UTF-8"),
+        ("vcd", "\n#0\n", "\n#abc\n", "is no time in ns"),
+        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is no time in ns"),
+        ("vcd", "$timescale 1 ns", "$timescale 10 ps", "its times are in 10 ps"),
+        ("vcd", "\nb0 ", "\nbx ", "no change of a signal"),
+    ],
+)
+def test_a_damaged_trace_or_one_of_others(tmp_path, traces, kind, old, new, message):
+    text = traces[kind].path.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / f"a.{kind}"
+    path.write_bytes(text.replace(old, new, 1).encode("utf-8", "surrogateescape"))
+    with pytest.raises(TraceError, match=message):
+        read(path)
+
+
+def test_numbers_with_many_figures_are_the_same_in_all_kinds(tmp_path):
+    found = set()
+    for kind in KINDS:
+        bench = Scene.load(WINDER).build()
+        with tracing(bench, tmp_path / f"a.{kind}", ("traverse.motor.velocity",)):
+            bench.run(3)
+        found.add(tuple(read(tmp_path / f"a.{kind}").tracks["traverse.motor.velocity"].values))
+    assert len(found) == 1
+    assert any(len(repr(rate)) > 17 for rate in found.pop())
 
 
 def test_no_file_and_no_kind(tmp_path):

@@ -298,6 +298,32 @@ def test_the_power_goes_while_an_output_is_being_switched(bench):
     assert not if1.pins["output1"].level
 
 
+# Several at once
+
+
+def test_an_encoder_with_two_defects_keeps_the_one_that_is_not_mended(bench):
+    bench.faults.add("encoder_reversed", "if1.X")
+    bench.faults.add("encoder_dead", "if1.X", duration=5)
+    encoder = bench["if1"].axes["X"].encoder
+    says(bench["if1"], b"X40$\r", 2)
+    assert encoder.count == 0
+    bench.run(4)
+    says(bench["if1"], b"X40$\r", 2)
+    assert encoder.count == -400
+    bench.faults.mend("all")
+    says(bench["if1"], b"X40$\r", 2)
+    assert encoder.count == 0
+
+
+def test_the_power_stays_off_as_long_as_anything_cuts_it(bench):
+    bench.faults.add("power_cut", "if1", duration=3)
+    bench.faults.add("supply_dip", "if1", duration=1)
+    bench.run(2)
+    assert says(bench["if1"], b"(") == b""
+    bench.run(4)
+    assert says(bench["if1"], b"(") == b"U\r"
+
+
 # All of them
 
 PLACES = {"LINE": "if1.serial", "PIN": "if1.input1", "AXIS": "if1.X", "CONTROLLER": "if1"}

@@ -30,6 +30,13 @@ class Curve:
         self.times.append(time_ns / S)
         self.values.append(value)
 
+    def change(self, time_ns: int, value: float) -> None:
+        """From now on; what was to be from the same time on never was."""
+        if self.times[-1] == time_ns / S:
+            self.times.pop()
+            self.values.pop()
+        self.add(time_ns, value)
+
     def thinned(self, most: int = MOST) -> "Curve":
         """The same to the eye, with no more points than that."""
         if len(self.times) <= most:
@@ -51,7 +58,7 @@ def velocity(moves: Iterable[Move], from_ns: int, to_ns: int) -> Curve:
     curve.add(from_ns, 0)
     for move in moves:
         for start_ns, rate in move.segments():
-            curve.add(start_ns, move.stroke.direction * float(rate))
+            curve.change(start_ns, move.stroke.direction * float(rate))
         if move.end_ns is not None:
             curve.add(move.end_ns, 0)
     curve.add(to_ns, curve.values[-1])

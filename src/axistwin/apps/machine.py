@@ -51,7 +51,7 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
     """What `! fault lose 3` and `! mend lose` do; `here`: whose things need not be named.  Raises ProgramError."""
     assert bench is not None, "a controller that is talked to stands on a bench"
     if target == "mend":
-        return partial(bench.faults.mend, value)
+        return partial(bench.faults.mend, value.strip("\"'"))
     from axistwin.faults import words  # late: few conversations have any
 
     try:

@@ -1,6 +1,7 @@
 """Draws a chart: on the screen, or into an SVG or PNG file."""
 
 from collections.abc import Iterator, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,10 +49,19 @@ def save(chart: Chart, path: Path) -> None:
 
         figure = _Picture(chart).draw(Figure())
         metadata = {"Date": None} if path.suffix == ".svg" else {}
-        try:
-            figure.savefig(path, dpi=150, metadata=metadata)
-        except OSError as error:
-            raise UsageError(f"{path} cannot be written: {error.strerror}") from None
+        picture = BytesIO()
+        figure.savefig(picture, format=path.suffix.lstrip("."), dpi=150, metadata=metadata)
+        _write(path, picture.getvalue())
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Whole, or not at all.  Raises UsageError."""
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        if path.is_file():
+            path.unlink()
+        raise UsageError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def show(chart: Chart) -> None:

@@ -4,8 +4,8 @@ The one rule about time: it passes in `+`, and in `<` until the last of its char
 nanosecond longer.  So a `<` need not say when, and a `= clock` behind it says exactly when.
 """
 
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import partial
@@ -98,8 +98,19 @@ class Player:
 
     def prepare(self, act: Act) -> Played:
         """The act as something to call; whatever is wrong with it is found here."""
+        with self._blaming(act):
+            played = self._played(act)
+        return partial(self._do, act, played) if isinstance(act, Do) else played
+
+    def _do(self, act: Do, played: Played) -> object:
+        """There are faults that have no place or time any more when they are to begin."""
+        with self._blaming(act):
+            return played()
+
+    @contextmanager
+    def _blaming(self, act: Act) -> Iterator[None]:
         try:
-            return self._played(act)
+            yield
         except (PlacedError, UsageError) as error:
             raise ProgramError(str(error), file=self.conversation.file, line=act.line) from None
 

@@ -9,7 +9,7 @@ from axistwin.apps.history import History
 from axistwin.apps.picture import check_suffix, save, show
 from axistwin.apps.signals import EVERYTHING
 from axistwin.errors import UsageError
-from axistwin.units import to_ns
+from axistwin.units import to_ns, to_seconds
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 
@@ -53,13 +53,16 @@ def plot(
     from axistwin.apps.trace_chart import of_trace
     from axistwin.apps.trace_read import read
 
-    from_ns, to_ns = _time(since), _time(until)
-    if from_ns is not None and to_ns is not None and to_ns <= from_ns:
+    from_ns, until_ns = _time(since), _time(until)
+    if from_ns is not None and until_ns is not None and until_ns <= from_ns:
         raise UsageError(f"--from {since:g} --to {until:g}: give a time that ends after it begins")
     path = out if out is not None or on_screen else trace.with_suffix(".png")
     if path is not None:
         check_suffix(path)
-    chart = of_trace(read(trace), split(signals or EVERYTHING), from_ns, to_ns, trace.name if title is None else title)
+    found = read(trace)
+    if from_ns is not None and from_ns >= found.end_ns:
+        raise UsageError(f"--from {since:g}: the trace ends at {to_seconds(found.end_ns):g} s, give a time before that")
+    chart = of_trace(found, split(signals or EVERYTHING), from_ns, until_ns, trace.name if title is None else title)
     if path is not None:
         save(chart, path)
         click.echo(f"axistwin: {path}", err=True)

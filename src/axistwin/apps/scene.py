@@ -50,6 +50,7 @@ class Scene:
         self._check_names()
         self._check_ports()
         self._check_wires()
+        self._check_masters()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -117,3 +118,15 @@ class Scene:
                 if at == wire.to:
                     raise self._source.error(path, f"these wires lead from {wire.to} back to itself: leave one out")
                 at = comes_from.get(at)
+
+    def _check_masters(self) -> None:
+        """Encoders do not follow each other round in circles: nobody would move first."""
+        sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
+        for number, table in enumerate(self._contents.controller):
+            at, seen = sits_on.get(table.called), {table.called}
+            while at is not None and at not in seen:
+                seen.add(at)
+                at = sits_on.get(at)
+            if at == table.called:
+                message = f"{table.called} follows itself, by way of {table.master}: let it follow another axis"
+                raise self._source.error(("controller", number, "master"), message)

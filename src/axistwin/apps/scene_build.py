@@ -84,7 +84,7 @@ class Builder:
         if table.state is not None:
             given["state"] = self._beside(table.state)
         axes = table.model_dump(include={"axes"}, exclude_none=True)["axes"]
-        keys = {**dict.fromkeys(table.options, "options"), **dict.fromkeys(axes, "axes")}
+        keys = {**dict.fromkeys(table.options, "options"), **dict.fromkeys(axes, "axes"), "state": ""}
         with self.source.blaming_one_of(path, keys):
             self.bench.add(table.model, table.called, **given, **table.options, **axes)
 
@@ -112,7 +112,8 @@ class Builder:
         for number, wire in enumerate(self.contents.wire):
             source = self._pin(wire.from_, ("wire", number, "from"))
             target = self._pin(wire.to, ("wire", number, "to"))
-            connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
+            with self.source.blaming("wire", number, "delay_ms"):
+                connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _share_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):
@@ -176,16 +177,20 @@ class Builder:
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
             for which, text in enumerate(table.do):
-                with self.source.blaming("script", number, "do", which):
-                    self._plan_act(to_ns(table.at), self._act(table, text))
+                with self.source.blaming("script", number, "at"):
+                    at_ns = to_ns(table.at)
+                path: Path_ = ("script", number, "do", which)
+                with self.source.blaming(*path):
+                    self._plan_act(at_ns, self._act(table, text), path)
 
-    def _plan_act(self, at_ns: int, do: Callable[[], object]) -> None:
-        """Nobody waits for it: who types the lines of a program goes on."""
+    def _plan_act(self, at_ns: int, do: Callable[[], object], path: Path_) -> None:
+        """Nobody waits for it: who types a program's lines goes on.  What cannot be then is told with its place."""
         clock = self.bench.clock
 
         def act() -> None:
             clock.background -= 1
-            do()
+            with self.source.blaming(*path):
+                do()
 
         clock.background += 1
         clock.call_later(at_ns, act)

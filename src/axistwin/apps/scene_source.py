@@ -46,6 +46,8 @@ class Source:
             raise self._not_toml(str(error)) from None
         except RecursionError:
             nested = True
+        except ValueError as error:  # a number of thousands of digits
+            raise self._not_toml(str(error).partition(":")[0]) from None
         if nested:
             raise self._not_toml("Tables or lists within one another, more than anybody wants")
         self.places = toml_places.places(self.text)
@@ -128,7 +130,7 @@ class Source:
 def read_text(file: Path) -> str:
     """The text of a scene file.  Raises SceneError."""
     try:
-        return file.read_text(encoding="utf-8")
+        return file.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise SceneError(f"cannot be read: {error.strerror}", file=str(file)) from None
     except UnicodeDecodeError:
@@ -138,6 +140,8 @@ def read_text(file: Path) -> str:
 def _complaint(error: ErrorDetails) -> str:
     """What is wrong, in the words of the file."""
     path = error["loc"]
+    if not path:
+        return f"cannot be read: {error['msg'].partition(' at line')[0]}"
     key = str(path[-1])
     if _unknown(error):
         return f"unknown key {key!r}: {instead(key, _keys_at(path[:-1]))}"

@@ -81,7 +81,7 @@ class ControllerTable(Table):
     """The host's line format where the port carries none, such as "9600 8N2", or "instant"."""
     state: Path | None = None
     """Directory for what it keeps without power, seen from the scene file."""
-    history: Annotated[int, Field(ge=1)] | None = None
+    history: Annotated[int, Field(ge=1, le=1_000_000_000)] | None = None
     """How many strokes of each axis are remembered."""
     options: dict[str, Any] = {}
     """Options of the model."""

@@ -123,6 +123,8 @@ def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
     scene = Scene.load(Path(path))
     bench = scene.build(served=True)
     names = [name for name in partners.names(bench) if name not in scene.hosted]
+    if not names:
+        raise UsageError(f"nobody in {path} is to be talked to: give a controller ports, or leave out its host")
     if not given:
         ports = [(name, parse(url)) for name, url in scene.ports]
         return bench, ports or [(name, _any_port(bench, name)) for name in names]

@@ -67,6 +67,7 @@ class ServoRecord:
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
+        self._latest: tuple[int, NDArray[np.int64] | None] = -1, None  # when the next sample would be; those before
         self._points: list[NDArray[np.int64]] = []
         self._count = 0
 
@@ -75,6 +76,7 @@ class ServoRecord:
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
+        whole = self._with_those_before(samples, positions)
         before = int(commanded[0]) if self._commanded is None else self._commanded
         stirred = np.diff(positions, prepend=self._position) != 0
         led = np.diff(commanded, prepend=before) != 0
@@ -83,23 +85,36 @@ class ServoRecord:
             times = samples.start_ns + samples.period_ns * np.arange(len(positions), dtype=np.int64)
             active = np.flatnonzero(led | (stirred & (np.abs(commanded - positions) > JITTER)))
             if len(active):
-                self._find_moves(samples, times, positions, led, active)
+                self._find_moves(samples, times, whole, led, active)
             self._keep(times, positions, commanded, changed, samples.period_ns)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
             self.moves[-1].target = self._position  # it settles after the move
 
+    def _with_those_before(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
+        """With as many before them as a velocity is taken over; where there were no samples the shaft was at rest."""
+        import numpy as np
+
+        next_ns, before = self._latest
+        if before is None or samples.start_ns != next_ns:
+            before = np.full(WINDOW, self._position, np.int64)
+        whole: NDArray[np.int64] = np.concatenate((before, positions))
+        end_ns = samples.start_ns + len(positions) * samples.period_ns
+        self._latest = end_ns if samples.period_ns else -1, whole[-WINDOW:]
+        return whole
+
     def _find_moves(
         self,
         samples: Samples,
         times: "NDArray[np.int64]",
-        positions: "NDArray[np.int64]",
+        whole: "NDArray[np.int64]",
         led: "NDArray[np.bool_]",
         active: "NDArray[np.int64]",
     ) -> None:
-        """Stretches of change with no rest in them that is too long."""
+        """Stretches of change with no rest in them that is too long; `whole`: positions, and those before them."""
         import numpy as np
 
+        positions = whole[WINDOW:]
         ends = np.flatnonzero(np.diff(times[active]) > REST_NS)
         for first, last in zip((active[0], *active[ends + 1]), (*active[ends], active[-1]), strict=True):
             before = int(positions[first - 1]) if first else self._position
@@ -108,8 +123,8 @@ class ServoRecord:
             move.low, move.high = min(move.low, int(part.min())), max(move.high, int(part.max()))
             move.target, move.last_ns = int(part[-1]), int(times[last])
             move.commanded |= bool(led[first : last + 1].any())
-            if len(part) > WINDOW and samples.period_ns:
-                fastest = int(np.abs(part[WINDOW:] - part[:-WINDOW]).max())
+            if samples.period_ns:
+                fastest = int(np.abs(part - whole[first : last + 1]).max())
                 move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
 
     def _move(self, start_ns: int, before: int) -> ServoMove:

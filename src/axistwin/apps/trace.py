@@ -34,6 +34,7 @@ from axistwin.errors import UsageError
 from axistwin.faults.desk import Fault
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import Pin, UserPin
+from axistwin.units import to_seconds
 
 CHUNK = 1 << 15
 """Changes written at a time, about."""
@@ -108,7 +109,8 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         """What has been written stays; nobody watches any more."""
         self._tracer.sink = None
         self._stack.close()
-        self._tell(f"the trace {self.path.name} ends here, at {self.bench.seconds:.6f} s: {error.strerror}")
+        ends_s = to_seconds(self._tracer.written_ns)
+        self._tell(f"the trace {self.path.name} ends here, at {ends_s:.6f} s: {error.strerror}")
 
 
 class Tracer:
@@ -167,6 +169,11 @@ class Tracer:
             self._write(self.bench.now + 1)
         if self.sink is not None:
             self.sink.end(self.bench.now)
+
+    @property
+    def written_ns(self) -> int:
+        """All that has happened before then has been written."""
+        return self._upto_ns
 
     @property
     def _sources(self) -> list[StepperTrace | ServoTrace | Followed]:

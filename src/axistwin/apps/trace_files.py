@@ -166,7 +166,7 @@ class VcdSink:
         if kind == COUNT:
             return f"b{int(value) & ALL_BITS:b} {self._ids[n]}"
         if kind == REAL:
-            return f"r{value:.16g} {self._ids[n]}"
+            return f"r{value!r} {self._ids[n]}"
         return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
 
     def _scopes(self) -> list[str]:

@@ -74,6 +74,8 @@ def read(path: Path) -> Trace:
         return readers[path.suffix](path)
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise TraceError(f"{path}: no text in UTF-8: is it a trace?") from None
 
 
 def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
@@ -103,10 +105,10 @@ def _csv(path: Path) -> Trace:
                 time_ns, name, value = row
                 track = tracks.get(name) or tracks.setdefault(name, Track(name, kinds.get(name) or _guess(value)))
                 track.add(int(time_ns), value)
-            except ValueError:
+            except (ValueError, OverflowError):
                 raise TraceError(f"{path}: no change of a signal: {','.join(row)!r}") from None
     if "end_ns" in about:
-        end_ns = int(about.pop("end_ns"))
+        end_ns = _time_ns(path, about.pop("end_ns"))
     return _trace(path, tracks, about, end_ns)
 
 
@@ -130,6 +132,13 @@ def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
 def _kinds(about: dict[str, str]) -> dict[str, str]:
     lines = about.pop("signals", "").splitlines()
     return {name: kind for name, _, kind in (line.rpartition(" ") for line in lines)}
+
+
+def _time_ns(path: Path, text: str) -> int:
+    try:
+        return array(WHOLE, [int(text)])[0]
+    except (ValueError, OverflowError):
+        raise TraceError(f"{path}: {text!r} is no time in ns") from None
 
 
 def _guess(value: str) -> str:
@@ -161,9 +170,12 @@ def _vcd(path: Path) -> Trace:
             if not line.endswith("\n"):
                 break
             if line.startswith("#"):
-                now_ns = int(line[1:])
+                now_ns = _time_ns(path, line[1:].strip())
             elif not line.startswith("$"):
-                _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
+                try:
+                    _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
+                except ValueError:
+                    raise TraceError(f"{path}: no change of a signal: {line.rstrip()!r}") from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 
 
@@ -177,11 +189,13 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
         match words:
             case ["$scope", _, name, "$end"]:
                 scopes.append(name)
-            case ["$upscope", "$end"]:
+            case ["$upscope", "$end"] if scopes:
                 scopes.pop()
             case ["$var", kind, _, identifier, name, *_]:
                 step = kind == LEVEL and name == STEP
                 names[identifier] = (".".join((*scopes, name)), STEP if step else kind)
+            case ["$timescale", *scale, "$end"] if "".join(scale) != "1ns":
+                raise TraceError(f"{path}: its times are in {' '.join(scale)}, not in 1 ns: is it a trace of axistwin?")
             case ["$enddefinitions", *_]:
                 return about, names
             case [_, *_] if ": " in line:

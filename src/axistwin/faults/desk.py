@@ -100,11 +100,17 @@ class Fault:
         chance = None if self.seed is None else Chance(self.seed)
         self.state, self.began_ns = State.ON, clock.now
         self._faults._tell(self, "begins")
-        self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, duration_ns is not None, self._over))
+        lasts = duration_ns is not None
+        self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, lasts, self._over, self._others))
         if self.kind.at_once:
             self._over()
         elif duration_ns is not None:
             clock.call_later(duration_ns, self._elapsed)
+
+    def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
+        """Other faults that the same thing has now."""
+        there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
+        return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
     def _elapsed(self) -> None:
         if self.on:

@@ -1,6 +1,9 @@
 """Faults of the machine: switches and pins, encoders, motors, drives, supplies."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from math import prod
+from typing import Any
 
 from axistwin.errors import UsageError
 from axistwin.faults.places import Spot
@@ -108,24 +111,38 @@ def encoder_slips(case: Case) -> Mend:
 
 def encoder_loses(case: Case) -> Mend:
     """It does not count each n-th of its counts."""
-    every = case.values["every"]
-    return _miscount(case, every - 1, every)
+    return _miscount(case, "encoder_loses")
 
 
 def encoder_reversed(case: Case) -> Mend:
     """It counts backwards: two of its wires are exchanged."""
-    return _miscount(case, -1, 1)
+    return _miscount(case, "encoder_reversed")
 
 
 def encoder_dead(case: Case) -> Mend:
     """It counts no more."""
-    return _miscount(case, 0, 1)
+    return _miscount(case, "encoder_dead")
 
 
-def _miscount(case: Case, of: int, out_of: int) -> Mend:
+MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
+    "encoder_loses": lambda values: Fraction(values["every"] - 1, values["every"]),
+    "encoder_reversed": lambda _: Fraction(-1),
+    "encoder_dead": lambda _: Fraction(0),
+}
+"""How many counts it makes for one."""
+
+
+def _miscount(case: Case, kind: str) -> Mend:
+    """An encoder can have several defects at once."""
     encoder = _axis(case).encoder
-    encoder.miscount(of, out_of)
-    return lambda: encoder.miscount(1, 1)
+
+    def count(*own: Fraction) -> None:
+        others = (MISCOUNTS[name](values) for name, values in case.others() if name in MISCOUNTS)
+        ratio = prod((*own, *others), start=Fraction(1))
+        encoder.miscount(ratio.numerator, ratio.denominator)
+
+    count(MISCOUNTS[kind](case.values))
+    return count
 
 
 def check_encoder(spot: Spot) -> None:
@@ -223,7 +240,14 @@ def power_cut(case: Case) -> Mend:
     """No power, until it is mended."""
     machine = case.spot.machine
     machine.power(False)
-    return lambda: machine.power(True)
+    servo = any(isinstance(axis, ServoAxis) for axis in machine.axes.values())
+    cuts = ("power_cut",) if servo else ("power_cut", "supply_dip")
+
+    def mend() -> None:
+        if not any(name in cuts for name, _ in case.others()):
+            machine.power(True)
+
+    return mend
 
 
 def check_motor(spot: Spot) -> None:

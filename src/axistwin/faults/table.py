@@ -1,6 +1,6 @@
 """What a row of the table of faults is: a kind, what it acts on, and its parameters with units and ranges."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -108,6 +108,8 @@ class Case:
     lasts: bool
     """Whether it is to be mended after a while, or by somebody."""
     over: Callable[[], None]
+    others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
+    """Kinds and values of the other faults that are there now."""
 
     def luck(self, what: str) -> Chance:
         """Its chance.  Raises UsageError if it has no seed."""

@@ -8,7 +8,7 @@ tooth apart, so the position lost is a whole number of teeth.
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import pi
+from math import inf, pi
 
 from axistwin.motion.profile import Profile
 from axistwin.units import S
@@ -20,6 +20,10 @@ class Load:
 
     torque: float = 0.0
     inertia: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.torque < inf and 0 <= self.inertia < inf):
+            raise ValueError("a load has a friction torque and an inertia of 0 or more")
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,10 @@ class StepperMotor:
         rates = [rate for rate, _ in self.torque]
         if not rates or rates != sorted(set(rates)):
             raise ValueError("the torque curve needs points with rising rates")
+        if not all(0 <= torque < inf for _, torque in self.torque):
+            raise ValueError("the torques of the curve are 0 N·m or more")
+        if not (0 <= self.inertia < inf and self.pull_in >= 0):
+            raise ValueError("a motor has an inertia and a pull-in rate of 0 or more")
         if self.pulses_per_rev <= 0 or self.rotor_teeth <= 0:
             raise ValueError("a motor has pulses per revolution and rotor teeth")
 
