@@ -12,8 +12,8 @@ from time import perf_counter
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
-from axistwin.apps.signals import EVERYTHING
-from axistwin.apps.trace import tracing
+from axistwin.apps.traces.signals import EVERYTHING
+from axistwin.apps.traces.trace import tracing
 from axistwin.bench import Controller
 
 SECONDS, RUNS = 60, 3

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.conversation import Conversation, Expect, Hear, load, write
-from axistwin.apps.player import Difference, play
-from axistwin.apps.programs import options
+from axistwin.apps.conversations.conversation import Conversation, Expect, Hear, load, write
+from axistwin.apps.conversations.player import Difference, play
+from axistwin.apps.conversations.programs import options
+from axistwin.apps.conversations.visible import CHARACTERS
 from axistwin.apps.target import bench_for
-from axistwin.apps.visible import CHARACTERS
 
 FILES = sorted((Path(__file__).parent / "conversations").glob("*.talk"))
 MOST_CORRECTIONS = 1000

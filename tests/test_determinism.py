@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.apps.trace import tracing
+from axistwin.apps.traces.trace import tracing
 from axistwin.controllers.smartmotor import jit, kernel
 from axistwin.controllers.smartmotor.core import _Engine
 from axistwin.links.pacing import Pacer

@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from axistwin.apps.scene import Scene
+    from axistwin.apps.scenes.scene import Scene
     from axistwin.apps.twin import serve
     from axistwin.bench import Bench
     from axistwin.errors import AxistwinError
@@ -27,7 +27,7 @@ _HOMES = {
     "AxistwinError": "axistwin.errors",
     "Bench": "axistwin.bench",
     "Fault": "axistwin.faults.desk",
-    "Scene": "axistwin.apps.scene",
+    "Scene": "axistwin.apps.scenes.scene",
     "serve": "axistwin.apps.twin",
 }
 """Where each name lives; imported when it is asked for: a pytest plug-in must cost nothing to who does not use it."""

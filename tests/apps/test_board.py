@@ -6,10 +6,10 @@ import pytest
 
 from axistwin import Bench
 from axistwin.apps.cli import main
-from axistwin.apps.conversation import Hear, parse, write
-from axistwin.apps.host import host_of
-from axistwin.apps.player import play
-from axistwin.apps.recorder import recording
+from axistwin.apps.conversations.conversation import Hear, parse, write
+from axistwin.apps.conversations.host import host_of
+from axistwin.apps.conversations.player import play
+from axistwin.apps.conversations.recorder import recording
 
 TALK = """\
 ; model: 1811

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.apps import check_fix
-from axistwin.apps.checking import diagnose_text
+from axistwin.apps.checks import fix as check_fix
+from axistwin.apps.checks.checking import diagnose_text
 from axistwin.apps.cli import axistwin
 from axistwin.bench import product
 from axistwin.controllers.diagnostics import Edit

@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.apps import codes
-from axistwin.apps.check_scene import diagnose_scene
-from axistwin.apps.checking import diagnose_text, product_for
+from axistwin.apps.checks import codes
+from axistwin.apps.checks.checking import diagnose_text, product_for
+from axistwin.apps.checks.scenes import diagnose_scene
 from axistwin.apps.cli import axistwin
 from axistwin.bench import product
 from axistwin.errors import UsageError
@@ -72,7 +72,7 @@ def test_whatever_is_found_has_a_code_of_a_table_and_its_severity(suffix, model,
 
 def test_the_page_is_what_the_tables_say():
     page = (Path(__file__).parents[2] / "docs" / "diagnostics.md").read_text(encoding="utf-8")
-    assert page == codes.page(), "python -m axistwin.apps.codes > docs/diagnostics.md"
+    assert page == codes.page(), "python -m axistwin.apps.checks.codes > docs/diagnostics.md"
 
 
 def explain(*arguments):

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin.apps.cli import axistwin
-from axistwin.apps.words import in_words
+from axistwin.apps.conversations.words import in_words
 from axistwin.bench import product
 from axistwin.errors import UsageError
 

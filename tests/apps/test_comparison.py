@@ -8,9 +8,9 @@ from click.testing import CliRunner
 
 from axistwin import Bench
 from axistwin.apps.cli import axistwin
-from axistwin.apps.comparison import Comparison, compare, recorded_times
-from axistwin.apps.conversation import parse, write
-from axistwin.apps.recorder import recording
+from axistwin.apps.conversations.comparison import Comparison, compare, recorded_times
+from axistwin.apps.conversations.conversation import parse, write
+from axistwin.apps.conversations.recorder import recording
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS, S
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.apps.conversation import Comment, Do, Expect, Hear, Say, Wait, load, parse, seconds, write
+from axistwin.apps.conversations.conversation import Comment, Do, Expect, Hear, Say, Wait, load, parse, seconds, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 

@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 from axistwin import Bench
-from axistwin.apps import programs
-from axistwin.apps.conversation import parse
-from axistwin.apps.operator import command_strings, language_of, send_commands
-from axistwin.apps.player import play
-from axistwin.apps.typist import command_lines, type_lines
+from axistwin.apps.conversations import programs
+from axistwin.apps.conversations.conversation import parse
+from axistwin.apps.conversations.operator import command_strings, language_of, send_commands
+from axistwin.apps.conversations.player import play
+from axistwin.apps.conversations.typist import command_lines, type_lines
 from axistwin.units import S
 
 PAGE = (Path(__file__).parents[2] / "docs" / "conversations.md").read_text(encoding="utf-8")

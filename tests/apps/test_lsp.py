@@ -114,7 +114,7 @@ def test_a_text_of_another_kind_is_left_alone(client):
 def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
     for name in [each for each in sys.modules if each.partition(".")[0] in ("pygls", "lsprotocol")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "axistwin.apps.lsp_server", raising=False)
+    monkeypatch.delitem(sys.modules, "axistwin.apps.editing.server", raising=False)
     monkeypatch.setitem(sys.modules, "pygls", None)
     monkeypatch.setitem(sys.modules, "lsprotocol", None)
     with pytest.raises(MissingExtraError, match=r'needs pygls: pip install "axistwin\[lsp\]"'):

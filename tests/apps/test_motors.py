@@ -10,13 +10,13 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.apps.cli import main
-from axistwin.apps.conversation import parse, write
-from axistwin.apps.history import watching
-from axistwin.apps.player import play
+from axistwin.apps.conversations.conversation import parse, write
+from axistwin.apps.conversations.player import play
+from axistwin.apps.conversations.recorder import recording
+from axistwin.apps.drawing.history import watching
+from axistwin.apps.drawing.servo_record import POINTS, ServoRecord
 from axistwin.apps.plot import draw
-from axistwin.apps.recorder import recording
-from axistwin.apps.servo_record import POINTS, ServoRecord
-from axistwin.apps.trace import tracing
+from axistwin.apps.traces.trace import tracing
 from axistwin.errors import ProgramError, SceneError
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis

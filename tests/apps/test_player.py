@@ -3,8 +3,8 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.conversation import parse
-from axistwin.apps.player import Difference, play
+from axistwin.apps.conversations.conversation import parse
+from axistwin.apps.conversations.player import Difference, play
 from axistwin.errors import ProgramError
 
 

@@ -8,9 +8,9 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from axistwin import Bench
-from axistwin.apps import curves
-from axistwin.apps.curves import Curve
-from axistwin.apps.history import History, watching
+from axistwin.apps.drawing import curves
+from axistwin.apps.drawing.curves import Curve
+from axistwin.apps.drawing.history import History, watching
 from axistwin.apps.plot import draw
 from axistwin.errors import UsageError
 from axistwin.units import S

@@ -6,11 +6,12 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from axistwin import Bench
-from axistwin.apps import cli, picture
-from axistwin.apps.trace import tracing
-from axistwin.apps.trace_chart import messages, of_trace
-from axistwin.apps.trace_diff import Tolerance, compare
-from axistwin.apps.trace_read import Track, read
+from axistwin.apps import cli
+from axistwin.apps.drawing import picture
+from axistwin.apps.drawing.trace_chart import messages, of_trace
+from axistwin.apps.traces.differences import Tolerance, compare
+from axistwin.apps.traces.reading import Track, read
+from axistwin.apps.traces.trace import tracing
 from axistwin.units import MS, S
 
 SIGNALS = ("default", "motor.RPE", "motor.RBt", "if1.state")

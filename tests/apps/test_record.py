@@ -12,7 +12,7 @@ import serial
 from click.testing import CliRunner
 
 from axistwin.apps.cli import axistwin
-from axistwin.apps.conversation import Do, Expect, Hear, Say, load
+from axistwin.apps.conversations.conversation import Do, Expect, Hear, Say, load
 from axistwin.links.urls import parse
 
 from ..links.serving import Served, ask, dial  # noqa: TID252

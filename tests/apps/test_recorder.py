@@ -4,9 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.apps.conversation import Conversation, Do, Expect, Hear, parse, write
-from axistwin.apps.player import play
-from axistwin.apps.recorder import recording
+from axistwin.apps.conversations.conversation import Conversation, Do, Expect, Hear, parse, write
+from axistwin.apps.conversations.player import play
+from axistwin.apps.conversations.recorder import recording
 
 
 def replayed(conversation: Conversation) -> object:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Scene
-from axistwin.apps import programs
-from axistwin.apps.toml_places import places
+from axistwin.apps.conversations import programs
+from axistwin.apps.scenes.toml_places import places
 from axistwin.errors import SceneError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import pytest
 
-from axistwin.apps.screen import Screen
+from axistwin.apps.terminal.screen import Screen
 from axistwin.links.urls import parse
 
 PATIENCE_S = 20

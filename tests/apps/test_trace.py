@@ -7,9 +7,9 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 
 from axistwin import Bench
-from axistwin.apps import trace
-from axistwin.apps.trace import tracing
-from axistwin.apps.trace_files import VcdSink
+from axistwin.apps.traces import trace
+from axistwin.apps.traces.files import VcdSink
+from axistwin.apps.traces.trace import tracing
 from axistwin.errors import UsageError
 
 

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.apps import trace as tracer
-from axistwin.apps import trace_files
-from axistwin.apps.signals import catalogue, choose
-from axistwin.apps.trace import tracing
-from axistwin.apps.trace_read import Trace, read
+from axistwin.apps.traces import files as trace_files
+from axistwin.apps.traces import trace as tracer
+from axistwin.apps.traces.reading import Trace, read
+from axistwin.apps.traces.signals import catalogue, choose
+from axistwin.apps.traces.trace import tracing
 from axistwin.errors import TraceError, UsageError
 from axistwin.units import S
 
@@ -112,7 +112,7 @@ def test_parquet_for_everybody(traces):
 
 @pytest.mark.parametrize("rows", [1, 7, 100])
 def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows):
-    from axistwin.apps import trace_parquet
+    from axistwin.apps.traces import parquet as trace_parquet
 
     monkeypatch.setattr(trace_parquet, "GROUP", rows)
     monkeypatch.setattr(tracer, "CHUNK", 50)
@@ -122,7 +122,7 @@ def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows):
 
 
 def test_without_pyarrow_there_is_no_parquet(tmp_path, monkeypatch):
-    monkeypatch.setattr("axistwin.apps.trace_parquet.find_spec", lambda name: None)
+    monkeypatch.setattr("axistwin.apps.traces.parquet.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r'needs pyarrow: pip install "axistwin\[traces\]"'):
         tracing(workshop(), tmp_path / "a.parquet")
 
@@ -198,7 +198,7 @@ def test_a_motors_variables_change_at_their_samples(tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("patterns", [("*",), ("motor.R*",), ("motor.shaft.*", "if1.*.pulses"), ("*says", "*volts")])
 def test_it_does_not_matter_when_it_is_written(tmp_path, monkeypatch, kind, patterns):
-    monkeypatch.setattr("axistwin.apps.trace_parquet.GROUP", 100)
+    monkeypatch.setattr("axistwin.apps.traces.parquet.GROUP", 100)
     traced(tmp_path / f"a.{kind}", patterns)
     monkeypatch.setattr(tracer, "CHUNK", 3)
     traced(tmp_path / f"b.{kind}", patterns)
@@ -275,7 +275,7 @@ class Disk:
 @pytest.mark.parametrize("room", [20_000, 31_000])
 def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind, room, traces):
     monkeypatch.setattr(tracer, "CHUNK", 100)
-    monkeypatch.setattr("axistwin.apps.trace_parquet.GROUP", 100)
+    monkeypatch.setattr("axistwin.apps.traces.parquet.GROUP", 100)
     path, told = tmp_path / f"a.{kind}", []
     Disk(room, monkeypatch)
     bench = workshop()
@@ -304,7 +304,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from axistwin import Bench
-from axistwin.apps.trace import tracing
+from axistwin.apps.traces.trace import tracing
 bench = Bench()
 if1 = bench.add("if1")
 with tracing(bench, Path(sys.argv[1])) as trace:

@@ -7,8 +7,8 @@ import pytest
 import serial
 
 import axistwin
-from axistwin.apps.conversation import load
-from axistwin.apps.player import play
+from axistwin.apps.conversations.conversation import load
+from axistwin.apps.conversations.player import play
 from axistwin.errors import LinkError, UsageError
 
 PATIENCE_S = 20

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.conversation import Do, Say, Wait
-from axistwin.apps.history import History, watching
-from axistwin.apps.programs import Outcome, load
-from axistwin.apps.typist import command_lines, type_lines
+from axistwin.apps.conversations.conversation import Do, Say, Wait
+from axistwin.apps.conversations.programs import Outcome, load
+from axistwin.apps.conversations.typist import command_lines, type_lines
+from axistwin.apps.drawing.history import History, watching
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S
 

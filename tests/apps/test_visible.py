@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.apps.visible import CHARACTERS
+from axistwin.apps.conversations.visible import CHARACTERS
 from axistwin.errors import ProgramError
 
 

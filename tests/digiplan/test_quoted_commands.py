@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from axistwin.apps.check import diagnose
-from axistwin.apps.conversation import Say, load
+from axistwin.apps.conversations.conversation import Say, load
 from axistwin.bench import product
 from axistwin.controllers.diagnostics import Severity
 from axistwin.controllers.digiplan.commands import COMMANDS

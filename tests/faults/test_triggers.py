@@ -3,9 +3,9 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.conversation import parse, write
-from axistwin.apps.player import play
-from axistwin.apps.recorder import recording
+from axistwin.apps.conversations.conversation import parse, write
+from axistwin.apps.conversations.player import play
+from axistwin.apps.conversations.recorder import recording
 from axistwin.errors import ProgramError, UsageError
 from axistwin.faults import words
 

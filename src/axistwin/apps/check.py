@@ -7,9 +7,19 @@ from pathlib import Path
 
 import click
 
-from axistwin.apps import check_fix, codes
-from axistwin.apps.check_formats import Checked, as_github, as_json, as_sarif, as_text
-from axistwin.apps.checking import SCENE, as_diagnostic, check_kind, diagnose, diagnose_text, kind_of, load, product_for
+from axistwin.apps.checks import codes
+from axistwin.apps.checks import fix as check_fix
+from axistwin.apps.checks.checking import (
+    SCENE,
+    as_diagnostic,
+    check_kind,
+    diagnose,
+    diagnose_text,
+    kind_of,
+    load,
+    product_for,
+)
+from axistwin.apps.checks.formats import Checked, as_github, as_json, as_sarif, as_text
 from axistwin.bench import FAMILIES, product
 from axistwin.controllers.diagnostics import Diagnostic, Severity
 from axistwin.controllers.product import Product
@@ -78,8 +88,8 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
 def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.apps.check_scene import diagnose_scene  # late: pydantic, and every family a scene names
-        from axistwin.apps.scene_source import read_text
+        from axistwin.apps.checks.scenes import diagnose_scene  # late: pydantic, and every family a scene names
+        from axistwin.apps.scenes.source import read_text
 
         return Checked(file, read_text(file), diagnose_scene(file))
     try:

@@ -8,7 +8,7 @@ from shutil import get_terminal_size
 import click
 
 from axistwin.apps.columns import columns
-from axistwin.apps.words import in_words
+from axistwin.apps.conversations.words import in_words
 from axistwin.bench import product
 from axistwin.controllers.commandset import Command
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import click
 
 from axistwin import Bench, __version__
-from axistwin.apps import transcript
 from axistwin.apps.columns import columns
-from axistwin.apps.history import watching
-from axistwin.apps.words import word
+from axistwin.apps.conversations import transcript
+from axistwin.apps.conversations.words import word
+from axistwin.apps.drawing.history import watching
 from axistwin.bench import Controller
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
@@ -49,7 +49,7 @@ def demo(plot: Path) -> None:
       axistwin demo
       axistwin demo --plot /tmp/demo.svg
     """
-    from axistwin.apps.picture import check_suffix
+    from axistwin.apps.drawing.picture import check_suffix
     from axistwin.apps.plot import draw
 
     check_suffix(plot)

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from axistwin.apps.columns import columns
-from axistwin.apps.trace_diff import Comparison, Difference, Tolerance, compare
+from axistwin.apps.traces.differences import Comparison, Difference, Tolerance, compare
 from axistwin.units import S, to_ns
 
 FILE = click.Path(dir_okay=False, path_type=Path)
@@ -44,19 +44,19 @@ def diff(
       axistwin diff before.csv after.csv --signals 'table.*' --time-tolerance 0.001
       axistwin diff good.vcd bad.vcd --plot where.png
     """
-    from axistwin.apps.signals import EVERYTHING, split
-    from axistwin.apps.trace_read import read
+    from axistwin.apps.traces.reading import read
+    from axistwin.apps.traces.signals import EVERYTHING, split
 
     if plot is not None:
-        from axistwin.apps.picture import check_suffix
+        from axistwin.apps.drawing.picture import check_suffix
 
         check_suffix(plot)
     one, other = read(first), read(second)
     patterns = split(signals or EVERYTHING)
     found = compare(one, other, Tolerance(tolerance, to_ns(time_tolerance)), patterns)
     if plot is not None and found.differences:
-        from axistwin.apps.diff_chart import of_difference
-        from axistwin.apps.picture import save
+        from axistwin.apps.drawing.diff_chart import of_difference
+        from axistwin.apps.drawing.picture import save
 
         save(of_difference(one, other, found, f"{first.name} and {second.name}"), plot)
     _report(found, as_json)

@@ -26,7 +26,7 @@ def lsp() -> None:
       args = ["lsp"]
     """
     try:
-        from axistwin.apps.lsp_server import make  # late: an extra
+        from axistwin.apps.editing.server import make  # late: an extra
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
             raise

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import click
 
-from axistwin.apps.history import History
-from axistwin.apps.picture import check_suffix, save, show
-from axistwin.apps.signals import EVERYTHING
+from axistwin.apps.drawing.history import History
+from axistwin.apps.drawing.picture import check_suffix, save, show
+from axistwin.apps.traces.signals import EVERYTHING
 from axistwin.errors import UsageError
 from axistwin.units import to_ns, to_seconds
 
@@ -17,7 +17,7 @@ FILE = click.Path(dir_okay=False, path_type=Path)
 def draw(history: History, path: Path, title: str = "") -> None:
     """Draw what has happened on a bench into an SVG or PNG file."""
     check_suffix(path)
-    from axistwin.apps.history_chart import of_history
+    from axistwin.apps.drawing.history_chart import of_history
 
     save(of_history(history, title), path)
 
@@ -49,9 +49,9 @@ def plot(
       axistwin plot moves.csv -o moves.svg --from 2 --to 3.5
       axistwin plot night.parquet --show --signals 'motor.shaft.*,motor.RPE,motor.G'
     """
-    from axistwin.apps.signals import split
-    from axistwin.apps.trace_chart import of_trace
-    from axistwin.apps.trace_read import read
+    from axistwin.apps.drawing.trace_chart import of_trace
+    from axistwin.apps.traces.reading import read
+    from axistwin.apps.traces.signals import split
 
     from_ns, until_ns = _time(since), _time(until)
     if from_ns is not None and until_ns is not None and until_ns <= from_ns:

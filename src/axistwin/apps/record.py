@@ -9,10 +9,10 @@ from pathlib import Path
 import click
 
 from axistwin import __version__
+from axistwin.apps.conversations.events import Changed
+from axistwin.apps.conversations.machine import level_name
+from axistwin.apps.conversations.recorder import LF_NS, Recorder, recording_to
 from axistwin.apps.ending import ending
-from axistwin.apps.events import Changed
-from axistwin.apps.machine import level_name
-from axistwin.apps.recorder import LF_NS, Recorder, recording_to
 from axistwin.apps.seconds import Seconds
 from axistwin.apps.serve import ANY_PORT, NOW_AND_THEN_S
 from axistwin.bench import FAMILIES, line_format, product

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from axistwin.apps import programs
-from axistwin.apps.comparison import PATIENCE_S, Compared, Comparison, compare
-from axistwin.apps.conversation import Conversation, load_text, parse
+from axistwin.apps.conversations import programs
+from axistwin.apps.conversations.comparison import PATIENCE_S, Compared, Comparison, compare
+from axistwin.apps.conversations.conversation import Conversation, load_text, parse
 from axistwin.apps.seconds import MOST_S, Seconds
 from axistwin.apps.target import bench_for
 from axistwin.errors import ProgramError, UsageError

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import click
 
-from axistwin.apps import programs, transcript
-from axistwin.apps.history import History, watching
-from axistwin.apps.programs import Outcome
+from axistwin.apps.conversations import programs, transcript
+from axistwin.apps.conversations.programs import Outcome
+from axistwin.apps.drawing.history import History, watching
 from axistwin.apps.target import bench_for
 from axistwin.errors import UsageError
 from axistwin.units import to_ns
@@ -84,7 +84,7 @@ def run(
     loaded = programs.of_itself() if program is None else programs.load(program, target)
     what = target if program is None else program.name
     if plot is not None:
-        from axistwin.apps.picture import check_suffix
+        from axistwin.apps.drawing.picture import check_suffix
 
         check_suffix(plot)
     bench = bench_for(target, (*loaded.options, *options), state)
@@ -92,8 +92,8 @@ def run(
     with ExitStack() as stack:
         history = stack.enter_context(watching(bench))
         for path in traces:
-            from axistwin.apps.signals import split
-            from axistwin.apps.trace import tracing
+            from axistwin.apps.traces.signals import split
+            from axistwin.apps.traces.trace import tracing
 
             stack.enter_context(
                 tracing(bench, path, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))

@@ -4,7 +4,7 @@ import json
 
 import click
 
-from axistwin.apps.scene import Scene
+from axistwin.apps.scenes.scene import Scene
 
 
 @click.command(short_help="The JSON Schema of a scene file, for editors.")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from axistwin.apps import partners
+from axistwin.apps.conversations import partners
 from axistwin.apps.ending import ending
 from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
@@ -118,7 +118,7 @@ def serve(
 
 def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
     """The bench of a scene, and the ports its file names, or else those that are given."""
-    from axistwin.apps.scene import Scene  # late: a scene needs more than a model does
+    from axistwin.apps.scenes.scene import Scene  # late: a scene needs more than a model does
 
     scene = Scene.load(Path(path))
     bench = scene.build(served=True)
@@ -143,8 +143,8 @@ def _tracing(bench: Bench, path: str | None, signals: str | None) -> Iterator[Ca
     if path is None:
         yield None
         return
-    from axistwin.apps.signals import split  # late: few need it
-    from axistwin.apps.trace import tracing
+    from axistwin.apps.traces.signals import split  # late: few need it
+    from axistwin.apps.traces.trace import tracing
 
     with tracing(bench, Path(path), split(signals)) as traced:
         yield traced.catch_up
@@ -156,7 +156,7 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
     if path is None:
         yield None
         return
-    from axistwin.apps.recorder import recording_to  # late: few need it
+    from axistwin.apps.conversations.recorder import recording_to  # late: few need it
 
     with recording_to(bench, Path(path), headers) as recorder:
         yield recorder.catch_up

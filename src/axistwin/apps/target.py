@@ -24,7 +24,7 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         return bench
     if options or state:
         raise UsageError("--option and --state are for a MODEL: write them into the scene")
-    from axistwin.apps.scene import Scene  # brings pydantic along
+    from axistwin.apps.scenes.scene import Scene  # brings pydantic along
 
     made: Bench = Scene.load(Path(target)).build()
     return made

@@ -8,11 +8,11 @@ from threading import Thread
 
 import click
 
-from axistwin.apps import typist
-from axistwin.apps.machine import on_a_bus
-from axistwin.apps.screen import Screen
+from axistwin.apps.conversations import typist
+from axistwin.apps.conversations.machine import on_a_bus
 from axistwin.apps.target import read_options
-from axistwin.apps.term_commands import LocalCommands
+from axistwin.apps.terminal.commands import LocalCommands
+from axistwin.apps.terminal.screen import Screen
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
@@ -72,7 +72,7 @@ def term(
 
 
 async def _virtual(bench: Bench, speed: float | None, end: bytes, initialise: bool) -> int:
-    from axistwin.apps.term_virtual import BoardEnd, SerialEnd, VirtualEnd
+    from axistwin.apps.terminal.virtual import BoardEnd, SerialEnd, VirtualEnd
 
     screen, (controller,) = _screen(), bench.controllers.values()
     _greet(controller.product.title)
@@ -90,7 +90,7 @@ async def _virtual(bench: Bench, speed: float | None, end: bytes, initialise: bo
 
 
 async def _port(target: str, line: str | None, end: bytes) -> int:
-    from axistwin.apps.term_port import PortEnd
+    from axistwin.apps.terminal.port import PortEnd
 
     screen, lines = _screen(), Lines()
     other = PortEnd(target, line, screen.heard, lines.put_nowait)

@@ -22,8 +22,8 @@ from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
 
-from axistwin.apps import partners
-from axistwin.apps.toml_text import toml, toml_value
+from axistwin.apps.conversations import partners
+from axistwin.apps.scenes.toml_text import toml, toml_value
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
 from axistwin.links.hand import ManualClock, ServedClock
@@ -215,7 +215,7 @@ def _bench(
         raise UsageError(f"{', '.join(options)}: options are for a model; write them into the scene")
     if isinstance(what, Bench):
         return what, []
-    from axistwin.apps.scene import Scene  # late: brings pydantic along
+    from axistwin.apps.scenes.scene import Scene  # late: brings pydantic along
 
     if isinstance(what, Mapping):
         path = Path(made.enter_context(TemporaryDirectory())) / "scene.toml"
@@ -239,11 +239,11 @@ def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -
 
 def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[str, str] | None) -> Iterator[Writer]:
     if record is not None:
-        from axistwin.apps.recorder import recording_to  # late, as not everybody asks for it
+        from axistwin.apps.conversations.recorder import recording_to  # late, as not everybody asks for it
 
         yield partial(recording_to, path=Path(record), headers=headers)
     if trace is not None:
-        from axistwin.apps.trace import tracing
+        from axistwin.apps.traces.trace import tracing
 
         yield partial(tracing, path=Path(trace))
 

@@ -1,7 +1,7 @@
 """A real controller behind a port of ours: what a host says goes to it, what it says goes to the host.
 
 To the host it looks like a controller on a bench of its own, whose virtual time is real time: every kind of port
-works, and whoever observes the bench (`apps/recorder.py`) sees what is said and when.  The line from the host's port
+works, and whoever observes the bench, such as a recorder, sees what is said and when.  The line from the host's port
 to here takes no time; the characters take theirs on the real wire.
 
 The real device is whatever pyserial opens: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  A thread listens to it, and

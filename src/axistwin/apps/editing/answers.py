@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
 
-from axistwin.apps.words import in_words
+from axistwin.apps.conversations.words import in_words
 from axistwin.controllers.commandset import Command, Field
 
 

@@ -4,9 +4,9 @@ import re
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from axistwin.apps.checking import read_acts, sessions
+from axistwin.apps.checks.checking import read_acts, sessions
+from axistwin.apps.conversations.visible import codec_of
 from axistwin.apps.editing.answers import Hover, Item, Symbol, explained, item, words
-from axistwin.apps.visible import codec_of
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.check import heard
 from axistwin.controllers.compumotor.language import DontCare, Number, OneOf, Opcode, Ranges, Switch

@@ -12,7 +12,7 @@ from typing import Any
 
 from axistwin.apps.editing.answers import Hover, Item, Symbol
 from axistwin.apps.editing.talk import terminals
-from axistwin.apps.scene_tables import SceneFile
+from axistwin.apps.scenes.tables import SceneFile
 from axistwin.bench import FAMILIES, product
 
 _HEADER = re.compile(r"\s*(?P<brackets>\[\[?)\s*(?P<path>[\w.\"'-]*)")

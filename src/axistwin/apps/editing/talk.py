@@ -4,12 +4,12 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
 
-from axistwin.apps.checking import read_acts, sessions
-from axistwin.apps.conversation import named_model
+from axistwin.apps.checks.checking import read_acts, sessions
+from axistwin.apps.conversations.conversation import named_model
+from axistwin.apps.conversations.machine import LEVELS, subjects, targets
+from axistwin.apps.conversations.visible import codec_of
 from axistwin.apps.editing import compumotor, digiplan, smartmotor
 from axistwin.apps.editing.answers import Hover, Item, Symbol
-from axistwin.apps.machine import LEVELS, subjects, targets
-from axistwin.apps.visible import codec_of
 from axistwin.bench import FAMILIES, Bench, product
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product

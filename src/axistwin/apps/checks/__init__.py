@@ -1,0 +1,1 @@
+"""What is wrong with programs and scenes: the work behind `axistwin check`."""

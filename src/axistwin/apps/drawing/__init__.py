@@ -1,0 +1,1 @@
+"""Pictures of what has happened, from a run or from a trace."""

@@ -1,0 +1,1 @@
+"""Scenes: a bench from a TOML file."""

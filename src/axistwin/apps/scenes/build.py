@@ -1,0 +1,232 @@
+"""Puts what a scene file says on a bench, in the order in which one would build the machine.
+
+Controllers with their axes and stored programs; what sits on whose shaft; wires; shared lines; faults; who does what at
+which time; hosts.  Whatever cannot be is told with its place in the file.
+"""
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import fields
+from fractions import Fraction
+from hashlib import sha256
+from pathlib import Path
+
+from axistwin.apps.conversations import stored
+from axistwin.apps.conversations.conversation import Do, parse_line
+from axistwin.apps.conversations.machine import FAULT_ACTS, action, fault_action
+from axistwin.apps.scenes import hosting, toml_places
+from axistwin.apps.scenes.source import Source, instead
+from axistwin.apps.scenes.tables import ControllerTable, FaultTerms, LineTable, SceneFile, ScriptTable
+from axistwin.bench import Bench, Controller, line_format, product
+from axistwin.errors import UsageError
+from axistwin.faults.desk import Terms
+from axistwin.faults.kinds import KINDS, kind_of
+from axistwin.plant.axes import Axis
+from axistwin.sim.pins import Pin, connect
+from axistwin.units import to_ns
+
+Path_ = toml_places.Path
+FAULTS_A_SCENE = 1_000
+"""So far apart are the seeds of two scenes."""
+_NAMED = re.compile(r"\bname=(\S+)")
+
+
+def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, Path_]]:
+    """The lines that motors share: kind, name, table and place."""
+    for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
+        for number, table in enumerate(tables):
+            yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)
+
+
+class Builder:
+    """One bench in the making.  `served`: hosts come from outside where there are ports for them."""
+
+    def __init__(self, contents: SceneFile, source: Source, served: bool) -> None:
+        self.contents, self.source, self.served = contents, source, served
+        self.bench = Bench()
+
+    def build(self) -> Bench:
+        """All of it; the controllers have just been switched on."""
+        self._tell_origin()
+        self._add_controllers()
+        self._join_shafts()
+        self._lay_wires()
+        self._share_lines()
+        self._open_second_channels()
+        self._plan_faults()
+        self._plan_script()
+        self._start_hosts()
+        return self.bench
+
+    def _tell_origin(self) -> None:
+        digest = sha256(self.source.text.encode()).hexdigest()
+        self.bench.origin["scene"] = f"{self.source.file.name} sha256:{digest[:16]}"
+        if self.contents.seed is not None:
+            self.bench.origin["seed"] = str(self.contents.seed)
+
+    # Controllers
+
+    def _add_controllers(self) -> None:
+        for number, table in enumerate(self.contents.controller):
+            path: Path_ = ("controller", number)
+            self._add(table, path)
+            if table.program is not None:
+                self._store(self.bench[table.called], table.program, (*path, "program"))
+
+    def _add(self, table: ControllerTable, path: Path_) -> None:
+        with self.source.blaming(*path, "model"):
+            made = product(table.model)
+        with self.source.blaming(*path, "line"):
+            if made.line is not None:
+                line_format(table.line, made.line)
+        self._check_keys((*path, "options"), table.options, [field.name for field in fields(made.options)])
+        self._check_keys((*path, "axes"), table.axes, made.axes)
+        given = table.model_dump(include={"line", "history"}, exclude_none=True)
+        if table.state is not None:
+            given["state"] = self._beside(table.state)
+        axes = table.model_dump(include={"axes"}, exclude_none=True)["axes"]
+        keys = {**dict.fromkeys(table.options, "options"), **dict.fromkeys(axes, "axes"), "state": ""}
+        with self.source.blaming_one_of(path, keys):
+            self.bench.add(table.model, table.called, **given, **table.options, **axes)
+
+    def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
+        for key in given:
+            if key not in known:
+                raise self.source.error((*path, key), f"{path[-1]}: unknown key {key!r}: {instead(key, known)}")
+
+    def _store(self, motor: Controller, program: Path, path: Path_) -> None:
+        with self.source.blaming(*path):
+            stored.check_motor(motor)
+            stored.store(stored.load_source(self._beside(program)), str(program), motor)
+
+    # What connects them
+
+    def _join_shafts(self) -> None:
+        for number, table in enumerate(self.contents.controller):
+            if table.master is not None:
+                path: Path_ = ("controller", number, "master")
+                axis = self._axis(table.master, path)
+                with self.source.blaming(*path):
+                    self.bench[table.called].master.follow(axis, Fraction(*table.master_ratio))
+
+    def _lay_wires(self) -> None:
+        for number, wire in enumerate(self.contents.wire):
+            source = self._pin(wire.from_, ("wire", number, "from"))
+            target = self._pin(wire.to, ("wire", number, "to"))
+            with self.source.blaming("wire", number, "delay_ms"):
+                connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
+
+    def _share_lines(self) -> None:
+        for kind, name, line, path in shared_lines(self.contents):
+            motors = [self._motor(motor, (*path, "motors", n)) for n, motor in enumerate(line.motors)]
+            with self.source.blaming(*path):
+                (self.bench.chain if kind == "chain" else self.bench.rs485)(*motors, name=name)
+
+    def _open_second_channels(self) -> None:
+        for number, table in enumerate(self.contents.controller):
+            if table.rs485_ports:
+                with self.source.blaming("controller", number, "rs485_ports"):
+                    self.bench.port(f"{table.called}.rs485")
+
+    def _motor(self, name: str, path: Path_) -> Controller:
+        if name not in self.bench.controllers:
+            raise self.source.error(path, f"no controller {name!r}: {instead(name, self.bench.controllers)}")
+        return self.bench[name]
+
+    def _pin(self, terminal: str, path: Path_) -> Pin:
+        name, _, pin = terminal.rpartition(".")
+        if not name:
+            raise self.source.error(path, f"no terminal {terminal!r}: write it as NAME.PIN")
+        pins = self._motor(name, path).pins
+        if pin not in pins:
+            raise self.source.error(path, f"{name} has no pin {pin!r}: {instead(pin, pins)}")
+        return pins[pin]
+
+    def _axis(self, whole: str, path: Path_) -> Axis:
+        name, _, axis = whole.rpartition(".")
+        if not name:
+            raise self.source.error(path, f"no axis {whole!r}: write it as NAME.AXIS")
+        axes = self._motor(name, path).axes
+        if axis not in axes:
+            raise self.source.error(path, f"{name} has no axis {axis!r}: {instead(axis, axes)}")
+        return axes[axis]
+
+    # What happens
+
+    def _plan_faults(self) -> None:
+        tables: list[FaultTerms] = self.contents.fault
+        for number, table in enumerate(tables):
+            self._plan_fault(table, number, ("fault", number))
+
+    def _plan_fault(self, table: FaultTerms, number: int, path: Path_) -> None:
+        faults, on = self.bench.faults, table.on or self._only()
+        with self.source.blaming(*path, "kind"):
+            kind = kind_of(table.kind)
+        with self.source.blaming(*path, "on"):
+            faults.spot(kind, on, self._only())
+        keys = (*table.parameters, "name", "when", "seed", "duration")
+        with self.source.blaming_one_of(path, dict.fromkeys(keys, "")):
+            seed = self._seed(table, number)
+            terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
+            faults.plan(table.kind, on, terms, table.parameters)()
+
+    def _seed(self, table: FaultTerms, number: int) -> int | None:
+        """Its own, or one that follows from the scene's and is another for each fault."""
+        whole = self.contents.seed
+        return table.seed if table.seed is not None or whole is None else FAULTS_A_SCENE * whole + number
+
+    def _plan_script(self) -> None:
+        for number, table in enumerate(self.contents.script):
+            for which, text in enumerate(table.do):
+                with self.source.blaming("script", number, "at"):
+                    at_ns = to_ns(table.at)
+                path: Path_ = ("script", number, "do", which)
+                with self.source.blaming(*path):
+                    self._plan_act(at_ns, self._act(table, text), path)
+
+    def _plan_act(self, at_ns: int, do: Callable[[], object], path: Path_) -> None:
+        """Nobody waits for it: who types a program's lines goes on.  What cannot be then is told with its place."""
+        clock = self.bench.clock
+
+        def act() -> None:
+            clock.background -= 1
+            with self.source.blaming(*path):
+                do()
+
+        clock.background += 1
+        clock.call_later(at_ns, act)
+        self.bench.agenda_ns = max(self.bench.agenda_ns, at_ns)
+
+    def _act(self, table: ScriptTable, text: str) -> Callable[[], object]:
+        act = parse_line(f"! {text}", 0, "")
+        assert isinstance(act, Do), "that is what ! means"
+        here = table.on or self._only()
+        if here and here not in self.bench.controllers and here not in self.bench.lines:
+            raise UsageError(f"no controller {here!r}: {instead(here, self.bench.controllers)}")
+        if act.target == "mend":
+            self._check_mend(act.value)
+        if act.target in FAULT_ACTS:
+            return fault_action(self.bench, here, act.target, act.value)
+        if not here:
+            raise UsageError(f"whose is that? Say on = one of {', '.join(self.bench.controllers)}")
+        return action(self.bench[here], act.target, act.value)
+
+    def _check_mend(self, name: str) -> None:
+        """Faults of the script are there when their time has come."""
+        scripted = (found[1] for table in self.contents.script for act in table.do if (found := _NAMED.search(act)))
+        if name not in (*self.bench.faults.names, *KINDS, *scripted, "all"):
+            raise UsageError(f"no fault {name!r} here: there are {', '.join(self.bench.faults.names) or 'none'}")
+
+    def _only(self) -> str:
+        """The name of the only controller, if there is one only."""
+        return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
+
+    def _start_hosts(self) -> None:
+        for number, table in enumerate(self.contents.controller):
+            if table.host is not None and not (self.served and table.ports):
+                with self.source.blaming("controller", number, "host"):
+                    hosting.start(self.bench, self.bench[table.called], self._beside(table.host))
+
+    def _beside(self, path: Path) -> Path:
+        """As seen from the scene file."""
+        return self.source.file.parent / path

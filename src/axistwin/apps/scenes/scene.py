@@ -1,0 +1,132 @@
+"""A scene: controllers with their machines, the wires between them and the ports they are reached at, as a TOML file.
+
+    [[controller]]                      # as many as you like
+    model = "if2"
+    name = "table"
+    ports = ["tcp://127.0.0.1:5001"]
+    options.wiring = "3-wire"           # what `Bench.add` takes for this model
+    axes.X.limits = [-100, 20_000]      # beyond these positions a limit switch opens
+
+    [[wire]]
+    from = "table.output1"
+    to = "table.input1"
+    delay_ms = 250
+
+    [[chain]]                           # SmartMotors on one RS232 line
+    motors = ["left", "right"]
+    ports = ["tcp://127.0.0.1:5002"]
+
+    [[fault]]                           # what goes wrong
+    kind = "lose"
+    on = "table.serial"
+    at = 12.5
+
+    [[script]]                          # what somebody does at the machine
+    at = 3.0
+    on = "table"
+    do = ["input1 high", "X.load 0.2"]
+
+All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `Scene.schema()` returns.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Self
+
+from axistwin.apps.scenes import toml_places
+from axistwin.apps.scenes.build import Builder, shared_lines
+from axistwin.apps.scenes.source import Source
+from axistwin.apps.scenes.tables import SceneFile
+from axistwin.bench import Bench
+from axistwin.links.urls import parse as parse_url
+
+
+class Scene:
+    """A scene that has been read and checked.  `build` puts it on a bench."""
+
+    def __init__(self, contents: SceneFile, source: Source) -> None:
+        self._contents, self._source = contents, source
+        self._check_names()
+        self._check_ports()
+        self._check_wires()
+        self._check_masters()
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a scene file.  Raises SceneError with file, line, column and what to do."""
+        source = Source(Path(path))
+        return cls(source.contents(), source)
+
+    @staticmethod
+    def schema() -> dict[str, Any]:
+        """The JSON Schema of a scene file."""
+        return SceneFile.model_json_schema()
+
+    @property
+    def ports(self) -> list[tuple[str, str]]:
+        """Where a host is to reach whom: the name of a controller, its second channel or a line, and a URL."""
+        found = [(table.called, url) for table in self._contents.controller for url in table.ports]
+        found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
+        return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
+
+    @property
+    def hosted(self) -> set[str]:
+        """Controllers that have a host of their own and no ports: nobody from outside is to talk to them."""
+        return {table.called for table in self._contents.controller if table.host is not None and not table.ports}
+
+    def build(self, *, served: bool = False) -> Bench:
+        """A new bench with everything on it; the controllers have just been switched on.
+
+        `served`: hosts come from outside to controllers with ports, so that their `host` stays away.
+        """
+        return Builder(self._contents, self._source, served).build()
+
+    # What a table by itself cannot tell
+
+    def _check_names(self) -> None:
+        count: Counter[str] = Counter()
+        for number, table in enumerate(self._contents.controller):
+            count[table.called] += 1
+            if count[table.called] > 1:
+                key = "model" if table.name is None else "name"
+                message = f"there is a controller {table.called!r} already: give each a name of its own"
+                raise self._source.error(("controller", number, key), message)
+
+    def _check_ports(self) -> None:
+        for number, table in enumerate(self._contents.controller):
+            self._check_urls(("controller", number, "ports"), table.ports)
+            self._check_urls(("controller", number, "rs485_ports"), table.rs485_ports)
+        for _, _, line, path in shared_lines(self._contents):
+            self._check_urls((*path, "ports"), line.ports)
+
+    def _check_urls(self, path: toml_places.Path, urls: Iterable[str]) -> None:
+        for which, url in enumerate(urls):
+            with self._source.blaming(*path, which):
+                parse_url(url)
+
+    def _check_wires(self) -> None:
+        """A terminal hangs on one wire at most, and wires do not go round in circles."""
+        comes_from: dict[str, str] = {}
+        for number, wire in enumerate(self._contents.wire):
+            path = ("wire", number, "to")
+            if wire.to in comes_from:
+                raise self._source.error(path, f"{wire.to} hangs on a wire from {comes_from[wire.to]} already")
+            comes_from[wire.to] = wire.from_
+            at: str | None = wire.from_
+            while at is not None:
+                if at == wire.to:
+                    raise self._source.error(path, f"these wires lead from {wire.to} back to itself: leave one out")
+                at = comes_from.get(at)
+
+    def _check_masters(self) -> None:
+        """Encoders do not follow each other round in circles: nobody would move first."""
+        sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
+        for number, table in enumerate(self._contents.controller):
+            at, seen = sits_on.get(table.called), {table.called}
+            while at is not None and at not in seen:
+                seen.add(at)
+                at = sits_on.get(at)
+            if at == table.called:
+                message = f"{table.called} follows itself, by way of {table.master}: let it follow another axis"
+                raise self._source.error(("controller", number, "master"), message)

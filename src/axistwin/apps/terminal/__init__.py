@@ -1,0 +1,1 @@
+"""What a person at `axistwin term` talks to."""

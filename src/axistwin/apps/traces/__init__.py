@@ -1,0 +1,1 @@
+"""Traces: what has changed on a bench, written while it happens, read again and compared."""
