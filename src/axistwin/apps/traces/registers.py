@@ -20,15 +20,13 @@ class Looked:
     """A register as it was when somebody looked last."""
 
     def __init__(self, place: int, register: Register, add: Callable[[int, int, Value], None]) -> None:
-        self._place, self._read, self._add = place, register.read, add
-        self._known = register.read()
+        self._place, self.read, self._add = place, register.read, add
+        self.known = register.read()
 
-    def look(self, now_ns: int) -> None:
-        """At the end of a nanosecond in which something has happened."""
-        value = self._read()
-        if value != self._known:
-            self._known = value
-            self._add(now_ns, self._place, written(value))
+    def take(self, now_ns: int, value: int | str) -> None:
+        """It is another at the end of a nanosecond in which something has happened."""
+        self.known = value
+        self._add(now_ns, self._place, written(value))
 
 
 class Followed:

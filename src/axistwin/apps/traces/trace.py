@@ -292,8 +292,10 @@ class Tracer:
 
     def _look_at_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:
-            register.look(now_ns)
+        for register in self._registers:  # at every event: so no more is called than must be
+            value = register.read()
+            if value != register.known:
+                register.take(now_ns, value)
 
     def _write(self, before_ns: int) -> None:
         """All changes since the last time, in pieces."""

@@ -1,7 +1,7 @@
 """The board as it sits in its slot: connectors and registers, which are there with and without power (appendix C)."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
@@ -96,8 +96,8 @@ class Card:
 
         return {
             "status": Register(lambda: bus.status, ("SB",)),
-            "input": Register(lambda: bus.input.contents.hex(" ").upper(), ("IDB",), text=True),
-            "output": Register(lambda: bus.output.contents.hex(" ").upper(), ("ODB",), text=True),
+            "input": Register(lambda: _hex(bus.input.contents), ("IDB",), text=True),
+            "output": Register(lambda: _hex(bus.output.contents), ("ODB",), text=True),
             "mode": Register(kept(lambda board: board.mode)),
             "phase": Register(told(lambda board: board.pulses.phase.name.lower()), text=True),
             "queue": Register(kept(lambda board: board.queued)),
@@ -139,3 +139,8 @@ PRODUCTS = {
     "1810": _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810),
     "1811": _product("1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811),
 }
+
+
+@lru_cache(1024)
+def _hex(data: bytes) -> str:
+    return data.hex(" ").upper()

@@ -56,6 +56,7 @@ class Faults:
 
     def __init__(self, pins: Mapping[str, Pin], show: Callable[[bool], None]) -> None:
         self.pins, self._show = pins, show
+        self._inputs = [(pins[name], bit) for name, bit in INPUT_BITS.items()]
         self.motion = MotionFault.NONE
         self.line = LineFault.NONE
         self.on_fault: Callable[[str], None] = lambda name: None
@@ -69,11 +70,15 @@ class Faults:
 
     def inputs(self) -> int:
         """The byte of the command I."""
-        return sum(bit for name, bit in INPUT_BITS.items() if not self.pins[name].level)
+        byte = 0
+        for pin, bit in self._inputs:
+            if not pin.level:
+                byte |= bit
+        return byte
 
     def status(self) -> MotionFault:
         """The fault bits of K."""
-        return self.motion | (MotionFault.COMMUNICATION if self.line else MotionFault.NONE)
+        return self.motion | MotionFault.COMMUNICATION if self.line else self.motion
 
     def raise_motion(self, fault: MotionFault) -> None:
         """Remember it and light the lamp."""

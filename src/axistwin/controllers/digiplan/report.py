@@ -63,7 +63,7 @@ def communication_status(interface: "Interface") -> bytes:
 
 def communication_bits(interface: "Interface") -> int:
     """The bits of F."""
-    return int(interface.faults.line | (LineFault.LOCKED if interface.locked else LineFault.NONE))
+    return interface.faults.line.value | (LineFault.LOCKED.value if interface.locked else 0)
 
 
 def input_status(interface: "Interface") -> bytes:

@@ -79,7 +79,7 @@ class Core:
         self.f = array("d", bytes(8 * FLOATS))
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
         self.i[HOST_SIZE] = len(self.ring)
-        self.log = log.empty()
+        self.log, self._look_at = log.empty(), log.Look(())
         self.listeners: list[Listener] = []
         self.running = True
         self.one_by_one: Callable[[], None] | None = None
@@ -177,7 +177,7 @@ class Core:
         """
         if self.running:
             self.catch_up()
-        self.log = log.following(numbers, self.i, self.v)
+        self.log, self._look_at = log.following(numbers, self.i, self.v), log.Look(numbers)
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
@@ -189,11 +189,9 @@ class Core:
     def _tell_changes(self) -> None:
         """Tell what Python has changed, at its time."""
         if self._follower is not None:
-            self.log[log.USED] = 0
-            log.note(self.i, self.v, self.log)
-            samples, which, values = log.changes(self.log)
-            if samples:
-                self._follower([self.clock.now] * len(samples), which, values)
+            which, values = self._look_at.changed(self.i, self.v, self.log)
+            if which:
+                self._follower([self.clock.now] * len(which), which, values)
 
     def tell(self, done: "array[int]") -> None:
         """A block with this log is the truth: tell what the kernel has changed."""
@@ -201,7 +199,10 @@ class Core:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
             if samples:
-                self._follower([self.time_ns(sample) for sample in samples], which, values)
+                import numpy as np  # late: only for who follows
+
+                times = (self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)).tolist()
+                self._follower(times, which, values)
 
     # Blocks
 

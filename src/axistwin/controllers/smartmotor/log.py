@@ -12,12 +12,13 @@ The kernel writes changes into an array of integers, which the processor's core 
 from array import array
 from collections.abc import Sequence
 
-from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, Ints, computed
+from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, VARIABLE, Ints, computed
 from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.state import SAMPLE
 
 FOLLOWED, USED, ROOM, HEAD = range(4)
 FIELDS = 3
+KINDS = SLOT, VARIABLE, COMPUTED
 CHANGES = 1 << 14
 """Changes that one block may have, at least."""
 
@@ -63,6 +64,28 @@ def following(numbers: Sequence[tuple[int, int]], i: Ints, v: Ints) -> "array[in
         log.extend((operation, place, value(i, v, operation, place)))
     log.extend([0] * (FIELDS * log[ROOM]))
     return log
+
+
+class Look:
+    """How these numbers are, all at once: what `note` does one by one, for Python, which is asked at every event."""
+
+    def __init__(self, numbers: Sequence[tuple[int, int]]) -> None:
+        of_kind = {kind: [k for k, (operation, _) in enumerate(numbers) if operation == kind] for kind in KINDS}
+        self._order = [k for kind in KINDS for k in of_kind[kind]]
+        self._slots, self._variables, self._computed = (
+            [place for operation, place in numbers if operation == kind] for kind in KINDS
+        )
+
+    def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
+        """Which numbers are not as the log has them, and how they are now; the log then has them so."""
+        now = [i[place] for place in self._slots]
+        now += [v[place] for place in self._variables]
+        now += [computed(i, place) for place in self._computed]
+        known = log[HEAD + 2 : HEAD + FIELDS * len(now) : FIELDS]
+        found = sorted((k, at) for k, at in zip(self._order, now, strict=True) if known[k] != at)
+        for k, at in found:
+            log[HEAD + FIELDS * k + 2] = at
+        return [k for k, _ in found], [at for _, at in found]
 
 
 def head(log: "array[int]") -> slice:
