@@ -10,6 +10,7 @@ The last group is written again and again until it is full.
 import io
 import json
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -208,5 +209,11 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
         return pa.nulls(len(values), pa.string())
     texts: list[str | None] = [None] * len(values)
     for at in np.flatnonzero(wanted).tolist():
-        texts[at] = CHARACTERS.show(known[values[at]])
+        texts[at] = _shown(known[values[at]])
     return pa.array(texts, pa.string())
+
+
+@lru_cache(1 << 14)
+def _shown(text: bytes) -> str:
+    """Hosts and controllers say the same again and again."""
+    return CHARACTERS.show(text)
