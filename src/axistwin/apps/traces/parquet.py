@@ -202,15 +202,12 @@ def _footer(contents: Any) -> bytes:
 
 
 def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequence[bytes]) -> "pa.Array":
-    import numpy as np
     import pyarrow as pa
 
     if not wanted.any():
         return pa.nulls(len(values), pa.string())
-    texts: list[str | None] = [None] * len(values)
-    for at in np.flatnonzero(wanted).tolist():
-        texts[at] = _shown(known[values[at]])
-    return pa.array(texts, pa.string())
+    words = pa.array([_shown(text) for text in known], pa.string())
+    return words.take(pa.array(values, mask=~wanted))
 
 
 @lru_cache(1 << 14)

@@ -282,9 +282,11 @@ class Tracer:
         """A nanosecond in which something has happened is over."""
         self._look_at_registers()
         much = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
-        late = any(servo.waiting >= CHUNK for servo in self._servos)
-        late |= any(followed.waiting >= CHUNK for followed in self._followed)
-        if (much or late) and self.sink is not None:
+        for servo in self._servos:
+            much |= servo.waiting >= CHUNK
+        for followed in self._followed:
+            much |= followed.waiting >= CHUNK
+        if much and self.sink is not None:
             try:
                 self._write(self.bench.now + 1)
             except OSError as error:
