@@ -166,7 +166,7 @@ class ServoAxis:
         """What is wired to pins A and B."""
         self.encoder = EncoderView(self)
         self.on_motion: list[Callable[[], None]] = []
-        """Called when a trajectory or a turning of the shaft begins or takes another course; see `tell_motion`."""
+        """Of those who sit on this shaft; they look at it sample by sample, so that nothing is told here."""
         self.window_low, self.window_high = -FAR, FAR
         """Positions, both included, between which no switch changes; see `left_window`."""
         self._ambient = AMBIENT
@@ -202,11 +202,6 @@ class ServoAxis:
         self._find_window()
         for look in tuple(self._looks):
             look()
-
-    def tell_motion(self) -> None:
-        """Motion begins or takes another course."""
-        for action in tuple(self.on_motion):
-            action()
 
     # What a person sees and does
 

@@ -14,14 +14,13 @@ from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
 from axistwin.controllers.smartmotor.rules import RULES
+from axistwin.controllers.smartmotor.state import USER_PINS
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart, UartFormat
-
-USER_PINS = "ABCDEFG"
 
 
 class SmartMotor:

@@ -6,15 +6,14 @@ They go along the text from top to bottom and know only values that are known be
 from dataclasses import dataclass, field
 
 from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.cam import DWELLING
 from axistwin.controllers.smartmotor.findings import Findings, known
-from axistwin.controllers.smartmotor.functions import MODULO_CAM, RELATIVE_CAM
 from axistwin.controllers.smartmotor.language import Elements, Statement
 from axistwin.controllers.smartmotor.state import WORDS
 
 SMALLEST_SIZE = 4
 QUARTER = 4
 MODES = ("MC", "MC2", "MC4", "MC8")
-DWELLING = RELATIVE_CAM | MODULO_CAM
 INVALIDATING = frozenset({"D=", "BASE=", "SIZE=", "F=", *MODES})
 LEAVING = frozenset(
     {"WAIT=", "TWAIT", "LOOP", "WHILE", "Cn", "GOTOn", "GOSUBn", "RETURN", "END", "IF", "ENDIF", "ELSE", "ELSEIF"}

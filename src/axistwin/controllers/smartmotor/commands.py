@@ -210,9 +210,9 @@ COMMANDS = CommandSet(
     I("F=",        "functions",                          F_WORD,   (SWITCHES,),     BOTH,   functions.functions,                                   L),
 
     # Inputs and outputs (chapter 6), brakes (chapter 5)
-    *(I(f"U{pin}I", f"pin {pin} is an input",            PINS,     (),              BOTH,   partial(io.direction_in, pin=pin)) for pin in "ABCDEFG"),
-    *(I(f"U{pin}O", f"pin {pin} is an output",           PINS,     (),              BOTH,   partial(io.direction_out, pin=pin)) for pin in "ABCDEFG"),
-    *(I(f"U{pin}=", f"output latch of pin {pin}",        PINS,     (LEVEL,),        BOTH,   partial(io.latch, pin=pin),                            L) for pin in "ABCDEFG"),
+    *(I(f"U{pin}I", f"pin {pin} is an input",            PINS,     (),              BOTH,   partial(io.direction_in, pin=pin)) for pin in state.USER_PINS),
+    *(I(f"U{pin}O", f"pin {pin} is an output",           PINS,     (),              BOTH,   partial(io.direction_out, pin=pin)) for pin in state.USER_PINS),
+    *(I(f"U{pin}=", f"output latch of pin {pin}",        PINS,     (LEVEL,),        BOTH,   partial(io.latch, pin=pin),                            L) for pin in state.USER_PINS),
     I("UG",        "pin G goes on its falling edge",     PINS,     (),              BOTH,   io.go_pin),
     I("AOUTp",     "analog output of an AniLink device", ANILINK,  (DEVICE, ANY),   BOTH,   io.analog_out,                                         Form.OUTPUT, "AOUTp,exp"),
     I("DOUTp",     "output of an AniLink device",        ANILINK,  (DEVICE, CHANNEL, ANY), BOTH, io.digital_out,                                   Form.OUTPUT, "DOUTpc,exp"),
@@ -265,8 +265,8 @@ COMMANDS = CommandSet(
     I("Raw[]",     "report element of aw[]",            ARRAYS,   (INDEX,),        BOTH,   reports.value,                                         Form.REPORT_ARRAY, "Raw[exp]"),
     I("Ral[]",     "report element of al[]",            ARRAYS,   (INDEX,),        BOTH,   reports.value,                                         Form.REPORT_ARRAY, "Ral[exp]"),
     I("RU",        "report all pins",                    IO,       (),              BOTH,   partial(reports.variable, name="U")),
-    *(I(f"RU{pin}", f"report pin {pin}",                DIGITAL,  (),              BOTH,   partial(reports.variable, name=f"U{pin}")) for pin in "ABCDEFG"),
-    *(I(f"RU{pin}A", f"report voltage of pin {pin}",     ANALOG,   (),              BOTH,   partial(reports.variable, name=f"U{pin}A")) for pin in "ABCDEFG"),
+    *(I(f"RU{pin}", f"report pin {pin}",                DIGITAL,  (),              BOTH,   partial(reports.variable, name=f"U{pin}")) for pin in state.USER_PINS),
+    *(I(f"RU{pin}A", f"report voltage of pin {pin}",     ANALOG,   (),              BOTH,   partial(reports.variable, name=f"U{pin}A")) for pin in state.USER_PINS),
     I("RAINpc",    "report AniLink analog input",        ANILINK,  (),              BOTH,   reports.value,                                         Form.REPORT_VARIABLE),
     I("RDINpc",    "report AniLink digital input",       ANILINK,  (),              BOTH,   reports.value,                                         Form.REPORT_VARIABLE),
     I("RCHN",      "report channel errors",              REPORTS,  (),              BOTH,   reports.channel_errors),

@@ -398,7 +398,5 @@ class _Engine:
 def prepare(speed: float | None, motors: int) -> None:
     """Compile now, or fetch what is kept, if plain Python could not keep pace with so many motors."""
     if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
-        clock = Clock()
-        clock.patient = True
         _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
-        _Engine(Core(clock, lambda why: None, 1)).run(0)
+        _Engine(Core(Clock(), lambda why: None, 1)).run(0)

@@ -2,13 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from axistwin.controllers.smartmotor.cam import invalidate
+from axistwin.controllers.smartmotor.cam import DWELLING, invalidate
+from axistwin.controllers.smartmotor.position import position
 from axistwin.controllers.smartmotor.state import DIRECTION, ORIGIN, SHAFT, F
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
 
-DECELERATE, REVERSE, CHANNEL_1, CLEAR_INTEGRAL, RELATIVE_CAM, CALL_C1, CALL_C2, MODULO_CAM = (1 << n for n in range(8))
+DECELERATE, REVERSE, CHANNEL_1, CLEAR_INTEGRAL, _, CALL_C1, CALL_C2, _ = (1 << n for n in range(8))
 ALL = 255
 
 
@@ -25,8 +26,8 @@ def functions(motor: "Motor", value: int) -> None:
     changed = i[F] ^ value
     i[F] = value
     if changed & REVERSE:
-        position = i[DIRECTION] * i[SHAFT] + i[ORIGIN]
+        kept = position(i)
         i[DIRECTION] = -1 if value & REVERSE else 1
-        i[ORIGIN] = position - i[DIRECTION] * i[SHAFT]
-    if changed & (RELATIVE_CAM | MODULO_CAM):
+        i[ORIGIN] = kept - i[DIRECTION] * i[SHAFT]
+    if changed & DWELLING:
         invalidate(i)

@@ -27,6 +27,7 @@ from axistwin.controllers.smartmotor.state import (
     SAMPLE,
     STEPS,
     TOLD,
+    USER_PINS,
     WINDOW_HIGH,
     WINDOW_LOW,
 )
@@ -38,7 +39,6 @@ from axistwin.units import S
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
 
-NAMES = "ABCDEFG"
 QUADRATURE = (0, 1, 3, 2)
 """Pins A (1) and B (2) in the order in which they change when the encoder turns forwards."""
 
@@ -90,7 +90,7 @@ class Inputs:
     def __init__(self, motor: "Motor") -> None:
         self.motor, self.axis = motor, motor.axis
         self._undo: list[Callable[[], object]] = []
-        for bit, name in enumerate(NAMES):
+        for bit, name in enumerate(USER_PINS):
             pin = motor.pins[name]
             self._undo.append(pin.watch(partial(self._level, bit)))
             self._undo.append(pin.watch_volts(partial(self._volts, bit)))

@@ -11,6 +11,7 @@ that is not in its array sets Bu.  Either way the statement is abandoned, and a 
 from collections.abc import MutableSequence, Sequence
 
 from axistwin.controllers.smartmotor.jit import sampled
+from axistwin.controllers.smartmotor.position import actual_position, following_error, wrapped
 from axistwin.controllers.smartmotor.state import (
     ARRAY_BASE,
     BD,
@@ -23,15 +24,12 @@ from axistwin.controllers.smartmotor.state import (
     CALL_FAULT,
     CALL_GOSUB,
     CLK_ZERO,
-    COMMANDED,
     DEPTH,
     DEPTH_MOST,
-    DIRECTION,
     FAULT_AGAIN,
     INDEX,
     INDEX_ARMED,
     LONGS,
-    ORIGIN,
     PC,
     PENDING,
     PID_RATE,
@@ -39,7 +37,6 @@ from axistwin.controllers.smartmotor.state import (
     PROGRAM,
     RETURNS,
     SAMPLE,
-    SHAFT,
     STATEMENT,
     STOPPED,
     SWITCHES,
@@ -79,18 +76,6 @@ MOST_POWER = 4
 
 
 @sampled
-def wrapped(value: int) -> int:
-    """The low 32 bits as a signed number."""
-    return ((value + (1 << 31)) & 0xFFFF_FFFF) - (1 << 31)
-
-
-@sampled
-def actual_position(i: Ints) -> int:
-    """`@P` in counts: where the shaft is, in the controller's coordinates, 32 bits."""
-    return wrapped(i[DIRECTION] * i[SHAFT] + i[ORIGIN])
-
-
-@sampled
 def computed(i: Ints, what: int) -> int:
     """A system variable that is kept nowhere as such (6 of the base language).
 
@@ -99,7 +84,7 @@ def computed(i: Ints, what: int) -> int:
     if what == POSITION:
         return actual_position(i)
     if what == POSITION_ERROR:
-        return wrapped((i[COMMANDED] >> 16) - actual_position(i))
+        return following_error(i)
     if what == CLOCK:
         return wrapped(i[SAMPLE] - i[CLK_ZERO])
     if what == INDEX_POSITION:

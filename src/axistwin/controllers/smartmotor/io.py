@@ -9,12 +9,11 @@ the pin is an output or not: written first, it makes the change to an output fre
 
 from typing import TYPE_CHECKING
 
-from axistwin.controllers.smartmotor.state import GO_PIN, LATCHES, LIMIT_C, LIMIT_D
+from axistwin.controllers.smartmotor.state import GO_PIN, LATCHES, LIMIT_C, LIMIT_D, USER_PINS
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
 
-PINS = "ABCDEFG"
 ROLES = {"C": LIMIT_C, "D": LIMIT_D, "G": GO_PIN}
 """Pins that have something to do by themselves until they are made ordinary inputs or outputs."""
 CHANNEL_1 = "EF"
@@ -39,7 +38,7 @@ def direction_in(motor: "Motor", pin: str) -> None:
 def direction_out(motor: "Motor", pin: str) -> None:
     """UAO … UGO: an output, which shows what its latch holds.  C and D are limits no more, E and F leave channel 1."""
     _take(motor, pin)
-    motor.pins[pin].output(bool(motor.i[LATCHES] >> PINS.index(pin) & 1))
+    motor.pins[pin].output(bool(motor.i[LATCHES] >> USER_PINS.index(pin) & 1))
 
 
 def latch(motor: "Motor", pin: str, value: int) -> None:
@@ -48,7 +47,7 @@ def latch(motor: "Motor", pin: str, value: int) -> None:
     Where it was the brake's signal (5.1) it is that no more.
     """
     _take_from_brake(motor, pin)
-    bit = 1 << PINS.index(pin)
+    bit = 1 << USER_PINS.index(pin)
     motor.i[LATCHES] = motor.i[LATCHES] & ~bit | (bit if value else 0)
     if motor.pins[pin].is_output:
         motor.pins[pin].output(value != 0)

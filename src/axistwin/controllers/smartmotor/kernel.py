@@ -14,6 +14,7 @@ from axistwin.controllers.smartmotor.interpreter import statement
 from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.log import FOLLOWED, USED, note, room
 from axistwin.controllers.smartmotor.machine import Floats, Ints
+from axistwin.controllers.smartmotor.position import position
 from axistwin.controllers.smartmotor.servo import ideal, overloaded, rotate
 from axistwin.controllers.smartmotor.servo_law import control
 from axistwin.controllers.smartmotor.state import (
@@ -121,7 +122,7 @@ def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
     moved = counted(i)
     mode = i[MODE]
     if mode < M_HOLD or mode == M_TORQUE:  # where the shaft is, there the trajectory is
-        i[COMMANDED] = (i[DIRECTION] * i[SHAFT] + i[ORIGIN]) << 16
+        i[COMMANDED] = position(i) << 16
         i[VELOCITY] = 0
     elif mode < M_FOLLOW:
         if mode != M_HOLD:
@@ -146,14 +147,14 @@ def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
 def beyond_plus(i: Ints) -> int:
     """Whether the positive limit is asserted now: pin C, or the software limit, "at or beyond"."""
     hard = i[LIMIT_C] and i[PINS] & 4
-    return 1 if hard or (i[SOFT_LIMITS] and i[DIRECTION] * i[SHAFT] + i[ORIGIN] >= i[SLP]) else 0
+    return 1 if hard or (i[SOFT_LIMITS] and position(i) >= i[SLP]) else 0
 
 
 @sampled
 def beyond_minus(i: Ints) -> int:
     """Whether the negative limit is asserted now: pin D, or the software limit."""
     hard = i[LIMIT_D] and i[PINS] & 8
-    return 1 if hard or (i[SOFT_LIMITS] and i[DIRECTION] * i[SHAFT] + i[ORIGIN] <= i[SLN]) else 0
+    return 1 if hard or (i[SOFT_LIMITS] and position(i) <= i[SLN]) else 0
 
 
 @sampled
@@ -179,7 +180,7 @@ def protect(i: Ints, f: Floats) -> int:
         why |= MINUS
     i[BP], i[BM] = plus, minus
     if i[DRIVE] == DRIVE_ON and i[MODE] != M_TORQUE and not i[BE]:
-        error = (i[COMMANDED] >> 16) - (i[DIRECTION] * i[SHAFT] + i[ORIGIN])
+        error = (i[COMMANDED] >> 16) - position(i)
         if error > i[E] or -error > i[E]:
             why |= ERROR
     if overloaded(i, f) and not i[BH]:

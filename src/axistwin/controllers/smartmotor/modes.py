@@ -6,6 +6,8 @@ from axistwin.controllers.smartmotor import host_mode
 from axistwin.controllers.smartmotor.brakes import Control, switch_off
 from axistwin.controllers.smartmotor.cam import RELATIVE_CAM, TABLE_MOST, invalidate, take_over
 from axistwin.controllers.smartmotor.faults import may_move
+from axistwin.controllers.smartmotor.position import position as position_of_shaft
+from axistwin.controllers.smartmotor.position import wrapped
 from axistwin.controllers.smartmotor.servo_law import clear_integral
 from axistwin.controllers.smartmotor.state import (
     BASE,
@@ -27,7 +29,6 @@ from axistwin.controllers.smartmotor.state import (
     CLK_ZERO,
     COMMANDED,
     CTR,
-    DIRECTION,
     FACTOR,
     FOLLOW_REM,
     HOST_ARMED,
@@ -59,7 +60,6 @@ from axistwin.controllers.smartmotor.state import (
     RELATIVE,
     RESOLUTION,
     SAMPLE,
-    SHAFT,
     SIZE,
     STEPS,
     STOPPING,
@@ -81,11 +81,6 @@ PID_RATES = (1, 2, 4, 8)
 RATIOS = (M_RATIO, M_STEP_RATIO)
 FULL = 4
 """Edges of four that count in MF4, and always with steps."""
-
-
-def wrapped(value: int) -> int:
-    """As a signed 32-bit number."""
-    return (value + 0x8000_0000) % 0x1_0000_0000 - 0x8000_0000
 
 
 # Parameters
@@ -125,7 +120,7 @@ def clock(motor: "Motor", value: int) -> None:
 def origin(motor: "Motor", value: int) -> None:
     """O=exp: the shaft is now at this position, in counts.  Nothing moves; SLN and SLP keep their values (3.2)."""
     i = motor.i
-    shift = value - (i[DIRECTION] * i[SHAFT] + i[ORIGIN])
+    shift = value - position_of_shaft(i)
     i[ORIGIN] += shift
     i[COMMANDED] += shift << 16
     i[CAM_ORIGIN] += shift
@@ -240,7 +235,7 @@ def turn_on(motor: "Motor", mode: int) -> None:
     """The amplifier is on, in this mode, with a trajectory in progress."""
     i = motor.i
     if i[BO] or i[MODE] == M_TORQUE:
-        i[COMMANDED] = (i[DIRECTION] * i[SHAFT] + i[ORIGIN]) << 16
+        i[COMMANDED] = position_of_shaft(i) << 16
         i[VELOCITY] = 0
         clear_integral(i)
     i[MODE], i[BO], i[STOPPING] = mode, 0, 0
@@ -253,7 +248,7 @@ def _begin_cam(motor: "Motor") -> None:
     take_over(i)
     counts = i[CTR] * (1 if i[CAM_TABLE] else i[CAM_FACTOR])
     i[CAM_PHASE] = counts % (i[CAM_BASE] + i[CAM_DWELL])
-    here = i[COMMANDED] >> 16 if not i[BO] else i[DIRECTION] * i[SHAFT] + i[ORIGIN]
+    here = i[COMMANDED] >> 16 if not i[BO] else position_of_shaft(i)
     i[CAM_ORIGIN] = here if i[CAM_F] & RELATIVE_CAM else 0
 
 

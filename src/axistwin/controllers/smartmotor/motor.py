@@ -26,7 +26,6 @@ from axistwin.controllers.smartmotor.faults import LATCHED
 from axistwin.controllers.smartmotor.functions import CALL_C2, CHANNEL_1, CLEAR_INTEGRAL
 from axistwin.controllers.smartmotor.host_mode import Reception
 from axistwin.controllers.smartmotor.inputs import IndexLine, Inputs
-from axistwin.controllers.smartmotor.interpreter import actual_position
 from axistwin.controllers.smartmotor.kernel import (
     CALL_WAITS,
     ERROR,
@@ -47,6 +46,7 @@ from axistwin.controllers.smartmotor.language import Statement, command
 from axistwin.controllers.smartmotor.machine import MACHINE
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
 from axistwin.controllers.smartmotor.options import Options
+from axistwin.controllers.smartmotor.position import actual_position
 from axistwin.controllers.smartmotor.program import Program
 from axistwin.controllers.smartmotor.servo_law import clear_integral
 from axistwin.controllers.smartmotor.state import (

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.product import Follower, Register
 from axistwin.controllers.smartmotor import log, state
 from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.state import USER_PINS
 from axistwin.controllers.smartmotor.variables import NOTHING, TABLE
 from axistwin.sim.clock import Clock
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 LEFT_OUT = ("CLK", "I")
 BUFFERED = ("P", "V")
-TERMINALS = "ABCDEFG"
 WHILE_RESTING = ("RTEMP",)
 """These change although nothing happens."""
 
@@ -93,4 +93,4 @@ def _called(variable: str) -> str:
 
 def _also(name: str) -> tuple[str, ...]:
     variable = name.removeprefix("R")
-    return () if name in (*BUFFERED, "RMODE") or variable in TERMINALS else (variable, f"@{variable}")
+    return () if name in (*BUFFERED, "RMODE") or variable in USER_PINS else (variable, f"@{variable}")

@@ -7,9 +7,9 @@
 
 from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.machine import Ints
+from axistwin.controllers.smartmotor.position import following_error
 from axistwin.controllers.smartmotor.state import (
     AMPS,
-    COMMANDED,
     DIFFERENCE,
     DIRECTION,
     DRIVE,
@@ -18,11 +18,9 @@ from axistwin.controllers.smartmotor.state import (
     INTEGRAL,
     M_TORQUE,
     MODE,
-    ORIGIN,
     PID_RATE,
     PWM,
     SAMPLE,
-    SHAFT,
     TUNING,
     VELOCITY,
     VELOCITY_BEFORE,
@@ -87,13 +85,6 @@ def clipped(value: int, most: int) -> int:
     if value < -most:
         return -most
     return value
-
-
-@sampled
-def following_error(i: Ints) -> int:
-    """Commanded minus actual position in counts, as 32 bits with a sign."""
-    error = (i[COMMANDED] >> VELOCITY_BITS) - (i[DIRECTION] * i[SHAFT] + i[ORIGIN])
-    return ((error + 0x8000_0000) & 0xFFFF_FFFF) - 0x8000_0000
 
 
 @sampled

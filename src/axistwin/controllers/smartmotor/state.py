@@ -156,6 +156,9 @@ DRIVES = DRIVE_OPEN, DRIVE_SHORTED, DRIVE_ON = range(3)
 STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)
 """The status word W from bit 0 on."""
 
+USER_PINS = "ABCDEFG"
+"""The user pins, from bit 0 of PINS on."""
+
 # Variables `v`: a…z, aa…zz, aaa…zzz, then (with `array_overlay=False`) al[] by itself.
 LETTERS, DOUBLES, TRIPLES, ALONE = 0, 26, 52, 78
 HIDDEN = ALONE + 51

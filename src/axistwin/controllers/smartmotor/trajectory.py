@@ -11,6 +11,7 @@ import math
 
 from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.machine import Ints
+from axistwin.controllers.smartmotor.position import wrapped
 from axistwin.controllers.smartmotor.state import (
     BT,
     BW,
@@ -121,7 +122,7 @@ def counted(i: Ints) -> int:
     moved = counts - i[MASTER_SEEN]
     if moved != 0:
         i[MASTER_SEEN] = counts
-        i[CTR] = (i[CTR] + moved + 0x80000000) % 0x100000000 - 0x80000000
+        i[CTR] = wrapped(i[CTR] + moved)
     return moved
 
 

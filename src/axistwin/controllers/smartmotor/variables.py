@@ -34,7 +34,6 @@ from axistwin.controllers.smartmotor.interpreter import (
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
 
-PINS = "ABCDEFG"
 NOTHING = -1
 
 
@@ -114,9 +113,9 @@ TABLE = (
     V("Bc",      SLOT,     state.BC,           "",        STATUS),
     V("Bf",      SLOT,     state.BF,           "",        STATUS),
     V("U",       COMPUTED, PIN_WORD,           "",        IO),
-    *(V(f"U{pin}",  PIN,  number,                "",       IO) for number, pin in enumerate(PINS)),
-    *(V(f"U{pin}I", PIN,  number,                "",       IO) for number, pin in enumerate(PINS)),
-    *(V(f"U{pin}A", SLOT, state.ANALOG + number, "5/1023 V", IO) for number, pin in enumerate(PINS)),
+    *(V(f"U{pin}",  PIN,  number,                "",       IO) for number, pin in enumerate(state.USER_PINS)),
+    *(V(f"U{pin}I", PIN,  number,                "",       IO) for number, pin in enumerate(state.USER_PINS)),
+    *(V(f"U{pin}A", SLOT, state.ANALOG + number, "5/1023 V", IO) for number, pin in enumerate(state.USER_PINS)),
     V("UIA",     SLOT,     state.CURRENT,      "0.01 A",  IO),
     V("UJA",     SLOT,     state.BUS_VOLTAGE,  "0.1 V",   IO),
     V("TEMP",    SLOT,     state.TEMP,         "°C",      IO),
