@@ -30,13 +30,13 @@ All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `S
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
 from axistwin.apps.scenes import toml_places
 from axistwin.apps.scenes.build import Builder, shared_lines
-from axistwin.apps.scenes.source import Source
+from axistwin.apps.scenes.source import Given, Source
 from axistwin.apps.scenes.tables import SceneFile
 from axistwin.bench import Bench
 from axistwin.links.urls import parse as parse_url
@@ -56,6 +56,12 @@ class Scene:
     def load(cls, path: str | Path) -> Self:
         """Read a scene file.  Raises SceneError with file, line, column and what to do."""
         source = Source(Path(path))
+        return cls(source.contents(), source)
+
+    @classmethod
+    def given(cls, table: Mapping[str, Any]) -> Self:
+        """A scene as a dict with what a file would have.  Raises SceneError with the keys that lead to the place."""
+        source = Given(table)
         return cls(source.contents(), source)
 
     @staticmethod
