@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
-from axistwin.plant.master import Master
+from axistwin.plant.master import Followed, Master
 from axistwin.plant.weakness import Weaknesses
 from axistwin.sim.clock import Clock
 
@@ -162,7 +162,7 @@ class ServoAxis:
         """So many counts the encoder makes for so many: 9 of 10, -1 of 1, 0 of 1."""
         self._torque = Weaknesses(self._replan, self._catch_up)
         self._supply = Weaknesses(self._replan, self._catch_up)
-        self.master = Master(clock)
+        self.master = Master(clock, self)
         """What is wired to pins A and B."""
         self.encoder = EncoderView(self)
         self.on_motion: list[Callable[[], None]] = []
@@ -234,6 +234,11 @@ class ServoAxis:
     def foreseen(self) -> bool:
         """Its course is that of its own samples, which nobody knows in advance."""
         return False
+
+    @property
+    def follows(self) -> Followed | None:
+        """The axis that its master sits on."""
+        return self.master.followed
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Nobody can tell."""

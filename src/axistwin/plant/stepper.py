@@ -118,6 +118,11 @@ class StepperAxis:
         """Whether its course is known up to the next stroke; a motor that loses steps is looked at instead."""
         return not self._slips
 
+    @property
+    def follows(self) -> None:
+        """A stepper's controller takes no external encoder."""
+        return
+
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Where the motor stands at these times from the latest stroke on, in order, while no steps are lost."""
         import numpy as np

@@ -133,7 +133,10 @@ class Source:
 
 
 class Given(Source):
-    """A scene that was given as a dict: there is no file, and keys tell the place.  Files are seen from where Python was started."""
+    """A scene that was given as a dict: no file, so that keys tell the place.
+
+    Files that it names are seen from where Python was started.
+    """
 
     def __init__(self, table: Mapping[str, Any]) -> None:
         super().__init__(Path("the scene"), toml(table))
