@@ -5,7 +5,7 @@ which time; hosts.  Whatever cannot be is told with its place in the file.
 """
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
@@ -16,7 +16,7 @@ from axistwin.apps.conversations.conversation import Do, parse_line
 from axistwin.apps.conversations.machine import FAULT_ACTS, action, fault_action
 from axistwin.apps.scenes import hosting, toml_places
 from axistwin.apps.scenes.source import Source, instead
-from axistwin.apps.scenes.tables import ControllerTable, FaultTerms, LineTable, SceneFile, ScriptTable
+from axistwin.apps.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
 from axistwin.bench import Bench, Controller, line_format, product
 from axistwin.errors import UsageError
 from axistwin.faults.desk import Terms
@@ -29,13 +29,6 @@ Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000
 """So far apart are the seeds of two scenes."""
 _NAMED = re.compile(r"\bname=(\S+)")
-
-
-def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, Path_]]:
-    """The lines that motors share: kind, name, table and place."""
-    for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
-        for number, table in enumerate(tables):
-            yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)
 
 
 class Builder:
@@ -74,8 +67,7 @@ class Builder:
                 self._store(self.bench[table.called], table.program, (*path, "program"))
 
     def _add(self, table: ControllerTable, path: Path_) -> None:
-        with self.source.blaming(*path, "model"):
-            made = product(table.model)
+        made = product(table.model)
         with self.source.blaming(*path, "line"):
             if made.line is not None:
                 line_format(table.line, made.line)
@@ -113,8 +105,20 @@ class Builder:
         for number, wire in enumerate(self.contents.wire):
             source = self._pin(wire.from_, ("wire", number, "from"))
             target = self._pin(wire.to, ("wire", number, "to"))
+            self._check_direction(number, wire)
             with self.source.blaming("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
+
+    def _check_direction(self, number: int, wire: WireTable) -> None:
+        """From what tells of its changes, to what does not decide about its level itself."""
+        from_, to = wire.from_, wire.to
+        if self._pin(from_, ("wire", number, "from")).silent:
+            message = f"no wire can follow the pulses of {from_}: let a motor's `master` sit on that axis"
+            raise self.source.error(("wire", number, "from"), message)
+        name, _, pin = to.rpartition(".")
+        if pin in self.bench[name].product.output_pins:
+            message = f"{to} is an output, to which no wire can lead: lead it to an input, or away from {to}"
+            raise self.source.error(("wire", number, "to"), message)
 
     def _share_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):

@@ -30,16 +30,15 @@ All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `S
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from axistwin.apps.scenes import toml_places
-from axistwin.apps.scenes.build import Builder, shared_lines
+from axistwin.apps.scenes.addresses import check_ports
+from axistwin.apps.scenes.build import Builder
 from axistwin.apps.scenes.source import Given, Source
-from axistwin.apps.scenes.tables import SceneFile
+from axistwin.apps.scenes.tables import SceneFile, shared_lines
 from axistwin.bench import Bench
-from axistwin.links.urls import parse as parse_url
 
 
 class Scene:
@@ -48,7 +47,7 @@ class Scene:
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
         self._check_names()
-        self._check_ports()
+        check_ports(contents, source)
         self._check_wires()
         self._check_masters()
 
@@ -98,18 +97,6 @@ class Scene:
                 key = "model" if table.name is None else "name"
                 message = f"there is a controller {table.called!r} already: give each a name of its own"
                 raise self._source.error(("controller", number, key), message)
-
-    def _check_ports(self) -> None:
-        for number, table in enumerate(self._contents.controller):
-            self._check_urls(("controller", number, "ports"), table.ports)
-            self._check_urls(("controller", number, "rs485_ports"), table.rs485_ports)
-        for _, _, line, path in shared_lines(self._contents):
-            self._check_urls((*path, "ports"), line.ports)
-
-    def _check_urls(self, path: toml_places.Path, urls: Iterable[str]) -> None:
-        for which, url in enumerate(urls):
-            with self._source.blaming(*path, which):
-                parse_url(url)
 
     def _check_wires(self) -> None:
         """A terminal hangs on one wire at most, and wires do not go round in circles."""
