@@ -163,7 +163,8 @@ class StepperAxis:
     def encoder(self) -> EncoderView:
         """The encoder, if the axis was given one: `encoder={"counts_per_rev": ...}`."""
         if self._encoder is None:
-            raise UsageError(f'axis {self.name} has no encoder: add one with {self.name}={{"encoder": {{}}}}')
+            ways = f'{self.name}={{"encoder": {{}}}}, in a scene axes.{self.name}.encoder = {{}}'
+            raise UsageError(f"axis {self.name} has no encoder: add one with {ways}")
 
         return self._encoder
 

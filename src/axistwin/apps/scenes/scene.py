@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from axistwin.apps.scenes.addresses import check_ports
-from axistwin.apps.scenes.build import Builder
+from axistwin.apps.scenes.build import Builder, comes_back
 from axistwin.apps.scenes.source import Given, Source
 from axistwin.apps.scenes.tables import SceneFile, shared_lines
 from axistwin.bench import Bench
@@ -116,10 +116,6 @@ class Scene:
         """Encoders do not follow each other round in circles: nobody would move first."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
-            at, seen = sits_on.get(table.called), {table.called}
-            while at is not None and at not in seen:
-                seen.add(at)
-                at = sits_on.get(at)
-            if at == table.called:
+            if comes_back(table.called, sits_on):
                 message = f"{table.called} follows itself, by way of {table.master}: let it follow another axis"
                 raise self._source.error(("controller", number, "master"), message)

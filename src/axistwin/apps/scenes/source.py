@@ -111,16 +111,16 @@ class Source:
             raise self.error(path, str(error) if error.file else error.message) from None
 
     @contextmanager
-    def blaming_one_of(self, path: toml_places.Path, keys: Mapping[str, str]) -> Iterator[None]:
-        """A UsageError is the fault of the key it names.  `keys`: each, and the table it stands in below `path`."""
+    def blaming_one_of(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
+        """A UsageError is the fault of the key it names, as deep as it names it.
+
+        `tables`: what keys there are, each with the key below `path` that it stands at; empty: there itself.
+        """
         try:
             yield
         except UsageError as error:
-            named = (key for key in keys if re.search(rf"\b{re.escape(key)}\b", str(error)))
-            culprit = next(named, None)
-            table = keys.get(culprit or "")
-            below = () if culprit is None else (culprit,) if not table else (table, culprit)
-            raise self.error((*path, *below), str(error)) from None
+            named = [(*filter(None, (at,)), *keys) for at, table in tables for keys in _named(table, str(error))]
+            raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
         """What pydantic has found, as one error: the first in the file."""
@@ -169,6 +169,15 @@ def _complaint(error: ErrorDetails) -> str:
     name = ".".join(str(part) for part in path if isinstance(part, str))
     what = _WORDS.get(error["type"]) or error["msg"].removeprefix("Value error, ")
     return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
+
+
+def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
+    """Keys, each below those that it stands in, that are all named in a message."""
+    for key, value in table.items():
+        if re.search(rf"\b{re.escape(key)}\b", message):
+            yield (key,)
+            inner = _named(value, message) if isinstance(value, Mapping) else ()
+            yield from ((key, *rest) for rest in inner)
 
 
 _RULES = {
