@@ -1,35 +1,49 @@
-"""What is left of something that several defects take from: the worst of them counts."""
+"""Something that somebody sets, and that defects change as long as they are there: neither undoes the other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
 
 
 @dataclass(eq=False)
-class _Weakness:
-    left: float
+class _Layer(Generic[T]):
+    value: T
 
 
-class Weaknesses:
-    """`before_change` is called while what is left is still as it was, `on_change` when it has changed."""
+class Layers(Generic[T]):
+    """What was set is `values[0]`; what each defect brings with it stands behind that, the latest at the end.
 
-    def __init__(self, on_change: Callable[[], None], before_change: Callable[[], None] = lambda: None) -> None:
+    `before_change` is called while all is still as it was, `on_change` when it has changed.
+    """
+
+    def __init__(
+        self, first: T, on_change: Callable[[], None], before_change: Callable[[], None] = lambda: None
+    ) -> None:
         self._on_change, self._before_change = on_change, before_change
-        self._those: list[_Weakness] = []
+        self._layers = [_Layer(first)]
 
     @property
-    def left(self) -> float:
-        """0 to 1; 1: all of it."""
-        return min((one.left for one in self._those), default=1.0)
+    def values(self) -> list[T]:
+        """All of them."""
+        return [layer.value for layer in self._layers]
 
-    def add(self, left: float) -> Callable[[], None]:
-        """One more.  Returns what ends it."""
-        one = _Weakness(left)
+    def set(self, value: T) -> None:
+        """Somebody sets it."""
         self._before_change()
-        self._those.append(one)
+        self._layers[0].value = value
         self._on_change()
-        return lambda: self._end(one)
 
-    def _end(self, one: _Weakness) -> None:
+    def add(self, value: T) -> Callable[[], None]:
+        """A defect begins.  Returns what ends it."""
+        layer = _Layer(value)
         self._before_change()
-        self._those.remove(one)
+        self._layers.append(layer)
+        self._on_change()
+        return lambda: self._end(layer)
+
+    def _end(self, layer: _Layer[T]) -> None:
+        self._before_change()
+        self._layers.remove(layer)
         self._on_change()
