@@ -1,10 +1,12 @@
 """The tables of a scene file, and which keys and values they may hold."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -17,6 +19,7 @@ from pydantic import (
     field_validator,
 )
 
+from axistwin.apps.scenes import toml_places
 from axistwin.bench import FAMILIES, product
 from axistwin.faults.kinds import KINDS
 from axistwin.faults.table import Parameter, Sort
@@ -64,6 +67,15 @@ class AxisTable(Table):
         return ends
 
 
+def _possible(path: Path) -> Path:
+    if "\0" in str(path):
+        raise ValueError("no file's name has a NUL in it")
+    return path
+
+
+File = Annotated[Path, AfterValidator(_possible)]
+
+
 ServoTable = dict[str, Any]
 """The axis of a servo motor: limits = [minus, plus], motor = "frame23" or a data sheet's values, load = { … }."""
 _STEPPERS = TypeAdapter(dict[str, AxisTable])
@@ -79,7 +91,7 @@ class ControllerTable(Table):
     """What it is called in wires, conversations and plots; the model if left out."""
     line: str | None = None
     """The host's line format where the port carries none, such as "9600 8N2", or "instant"."""
-    state: Path | None = None
+    state: File | None = None
     """Directory for what it keeps without power, seen from the scene file."""
     history: Annotated[int, Field(ge=1, le=1_000_000_000)] | None = None
     """How many strokes of each axis are remembered."""
@@ -91,9 +103,9 @@ class ControllerTable(Table):
     """Where it is reached: tcp://127.0.0.1:5001, rfc2217://127.0.0.1:0, pty:/tmp/if1, serial:///dev/ttyUSB0."""
     rs485_ports: list[str] = []
     """Where its second serial channel is reached, if it has one."""
-    program: Path | None = None
+    program: File | None = None
     """The source of a SmartMotor's stored program (.sms), seen from the scene file."""
-    host: Path | None = None
+    host: File | None = None
     """Command lines (.if1, .181x) that a host sends to it by itself, seen from the scene file."""
     master: str | None = None
     """The axis that a SmartMotor's external encoder sits on, as "name.axis"."""
@@ -212,3 +224,10 @@ class SceneFile(Table):
     """What goes wrong, each begun by [[fault]]."""
     script: list[ScriptTable] = []
     """What somebody does at the machine, each begun by [[script]]."""
+
+
+def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
+    """The lines that motors share: kind, name, table and place."""
+    for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
+        for number, table in enumerate(tables):
+            yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)
