@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from axistwin.controllers.product import (
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.axes import Axis
+from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
@@ -68,6 +70,8 @@ class Controller:
         self.bench: Bench | None = None
         """The bench it stands on."""
         self._device, self._plug = device, plug
+        self.powered = False
+        """Whether it has been switched on."""
         self.given: Mapping[str, Any] = {}
         """The options it was added with; where it keeps its state is not among them."""
         self._second = _second_port(device, plug)
@@ -119,7 +123,25 @@ class Controller:
             found[f"{self.name}.rs485"] = self._second
         return found
 
-    @property
+    @cached_property
+    def terminals(self) -> Mapping[str, Pin]:
+        """All that has a level: its pins, the control lines of its plug as it finds them, its interrupt on the bus."""
+        if self._bus is not None:
+            return {**self.pins, "interrupt": self._bus.interrupt_line}
+        if not isinstance(self._device, HandshakeDevice):
+            return self.pins
+        lines = self._device.lines
+        return {**self.pins, "dtr": lines.dtr, "rts": lines.rts, "dsr": lines.dsr, "cts": lines.cts}
+
+    @cached_property
+    def joystick(self) -> Joystick:
+        """The joystick that is connected to it.  Raises UsageError if it takes none."""
+        if self.product.joystick is None:
+            raise UsageError(f"{self.name} takes no joystick")
+        assert self.bench is not None, "it stands on a bench"
+        return Joystick(self.bench.clock, self.pins, self.product.joystick)
+
+    @cached_property
     def registers(self) -> Mapping[str, Register]:
         """Numbers and texts that it keeps, for those who look into it; traces can follow them."""
         return self._device.registers() if isinstance(self._device, RegisteredDevice) else {}
@@ -157,6 +179,7 @@ class Controller:
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""
+        self.powered = on
         self._device.power(on)
 
     def power_cycle(self) -> None:
@@ -326,7 +349,7 @@ class Bench:
         controller = Controller(name, made, device, axes, plug)
         controller.bench, controller.given = self, given
         self.controllers[name] = controller
-        device.power(True)
+        controller.power(True)
         return controller
 
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:

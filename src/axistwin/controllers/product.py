@@ -6,8 +6,10 @@ from typing import Any, Protocol, runtime_checkable
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker, Rule
+from axistwin.controllers.front import Group
 from axistwin.motion.profile import Profile
 from axistwin.plant.axes import MakeAxis, stepper_axis
+from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
@@ -55,6 +57,15 @@ class Device(Protocol):
         """Switch it on or off."""
 
 
+class ControlLines(Protocol):
+    """The four control lines of a plug."""
+
+    dtr: Pin
+    rts: Pin
+    dsr: Pin
+    cts: Pin
+
+
 @runtime_checkable
 class SerialDevice(Device, Protocol):
     """A device with a serial plug: what a host talks to is its UART."""
@@ -70,6 +81,8 @@ class HandshakeDevice(SerialDevice, Protocol):
     rts: Pin
     dsr: Pin
     cts: Pin
+    lines: "ControlLines"
+    """What the device itself finds there, which depends on how its plug is wired."""
 
 
 @runtime_checkable
@@ -98,7 +111,7 @@ class BusDevice(Device, Protocol):
 class Register:
     """A number or a text that a controller keeps, for those who look into it.  Reading it changes nothing.
 
-    It stays as it is between two events, or else the device is a `FollowedDevice`.
+    It stays as it is between two events, or else it is `restless`, or the device a `FollowedDevice`.
     """
 
     read: Callable[[], int | str]
@@ -108,6 +121,8 @@ class Register:
     """Whether it is a text; otherwise a number."""
     costly: bool = False
     """Whether it costs much to follow it, so that it is only followed if it is asked for by its full name."""
+    restless: bool = False
+    """Whether it changes between two events, so that one can look at it but not follow it."""
 
 
 @runtime_checkable
@@ -236,3 +251,7 @@ class Product:
     """Do what would keep a host waiting later, for so many controllers at a speed (None: as fast as it goes)."""
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Makes a host for its registers, where it sits on a bus."""
+    joystick: JoystickInputs | None = None
+    """Where a joystick is connected, if it takes one."""
+    front: tuple[Group, ...] = ()
+    """What it shows to those who stand before it."""

@@ -8,11 +8,14 @@ from axistwin.controllers.compumotor.board import Board
 from axistwin.controllers.compumotor.check import check
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811
 from axistwin.controllers.compumotor.events import ALARMS
+from axistwin.controllers.compumotor.front import FRONT
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
 from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
@@ -35,7 +38,7 @@ class _Driven(Pin):
     silent = True
 
     def __init__(self, clock: Clock, name: str, card: "Card") -> None:
-        super().__init__(clock, name)
+        super().__init__(clock, name, output=True)
         self._card = card
 
     @property
@@ -53,7 +56,8 @@ class Card:
         self.bus = RegisterPort(clock)
         self.alarms = Alarms(*ALARMS.values())
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
-        self.pins |= {name: Pin(clock, name) for name in (*LOW, *OUTPUTS)}
+        self.pins |= {name: Pin(clock, name) for name in LOW}
+        self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         self.pins["step"] = _Driven(clock, "step", self)
         self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
         if options.test_switch:
@@ -85,7 +89,7 @@ class Card:
             self._board.events.on_fault = self.alarms.tell
 
     def registers(self) -> Mapping[str, Register]:
-        """The status byte, both data buffers in hex, mode and phase, and how many commands wait to be obeyed."""
+        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait."""
         bus = self.bus
 
         def kept(read: Callable[[Board], int | str]) -> Callable[[], int | str]:
@@ -98,6 +102,7 @@ class Card:
             "status": Register(lambda: bus.status, ("SB",)),
             "input": Register(lambda: _hex(bus.input.contents), ("IDB",), text=True),
             "output": Register(lambda: _hex(bus.output.contents), ("ODB",), text=True),
+            "move": Register(kept(move_bits), ("88h",)),
             "mode": Register(kept(lambda board: board.mode)),
             "phase": Register(told(lambda board: board.pulses.phase.name.lower()), text=True),
             "queue": Register(kept(lambda board: board.queued)),
@@ -128,6 +133,8 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         closed_level=False,
         drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
+        joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
+        front=FRONT,
         check=partial(check, commands),
         rules=RULES,
         language=Words(commands),

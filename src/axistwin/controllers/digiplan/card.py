@@ -6,9 +6,10 @@ from functools import partial
 from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import ALARMS, CLOSED, DRIVES
+from axistwin.controllers.digiplan.front import FRONT
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.report import busy_letter, communication_bits
+from axistwin.controllers.digiplan.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.product import Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
@@ -40,11 +41,13 @@ class Card:
 
     def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> None:
         self.clock, self.axes, self.options, self.store = clock, axes, options, store
-        low = {name: Pin(clock, name) for name in (*INPUTS, *OUTPUTS, "led")}
-        self.pins = {**low, **{name: Pin(clock, name, level=True) for name in CLOSED}}
+        self.pins = {name: Pin(clock, name) for name in INPUTS}
+        self.pins |= {name: Pin(clock, name, output=True) for name in (*OUTPUTS, "led")}
+        self.pins |= {name: Pin(clock, name, level=True) for name in CLOSED}
         self.uart = Uart(clock, format=None)
-        self.dtr, self.rts, self.dsr, self.cts = (Pin(clock, name) for name in ("dtr", "rts", "dsr", "cts"))
-        self._seen = _Wiring(self, options.wiring)
+        self.dtr, self.rts = (Pin(clock, name, output=True) for name in ("dtr", "rts"))
+        self.dsr, self.cts = (Pin(clock, name) for name in ("dsr", "cts"))
+        self.lines = _Wiring(self, options.wiring)
         if options.fault_output:
             connect(self.pins["led"], self.pins["output5"])
         self.alarms = Alarms(*ALARMS)
@@ -59,7 +62,7 @@ class Card:
         """Switch it on or off."""
         if on and self._interface is None:
             self._interface = Interface(
-                self.clock, self.uart, self._seen, self.pins, self.axes, self.options, self.store
+                self.clock, self.uart, self.lines, self.pins, self.axes, self.options, self.store
             )
             self._interface.faults.on_fault = self.alarms.tell
         elif not on and self._interface is not None:
@@ -70,7 +73,10 @@ class Card:
                 pin.set(False)
 
     def registers(self) -> Mapping[str, Register]:
-        """Faults and status, named after the commands that report them; K without what follows from the motion."""
+        """Faults and status, named after the commands that report them; K without what follows from the motion.
+
+        Q is K with it.
+        """
 
         def kept(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
             return lambda: 0 if self._interface is None else read(self._interface)
@@ -85,6 +91,8 @@ class Card:
             "F": Register(kept(communication_bits)),
             "I": Register(kept(lambda interface: interface.faults.inputs())),
             "O": Register(kept(lambda interface: interface.step_number)),
+            "Q": Register(kept(motion_bits), restless=True),
+            "N": Register(kept(steps), restless=True),
         }
 
 
@@ -118,6 +126,7 @@ def _product(
         line=UartFormat(9600, 8, "N", 2),
         limit_pins=("limit_minus", "limit_plus"),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
+        front=FRONT,
     )
 
 

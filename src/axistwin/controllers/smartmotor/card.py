@@ -9,6 +9,7 @@ from axistwin.controllers.smartmotor.check import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.core import prepare
 from axistwin.controllers.smartmotor.faults import ALARMS, trouble
+from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.inputs import IndexLine
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
@@ -32,7 +33,7 @@ class SmartMotor:
         self.uart, self.rs485 = Uart(clock, format=UartFormat()), Uart(clock, format=UartFormat())
         self.options = options
         self._index = IndexLine(clock)
-        self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True), "index": self._index}
+        self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True, output=True), "index": self._index}
         self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
@@ -98,5 +99,6 @@ PRODUCTS = {
         line=UartFormat(),
         limit_pins=("D", "C"),
         closed_level=False,
+        front=FRONT,
     )
 }
