@@ -243,6 +243,8 @@ class Product:
     drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
     """By axis, the pin that is low while its drive has a fault."""
     home_pin: str | None = None
+    brake_pin: str | None = None
+    """The pin that is high while the static brake is to hold the shaft."""
     language: Language | None = None
     """How its commands are written, where they are not characters on a line."""
     note: Callable[[], str] = lambda: ""

@@ -98,6 +98,7 @@ PRODUCTS = {
         make_axis=servo_axis,
         line=UartFormat(),
         limit_pins=("D", "C"),
+        brake_pin="brake",
         closed_level=False,
         front=FRONT,
     )

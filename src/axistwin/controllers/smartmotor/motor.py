@@ -114,7 +114,7 @@ from axistwin.controllers.smartmotor.state import (
     E,
     F,
 )
-from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.servo_axis import IDEAL_COUNTS_PER_REV, ServoAxis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
@@ -128,7 +128,6 @@ DEFAULTS = {
 """Power-on values that are not 0 (chapter 2, and 16 of the base language)."""
 IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
 """What a motor without a data sheet reports for KP … KG."""
-IDEAL_COUNTS_PER_REV = 2000
 UNPOWERED = LIMIT_C, LIMIT_D, SOFT_LIMITS, BT, VELOCITY, STOPPING, MASTER_LEFT, PWM, PENDING
 """What is nothing without power."""
 INPUT_2 = 2
