@@ -7,6 +7,7 @@ from axistwin.apps.panel.views.drawn.figure import Figure
 from axistwin.apps.panel.views.drawn.scale import Flow
 from axistwin.apps.panel.views.drawn.shaft import Shaft
 from axistwin.apps.panel.views.drawn.slide import Slide
+from axistwin.apps.panel.views.table import table
 from axistwin.bench import Controller
 
 
@@ -14,10 +15,12 @@ def machines(look: Look, name: str) -> Refresh:
     """Every axis of a controller that is used, or has been; all of them if none is."""
     flow, controller = Flow(), look.bench[name]
     with ui.element("div").classes("axes"):
+        top_view = table(look, name)
         frames = {axis: _frame(controller, axis) for axis in controller.axes}
 
     def refresh() -> None:
         smooth, controller = flow.goes_on(look.bench), look.bench[name]
+        top_view(smooth)
         used = [axis for axis in controller.axes if _used(controller, axis)] or list(controller.axes)
         for axis, (box, figure) in frames.items():
             box.visible = axis in used

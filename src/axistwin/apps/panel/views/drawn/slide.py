@@ -9,11 +9,11 @@ from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
-LEFT, RIGHT = 34.0, 326.0
-"""Where the limit switches stand, of a width of 360."""
+LEFT, RIGHT = 30.0, 270.0
+"""Where the limit switches stand, of a width of 300."""
 OVERRUN = 18.0
 """So far the carriage goes beyond them before it is at the end of the bed."""
-MOST_TICKS = 6
+MOST_TICKS = 5
 
 
 class Slide:
@@ -71,7 +71,7 @@ class Slide:
             rows += [readout("behind", "lost", of)]
             rows += [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
         return (
-            f'<svg viewBox="0 0 360 84" role="img" aria-label="{told}"><g data-part="machine">{_BED}'
+            f'<svg viewBox="0 0 300 84" role="img" aria-label="{told}"><g data-part="machine">{_BED}'
             f"{''.join(self._scale())}{self._home(axis)}{self._switch('minus', LEFT)}{self._switch('plus', RIGHT)}"
             f'<g class="moves ghost" data-part="ghost"><rect x="-19" y="27" width="38" height="32" rx="4"/></g>'
             f'<g class="moves carriage" data-part="carriage">{_CARRIAGE}</g></g></svg>{readouts(*rows)}{STATES}'
@@ -103,9 +103,9 @@ class Slide:
 
 
 _BED = (
-    '<rect class="bed" x="6" y="33" width="348" height="28" rx="4"/>'
-    '<path class="rail" d="M10 38h340M10 56h340"/><rect class="screw" x="10" y="44" width="340" height="6"/>'
-    '<path class="thread" d="M10 47h340"/>'
+    '<rect class="bed" x="6" y="33" width="288" height="28" rx="4"/>'
+    '<path class="rail" d="M10 38h280M10 56h280"/><rect class="screw" x="10" y="44" width="280" height="6"/>'
+    '<path class="thread" d="M10 47h280"/>'
 )
 _CARRIAGE = (
     '<rect class="saddle" x="-19" y="27" width="38" height="32" rx="4"/>'
