@@ -16,7 +16,9 @@ from axistwin.controllers.product import (
     FollowedDevice,
     Follower,
     HandshakeDevice,
+    Listing,
     Product,
+    ProgrammedDevice,
     Register,
     RegisteredDevice,
     Rs485Device,
@@ -33,6 +35,7 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
+from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import SerialPort, Uart, UartFormat, Wiring, daisy_chain, direct, shared_pair
 from axistwin.storage import FileStore, MemoryStore
@@ -152,6 +155,19 @@ class Controller:
         Returns what ends it; None: they change at events only, so that who looks on sees them.
         """
         return self._device.follow(names, follower) if isinstance(self._device, FollowedDevice) else None
+
+    @property
+    def programs(self) -> Mapping[str, Listing]:
+        """The programs or sequences that it keeps, by name, each with the line that is being carried out now."""
+        return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the very moment at which a line of a stored program begins.
+
+        `index` is from 0.  The watcher may look at everything and must change nothing there and then.  Returns what
+        ends it.  Where there are no programs, nothing ever comes.
+        """
+        return self._device.watch_lines(watcher) if isinstance(self._device, ProgrammedDevice) else lambda: None
 
     @property
     def ambient(self) -> float:

@@ -13,6 +13,7 @@ from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
+from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart, UartFormat
 
@@ -148,6 +149,33 @@ class FollowedDevice(RegisteredDevice, Protocol):
         """
 
 
+@dataclass(frozen=True)
+class Listing:
+    """A program that a controller keeps, as it stands in the memory."""
+
+    title: str
+    lines: tuple[str, ...]
+    """As a user would write them."""
+    running: int | None = None
+    """The index of the line that is being carried out; None: none of them is."""
+    silent: frozenset[int] = frozenset()
+    """Lines that take no time, so that they never run: labels, ends of blocks."""
+
+
+@runtime_checkable
+class ProgrammedDevice(Device, Protocol):
+    """A device that keeps programs and carries them out by itself."""
+
+    def programs(self) -> Mapping[str, Listing]:
+        """What is stored and what of it is being carried out now, by the names that the product gives."""
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the moment at which a line begins.  It may look and must change nothing.
+
+        Returns what ends it.
+        """
+
+
 @runtime_checkable
 class AlarmDevice(Device, Protocol):
     """A device that tells when it raises a fault flag."""
@@ -251,6 +279,10 @@ class Product:
     """What its users should know about this installation, in a line; mostly nothing."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
     """Do what would keep a host waiting later, for so many controllers at a speed (None: as fast as it goes)."""
+    programs: tuple[str, ...] = ()
+    """The programs that it can keep, by name; where there are several, each name ends in its number."""
+    most_lines: int | None = None
+    """The lines that one of them has at most, where the manual says so."""
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Makes a host for its registers, where it sits on a bus."""
     joystick: JoystickInputs | None = None

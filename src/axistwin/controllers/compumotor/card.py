@@ -10,15 +10,17 @@ from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_181
 from axistwin.controllers.compumotor.events import ALARMS
 from axistwin.controllers.compumotor.front import FRONT
 from axistwin.controllers.compumotor.host import Host
+from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
-from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
+from axistwin.sim.progress import LineWatcher, Progress
 from axistwin.sim.registers import RegisterPort
 
 PULLED_UP = (
@@ -55,6 +57,7 @@ class Card:
         self._board: Board | None = None
         self.bus = RegisterPort(clock)
         self.alarms = Alarms(*ALARMS.values())
+        self._progress = Progress()
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
         self.pins |= {name: Pin(clock, name) for name in LOW}
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
@@ -87,9 +90,21 @@ class Card:
                 self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart
             )
             self._board.events.on_fault = self.alarms.tell
+            self._board.sequencer.on_command = lambda number, at: self._progress.tell(name_of(number), at)
+
+    def programs(self) -> Mapping[str, Listing]:
+        """The sequence buffers; without power there are none."""
+        return {} if self._board is None else listings(self._commands, self._board)
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Tell of each command of a sequence when the processor turns to it."""
+        return self._progress.watch(watcher)
 
     def registers(self) -> Mapping[str, Register]:
-        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait."""
+        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait.
+
+        `sequence` and `command`: which of the fifteen is being performed, and what of it, from 1; 0: none is.
+        """
         bus = self.bus
 
         def kept(read: Callable[[Board], int | str]) -> Callable[[], int | str]:
@@ -106,6 +121,8 @@ class Card:
             "mode": Register(kept(lambda board: board.mode)),
             "phase": Register(told(lambda board: board.pulses.phase.name.lower()), text=True),
             "queue": Register(kept(lambda board: board.queued)),
+            "sequence": Register(kept(lambda board: board.sequencer.number if board.sequencer.running else 0)),
+            "command": Register(kept(lambda board: board.sequencer.at + 1 if board.sequencer.running else 0)),
         }
 
     def _restart(self) -> None:
@@ -138,6 +155,7 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         check=partial(check, commands),
         rules=RULES,
         language=Words(commands),
+        programs=SEQUENCES,
         attend=Host,
     )
 

@@ -3,18 +3,22 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from axistwin.controllers.digiplan.battery_backup import Retained
 from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import ALARMS, CLOSED, DRIVES
 from axistwin.controllers.digiplan.front import FRONT
 from axistwin.controllers.digiplan.interface import Interface
+from axistwin.controllers.digiplan.language import MOST_STEPS
+from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.rules import RULES
-from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
+from axistwin.sim.progress import LineWatcher, Progress
 from axistwin.sim.serial import Uart, UartFormat
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
@@ -51,7 +55,9 @@ class Card:
         if options.fault_output:
             connect(self.pins["led"], self.pins["output5"])
         self.alarms = Alarms(*ALARMS)
+        self._progress = Progress()
         self._interface: Interface | None = None
+        self._left = ""  # the sequence that the battery keeps while the power is off
 
     @property
     def busy(self) -> bool:
@@ -65,17 +71,32 @@ class Card:
                 self.clock, self.uart, self.lines, self.pins, self.axes, self.options, self.store
             )
             self._interface.faults.on_fault = self.alarms.tell
+            self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
+            self._left = Retained.recall(self.store).sequence
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
             for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
                 pin.set(False)
+
+    def programs(self) -> Mapping[str, Listing]:
+        """The one sequence, steps 1 to 63; none of them runs before it has begun and when it has ended."""
+        interface = self._interface
+        if interface is None:
+            return {SEQUENCE: Listing("stored sequence", listed(self._left))}
+        running = interface.step - 1 if interface.step else None
+        return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Tell of each step when it begins."""
+        return self._progress.watch(watcher)
 
     def registers(self) -> Mapping[str, Register]:
         """Faults and status, named after the commands that report them; K without what follows from the motion.
 
         Q is K with it.
+        `step` is the step of the sequence that is being carried out; 0: none is, where O stays at the last one.
         """
 
         def kept(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
@@ -93,6 +114,7 @@ class Card:
             "O": Register(kept(lambda interface: interface.step_number)),
             "Q": Register(kept(motion_bits), restless=True),
             "N": Register(kept(steps), restless=True),
+            "step": Register(kept(lambda interface: interface.step)),
         }
 
 
@@ -127,6 +149,8 @@ def _product(
         limit_pins=("limit_minus", "limit_plus"),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
         front=FRONT,
+        programs=(SEQUENCE,),
+        most_lines=MOST_STEPS,
     )
 
 
