@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,9 @@ from axistwin.controllers.product import (
     FollowedDevice,
     Follower,
     HandshakeDevice,
+    Listing,
     Product,
+    ProgrammedDevice,
     Register,
     RegisteredDevice,
     Rs485Device,
@@ -26,11 +29,13 @@ from axistwin.controllers.product import (
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.axes import Axis
+from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
+from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import SerialPort, Uart, UartFormat, Wiring, daisy_chain, direct, shared_pair
 from axistwin.storage import FileStore, MemoryStore
@@ -68,6 +73,8 @@ class Controller:
         self.bench: Bench | None = None
         """The bench it stands on."""
         self._device, self._plug = device, plug
+        self.powered = False
+        """Whether it has been switched on."""
         self.given: Mapping[str, Any] = {}
         """The options it was added with; where it keeps its state is not among them."""
         self._second = _second_port(device, plug)
@@ -119,7 +126,25 @@ class Controller:
             found[f"{self.name}.rs485"] = self._second
         return found
 
-    @property
+    @cached_property
+    def terminals(self) -> Mapping[str, Pin]:
+        """All that has a level: its pins, the control lines of its plug as it finds them, its interrupt on the bus."""
+        if self._bus is not None:
+            return {**self.pins, "interrupt": self._bus.interrupt_line}
+        if not isinstance(self._device, HandshakeDevice):
+            return self.pins
+        lines = self._device.lines
+        return {**self.pins, "dtr": lines.dtr, "rts": lines.rts, "dsr": lines.dsr, "cts": lines.cts}
+
+    @cached_property
+    def joystick(self) -> Joystick:
+        """The joystick that is connected to it.  Raises UsageError if it takes none."""
+        if self.product.joystick is None:
+            raise UsageError(f"{self.name} takes no joystick")
+        assert self.bench is not None, "it stands on a bench"
+        return Joystick(self.bench.clock, self.pins, self.product.joystick)
+
+    @cached_property
     def registers(self) -> Mapping[str, Register]:
         """Numbers and texts that it keeps, for those who look into it; traces can follow them."""
         return self._device.registers() if isinstance(self._device, RegisteredDevice) else {}
@@ -130,6 +155,19 @@ class Controller:
         Returns what ends it; None: they change at events only, so that who looks on sees them.
         """
         return self._device.follow(names, follower) if isinstance(self._device, FollowedDevice) else None
+
+    @property
+    def programs(self) -> Mapping[str, Listing]:
+        """The programs or sequences that it keeps, by name, each with the line that is being carried out now."""
+        return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the very moment at which a line of a stored program begins.
+
+        `index` is from 0.  The watcher may look at everything and must change nothing there and then.  Returns what
+        ends it.  Where there are no programs, nothing ever comes.
+        """
+        return self._device.watch_lines(watcher) if isinstance(self._device, ProgrammedDevice) else lambda: None
 
     @property
     def ambient(self) -> float:
@@ -157,6 +195,7 @@ class Controller:
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""
+        self.powered = on
         self._device.power(on)
 
     def power_cycle(self) -> None:
@@ -326,7 +365,7 @@ class Bench:
         controller = Controller(name, made, device, axes, plug)
         controller.bench, controller.given = self, given
         self.controllers[name] = controller
-        device.power(True)
+        controller.power(True)
         return controller
 
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:

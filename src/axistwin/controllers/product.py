@@ -6,11 +6,14 @@ from typing import Any, Protocol, runtime_checkable
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker, Rule
+from axistwin.controllers.front import Group
 from axistwin.motion.profile import Profile
 from axistwin.plant.axes import MakeAxis, stepper_axis
+from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
+from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart, UartFormat
 
@@ -55,6 +58,15 @@ class Device(Protocol):
         """Switch it on or off."""
 
 
+class ControlLines(Protocol):
+    """The four control lines of a plug."""
+
+    dtr: Pin
+    rts: Pin
+    dsr: Pin
+    cts: Pin
+
+
 @runtime_checkable
 class SerialDevice(Device, Protocol):
     """A device with a serial plug: what a host talks to is its UART."""
@@ -70,6 +82,8 @@ class HandshakeDevice(SerialDevice, Protocol):
     rts: Pin
     dsr: Pin
     cts: Pin
+    lines: "ControlLines"
+    """What the device itself finds there, which depends on how its plug is wired."""
 
 
 @runtime_checkable
@@ -98,7 +112,7 @@ class BusDevice(Device, Protocol):
 class Register:
     """A number or a text that a controller keeps, for those who look into it.  Reading it changes nothing.
 
-    It stays as it is between two events, or else the device is a `FollowedDevice`.
+    It stays as it is between two events, or else it is `restless`, or the device a `FollowedDevice`.
     """
 
     read: Callable[[], int | str]
@@ -108,6 +122,8 @@ class Register:
     """Whether it is a text; otherwise a number."""
     costly: bool = False
     """Whether it costs much to follow it, so that it is only followed if it is asked for by its full name."""
+    restless: bool = False
+    """Whether it changes between two events, so that one can look at it but not follow it."""
 
 
 @runtime_checkable
@@ -128,6 +144,33 @@ class FollowedDevice(RegisteredDevice, Protocol):
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
         """Tell one follower of every change of these registers, late, and more than once if it is none.
+
+        Returns what ends it.
+        """
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A program that a controller keeps, as it stands in the memory."""
+
+    title: str
+    lines: tuple[str, ...]
+    """As a user would write them."""
+    running: int | None = None
+    """The index of the line that is being carried out; None: none of them is."""
+    silent: frozenset[int] = frozenset()
+    """Lines that take no time, so that they never run: labels, ends of blocks."""
+
+
+@runtime_checkable
+class ProgrammedDevice(Device, Protocol):
+    """A device that keeps programs and carries them out by itself."""
+
+    def programs(self) -> Mapping[str, Listing]:
+        """What is stored and what of it is being carried out now, by the names that the product gives."""
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the moment at which a line begins.  It may look and must change nothing.
 
         Returns what ends it.
         """
@@ -230,11 +273,21 @@ class Product:
     output_pins: tuple[str, ...] = ()
     """Terminals whose level it decides about itself, so that no wire can lead there."""
     home_pin: str | None = None
+    brake_pin: str | None = None
+    """The pin that is high while the static brake is to hold the shaft."""
     language: Language | None = None
     """How its commands are written, where they are not characters on a line."""
     note: Callable[[], str] = lambda: ""
     """What its users should know about this installation, in a line; mostly nothing."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
     """Do what would keep a host waiting later, for so many controllers at a speed (None: as fast as it goes)."""
+    programs: tuple[str, ...] = ()
+    """The programs that it can keep, by name; where there are several, each name ends in its number."""
+    most_lines: int | None = None
+    """The lines that one of them has at most, where the manual says so."""
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Makes a host for its registers, where it sits on a bus."""
+    joystick: JoystickInputs | None = None
+    """Where a joystick is connected, if it takes one."""
+    front: tuple[Group, ...] = ()
+    """What it shows to those who stand before it."""

@@ -30,7 +30,10 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
         load = Load(**given["load"]) if given.get("load") is not None else None
     except (TypeError, KeyError, ValueError) as error:
         raise UsageError(f"axis {name}: {error}") from None
-    return StepperAxis(clock, name, motor=motor, load=load, encoder=encoder, history=history)
+    return StepperAxis(
+        clock, name, motor=motor, load=load, encoder=encoder,
+        limits=_span(given, "limits"), home=_span(given, "home"), history=history,
+    )  # fmt: skip
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
@@ -40,7 +43,7 @@ def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) 
         motor, load = data_sheets(given)
     except UsageError as error:
         raise UsageError(f"axis {name}: {error}") from None
-    return ServoAxis(clock, name, motor=motor, load=load, history=history)
+    return ServoAxis(clock, name, motor=motor, load=load, limits=_span(given, "limits"), history=history)
 
 
 def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
@@ -49,6 +52,14 @@ def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
             raise UsageError(f"axis {name} has no option {option!r}: it takes {', '.join(known)}")
     for span in ("limits", "home"):
         _check_span(name, span, given.get(span))
+
+
+def _span(given: Mapping[str, Any], option: str) -> tuple[int, int] | None:
+    """Two positions that have been checked."""
+    if given.get(option) is None:
+        return None
+    first, last = given[option]
+    return first, last
 
 
 def _check_span(name: str, option: str, given: Any) -> None:

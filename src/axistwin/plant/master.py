@@ -89,6 +89,11 @@ class Master:
         return self.at(self.clock.now)
 
     @property
+    def ratio(self) -> Fraction:
+        """So many edges it counts for each unit of the axis it sits on."""
+        return self._ratio
+
+    @property
     def moving(self) -> bool:
         """Whether edges are still to come."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)

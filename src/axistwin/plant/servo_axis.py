@@ -26,6 +26,8 @@ FAR = 1 << 62
 AMBIENT = 25.0
 """Degrees Celsius around the motor, unless somebody says otherwise."""
 COLDEST, HOTTEST = -40.0, 150.0
+IDEAL_COUNTS_PER_REV = 2000
+"""Encoder counts for a turn of a shaft without a data sheet."""
 
 
 class Source(Protocol):
@@ -45,6 +47,9 @@ class Source(Protocol):
 
     def commanded(self) -> int:
         """Where the controller's own trajectory stands, in its own coordinates, in counts."""
+
+    def setpoint(self) -> int:
+        """Where the trajectory would have the shaft, in counts, in the machine's own direction."""
 
     def velocity(self) -> float:
         """Of the shaft, in counts per second, in the machine's own direction."""
@@ -87,6 +92,10 @@ class AtRest:
     def commanded(self) -> int:
         """Nobody commands it."""
         return 0
+
+    def setpoint(self) -> int:
+        """Where it is, as nobody commands it."""
+        return self._axis.shaft
 
     def velocity(self) -> float:
         """None."""
@@ -148,9 +157,12 @@ class ServoAxis:
         *,
         motor: "ServoMotor | None" = None,
         load: "ServoLoad | None" = None,
+        limits: tuple[int, int] | None = None,
         history: int = HISTORY,
     ) -> None:
         self.clock, self.name = clock, name
+        self.limits = limits
+        """The first and the last position within the limit switches; None: there are none."""
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
         """The state of the physics, which belongs to the machine; whoever calculates it fills it."""
@@ -214,6 +226,19 @@ class ServoAxis:
     def commanded(self) -> int:
         """Where the motor's own trajectory stands, in the motor's coordinates (`O=` shifts them, F=2 turns them)."""
         return self._source.commanded()
+
+    @property
+    def setpoint(self) -> int:
+        """Where the trajectory would have the shaft, in the coordinates of `position`; with the servo off, where it is.
+
+        `setpoint - position` is the following error.
+        """
+        return self._source.setpoint()
+
+    @property
+    def per_rev(self) -> int:
+        """Encoder counts for a turn of the shaft."""
+        return IDEAL_COUNTS_PER_REV if self.motor is None else self.motor.counts_per_rev
 
     @property
     def velocity(self) -> float:

@@ -27,6 +27,11 @@ class EncoderView:
         self._axis, self._encoder = axis, encoder
 
     @property
+    def data(self) -> EncoderData:
+        """Its resolution, and the play before it."""
+        return self._encoder.data
+
+    @property
     def count(self) -> int:
         """Counts after quadrature, from 0 when the bench is made."""
         return self._encoder.follow(self._axis.position)
@@ -64,9 +69,13 @@ class StepperAxis:
         motor: StepperMotor | None = None,
         load: Load | None = None,
         encoder: EncoderData | None = None,
+        limits: tuple[int, int] | None = None,
+        home: tuple[int, int] | None = None,
         history: int = HISTORY,
     ) -> None:
         self.clock, self.name, self.train = clock, name, Train(history)
+        self.limits, self.home = limits, home
+        """The first and the last position within the limit switches, and of the home switch; None: there are none."""
         self.on_motion: list[Callable[[], None]] = []
         """Called when a stroke begins or takes another course."""
         self.on_push: list[Callable[[], None]] = []
@@ -144,6 +153,27 @@ class StepperAxis:
     def position(self) -> int:
         """Where the motor stands, in pulses from 0 when the bench is made."""
         return self.pulses - self._lost - self.train.stroke.direction * self._lost_in_stroke()
+
+    @property
+    def lost(self) -> int:
+        """Net pulses that the motor has not followed: those issued, less where it stands."""
+        return self.pulses - self.position
+
+    @property
+    def stalled(self) -> bool:
+        """Whether pulses go out and the rotor, out of step, does not follow them."""
+        stroke = self.train.stroke
+        if not self._slips or not self.moving:
+            return False
+        pulses = stroke.profile.pulses_by(self.clock.now - stroke.start_ns)
+        return any(slip.first < pulses and (slip.last is None or pulses < slip.last) for slip in self._slips)
+
+    @property
+    def per_rev(self) -> int | None:
+        """Pulses for a turn of the motor, by its data sheet or its encoder's; None: nobody has said."""
+        if self._motor is not None:
+            return self._motor.pulses_per_rev
+        return self._encoder.data.pulses_per_rev if self._encoder else None
 
     @property
     def pulses(self) -> int:

@@ -50,4 +50,5 @@ def in_series(switches: Sequence[PositionSwitch], pin: Pin, *, closed: bool = Tr
 
     for switch in switches:
         switch.on_change = update
+    pin.wired = True
     update()

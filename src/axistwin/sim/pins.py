@@ -37,8 +37,12 @@ class Pin:
     silent = False
     """Whether it changes without telling those who watch."""
 
-    def __init__(self, clock: Clock, name: str, level: bool = False) -> None:
+    wired = False
+    """Whether a wire or a switch is connected to it."""
+
+    def __init__(self, clock: Clock, name: str, level: bool = False, *, output: bool = False) -> None:
         self.clock, self.name = clock, name
+        self._output = output
         self._source = level
         self._driven: bool | None = None
         self._holds: list[_Held] = []
@@ -62,9 +66,19 @@ class Pin:
         return self._source
 
     @property
+    def is_output(self) -> bool:
+        """Whether the device gives it its level."""
+        return self._output
+
+    @property
     def driven(self) -> bool:
         """Whether it is forced from outside."""
         return self._driven is not None
+
+    @property
+    def held(self) -> bool:
+        """Whether a defect keeps it at its level."""
+        return bool(self._holds)
 
     @property
     def flashing(self) -> bool:
@@ -255,4 +269,5 @@ def connect(source: Pin, target: Pin, *, invert: bool = False, delay_ns: int = 0
             target.set(level)
 
     source.watch(follow)
+    target.wired = True
     follow(source)

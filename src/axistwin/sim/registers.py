@@ -69,7 +69,7 @@ class RegisterPort:
         self._watchers: list[Callable[[], None]] = []
         self._listeners: list[Callable[[bytes], None]] = []
         self._hearers: list[Callable[[bytes], None]] = []
-        self.interrupt_line = Pin(clock, "interrupt")
+        self.interrupt_line = Pin(clock, "interrupt", output=True)
         """The line to the host, for those who want to watch it; high: active."""
         self.on_control: Callable[[int], None] = lambda value: None
         self.on_init: Callable[[], None] = lambda: None

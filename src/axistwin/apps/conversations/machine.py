@@ -42,6 +42,8 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
         return _axis_action(controller.axes[axis], what, value)
     if target == "power":
         return partial(controller.power, _level(value))
+    if target == "joystick" and controller.product.joystick is not None:
+        return partial(controller.joystick.deflect, int(_number(value)))
     if motor_of(controller) is not None and target in ("ambient", "master"):
         return _motor_action(controller, target, value)
     return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
@@ -124,7 +126,8 @@ def targets(controller: Controller) -> tuple[str, ...]:
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
-    host = ("init",) if on_a_bus(controller) else (*lines, *motor)
+    stick = ("joystick",) if controller.product.joystick else ()
+    host = ("init", *stick) if on_a_bus(controller) else (*lines, *motor, *stick)
     return (*controller.pins, "power", *host, "AXIS.jam", "AXIS.load", "AXIS.push", *FAULT_ACTS)
 
 

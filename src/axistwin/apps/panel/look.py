@@ -1,6 +1,7 @@
 """Somebody who looks at the bench: one page in one browser."""
 
 from collections.abc import Callable
+from typing import TypeVar, cast
 
 from nicegui import ui
 
@@ -9,6 +10,7 @@ from axistwin.apps.sessions.session import Session
 from axistwin.bench import Bench
 from axistwin.errors import AxistwinError
 
+Thing = TypeVar("Thing")
 Refresh = Callable[[], None]
 """Brings a view up to date."""
 
@@ -23,6 +25,12 @@ class Look:
     def bench(self) -> Bench:
         """The bench as it is now."""
         return self.session.bench
+
+    def common(self, make: Callable[[Session], Thing]) -> Thing:
+        """What all who look at this session have in common, made for the first of them."""
+        if make not in self.people.common:
+            self.people.common[make] = make(self.session)
+        return cast("Thing", self.people.common[make])
 
     @property
     def drives(self) -> bool:

@@ -1,6 +1,6 @@
 """Who looks at the bench, and who drives it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(eq=False)
@@ -11,6 +11,8 @@ class Person:
     name: str
     pages: int = 0
     """How many pages it has open."""
+    settings: dict[str, object] = field(default_factory=dict)
+    """How its views are set, by view."""
 
 
 class People:
@@ -19,6 +21,8 @@ class People:
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
         self.driver: Person | None = None
+        self.common: dict[object, object] = {}
+        """What views have in common for everybody, see `Look.common`."""
 
     def __getitem__(self, key: str) -> Person:
         """Whoever has this key; somebody who is new is welcome."""

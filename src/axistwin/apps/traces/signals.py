@@ -93,7 +93,8 @@ def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     yield Signal(name, FAULTS, TEXT)
     for register_name, register in controller.registers.items():
         kind = TEXT if register.text else COUNT
-        yield Signal(name, register_name, kind, True, register.also, register.costly)
+        if not register.restless:
+            yield Signal(name, register_name, kind, True, register.also, register.costly)
     for axis_name, axis in controller.axes.items():
         scope = f"{name}.{axis_name}"
         if isinstance(axis, ServoAxis):

@@ -169,7 +169,7 @@ class Board:
         if found is None or not found[0].implemented:
             return
         command, values = found
-        if self.sequences.defining and Accept.DEFINING not in command.accepted:
+        if self.sequences.defining is not None and Accept.DEFINING not in command.accepted:
             if Accept.SEQUENCE in command.accepted:
                 self.sequences.store(Stored(command, values, command.string(data[1:])))
         elif self.hears(command):

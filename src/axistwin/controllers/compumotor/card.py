@@ -8,14 +8,19 @@ from axistwin.controllers.compumotor.board import Board
 from axistwin.controllers.compumotor.check import check
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811
 from axistwin.controllers.compumotor.events import ALARMS
+from axistwin.controllers.compumotor.front import FRONT
 from axistwin.controllers.compumotor.host import Host
+from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
-from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
+from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
+from axistwin.sim.progress import LineWatcher, Progress
 from axistwin.sim.registers import RegisterPort
 
 PULLED_UP = (
@@ -35,7 +40,7 @@ class _Driven(Pin):
     silent = True
 
     def __init__(self, clock: Clock, name: str, card: "Card") -> None:
-        super().__init__(clock, name)
+        super().__init__(clock, name, output=True)
         self._card = card
 
     @property
@@ -52,8 +57,10 @@ class Card:
         self._board: Board | None = None
         self.bus = RegisterPort(clock)
         self.alarms = Alarms(*ALARMS.values())
+        self._progress = Progress()
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
-        self.pins |= {name: Pin(clock, name) for name in (*LOW, *OUTPUTS)}
+        self.pins |= {name: Pin(clock, name) for name in LOW}
+        self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         self.pins["step"] = _Driven(clock, "step", self)
         self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
         if options.test_switch:
@@ -83,9 +90,21 @@ class Card:
                 self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart
             )
             self._board.events.on_fault = self.alarms.tell
+            self._board.sequencer.on_command = lambda number, at: self._progress.tell(name_of(number), at)
+
+    def programs(self) -> Mapping[str, Listing]:
+        """The sequence buffers; without power there are none."""
+        return {} if self._board is None else listings(self._commands, self._board)
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Tell of each command of a sequence when the processor turns to it."""
+        return self._progress.watch(watcher)
 
     def registers(self) -> Mapping[str, Register]:
-        """The status byte, both data buffers in hex, mode and phase, and how many commands wait to be obeyed."""
+        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait.
+
+        `sequence` and `command`: which of the fifteen is being performed, and what of it, from 1; 0: none is.
+        """
         bus = self.bus
 
         def kept(read: Callable[[Board], int | str]) -> Callable[[], int | str]:
@@ -98,9 +117,12 @@ class Card:
             "status": Register(lambda: bus.status, ("SB",)),
             "input": Register(lambda: _hex(bus.input.contents), ("IDB",), text=True),
             "output": Register(lambda: _hex(bus.output.contents), ("ODB",), text=True),
+            "move": Register(kept(move_bits), ("88h",)),
             "mode": Register(kept(lambda board: board.mode)),
             "phase": Register(told(lambda board: board.pulses.phase.name.lower()), text=True),
             "queue": Register(kept(lambda board: board.queued)),
+            "sequence": Register(kept(lambda board: board.sequencer.number if board.sequencer.running else 0)),
+            "command": Register(kept(lambda board: board.sequencer.at + 1 if board.sequencer.running else 0)),
         }
 
     def _restart(self) -> None:
@@ -129,9 +151,12 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         output_pins=("step", *OUTPUTS),
         drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
+        joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
+        front=FRONT,
         check=partial(check, commands),
         rules=RULES,
         language=Words(commands),
+        programs=SEQUENCES,
         attend=Host,
     )
 

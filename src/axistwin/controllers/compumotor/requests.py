@@ -72,6 +72,11 @@ def acceleration(board: "Board") -> bytes:
 
 def status(board: "Board") -> bytes:
     """Command 88h: limits + and -, home, direction, moving, constant velocity, accelerating, decelerating."""
+    return bytes([move_bits(board)])
+
+
+def move_bits(board: "Board") -> int:
+    """The bits of 88h."""
     phase = board.pulses.phase
     bits = (
         board.limits.blocks(+1),
@@ -83,7 +88,7 @@ def status(board: "Board") -> bytes:
         phase is Phase.ACCELERATING,
         phase is Phase.DECELERATING,
     )
-    return bytes([sum(bit << number for number, bit in enumerate(bits))])
+    return sum(bit << number for number, bit in enumerate(bits))
 
 
 def limits(board: "Board") -> bytes:

@@ -1,5 +1,6 @@
 """Chapter Sequence buffers: commands 20h to 2Ch, 41h, 48h, 92h, D8h to DAh."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any
@@ -36,10 +37,14 @@ class Sequences:
     def __getitem__(self, number: int) -> list[Stored] | None:
         return self._buffers.get(number)
 
+    def __iter__(self) -> Iterator[int]:
+        """The numbers of those that have a definition, in order."""
+        return iter(sorted(self._buffers))
+
     @property
-    def defining(self) -> bool:
-        """Whether commands are stored instead of performed."""
-        return self._defining is not None
+    def defining(self) -> int | None:
+        """The one into which commands are stored instead of being performed."""
+        return self._defining
 
     @property
     def free(self) -> int:
@@ -96,6 +101,10 @@ class Sequencer:
         self.loop: Loop | None = None
         self.at = 0
         """The command being performed."""
+        self.number = 0
+        """The sequence it belongs to."""
+        self.on_command: Callable[[int, int], None] = lambda number, at: None
+        """Told of each command of a sequence when the processor turns to it."""
         self._order = Order.GO_ON
         self._waiting: Event | None = None
         self._process: Process | None = None
@@ -105,8 +114,9 @@ class Sequencer:
         """Whether a sequence is being performed, or suspended."""
         return self._process is not None and self._process.is_alive
 
-    def start(self, board: "Board", buffer: list[Stored]) -> None:
+    def start(self, board: "Board", number: int, buffer: list[Stored]) -> None:
         """Perform a buffer from its beginning."""
+        self.number, self.at = number, 0
         self._process = self.clock.process(self._perform(board, list(buffer)))
 
     def end(self) -> None:
@@ -152,6 +162,7 @@ class Sequencer:
         try:
             while self.at < len(buffer):
                 stored = buffer[self.at]
+                self.on_command(self.number, self.at)
                 yield self.clock.timeout(board.step_ns)
                 yield from board.carry_out(stored.command, stored.values)
                 if board.singular is not None:
@@ -247,7 +258,7 @@ def perform(board: "Board", number: int) -> None:
     """Command 41h: perform sequence 1 to 15.  Ignored if it is not defined, or one is being performed."""
     buffer = board.sequences[number]
     if buffer and not board.sequencer.running:
-        board.sequencer.start(board, buffer)
+        board.sequencer.start(board, number, buffer)
 
 
 def list_commands(board: "Board", number: int) -> None:

@@ -3,17 +3,22 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from axistwin.controllers.digiplan.battery_backup import Retained
 from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import ALARMS, CLOSED, DRIVES
+from axistwin.controllers.digiplan.front import FRONT
 from axistwin.controllers.digiplan.interface import Interface
+from axistwin.controllers.digiplan.language import MOST_STEPS
+from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.report import busy_letter, communication_bits
+from axistwin.controllers.digiplan.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.rules import RULES
-from axistwin.controllers.product import Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, connect
+from axistwin.sim.progress import LineWatcher, Progress
 from axistwin.sim.serial import Uart, UartFormat
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
@@ -40,15 +45,19 @@ class Card:
 
     def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> None:
         self.clock, self.axes, self.options, self.store = clock, axes, options, store
-        low = {name: Pin(clock, name) for name in (*INPUTS, *OUTPUTS, "led")}
-        self.pins = {**low, **{name: Pin(clock, name, level=True) for name in CLOSED}}
+        self.pins = {name: Pin(clock, name) for name in INPUTS}
+        self.pins |= {name: Pin(clock, name, output=True) for name in (*OUTPUTS, "led")}
+        self.pins |= {name: Pin(clock, name, level=True) for name in CLOSED}
         self.uart = Uart(clock, format=None)
-        self.dtr, self.rts, self.dsr, self.cts = (Pin(clock, name) for name in ("dtr", "rts", "dsr", "cts"))
-        self._seen = _Wiring(self, options.wiring)
+        self.dtr, self.rts = (Pin(clock, name, output=True) for name in ("dtr", "rts"))
+        self.dsr, self.cts = (Pin(clock, name) for name in ("dsr", "cts"))
+        self.lines = _Wiring(self, options.wiring)
         if options.fault_output:
             connect(self.pins["led"], self.pins["output5"])
         self.alarms = Alarms(*ALARMS)
+        self._progress = Progress()
         self._interface: Interface | None = None
+        self._left = ""  # the sequence that the battery keeps while the power is off
 
     @property
     def busy(self) -> bool:
@@ -59,18 +68,36 @@ class Card:
         """Switch it on or off."""
         if on and self._interface is None:
             self._interface = Interface(
-                self.clock, self.uart, self._seen, self.pins, self.axes, self.options, self.store
+                self.clock, self.uart, self.lines, self.pins, self.axes, self.options, self.store
             )
             self._interface.faults.on_fault = self.alarms.tell
+            self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
+            self._left = Retained.recall(self.store).sequence
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
             for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
                 pin.set(False)
 
+    def programs(self) -> Mapping[str, Listing]:
+        """The one sequence, steps 1 to 63; none of them runs before it has begun and when it has ended."""
+        interface = self._interface
+        if interface is None:
+            return {SEQUENCE: Listing("stored sequence", listed(self._left))}
+        running = interface.step - 1 if interface.step else None
+        return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Tell of each step when it begins."""
+        return self._progress.watch(watcher)
+
     def registers(self) -> Mapping[str, Register]:
-        """Faults and status, named after the commands that report them; K without what follows from the motion."""
+        """Faults and status, named after the commands that report them; K without what follows from the motion.
+
+        Q is K with it.
+        `step` is the step of the sequence that is being carried out; 0: none is, where O stays at the last one.
+        """
 
         def kept(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
             return lambda: 0 if self._interface is None else read(self._interface)
@@ -85,6 +112,9 @@ class Card:
             "F": Register(kept(communication_bits)),
             "I": Register(kept(lambda interface: interface.faults.inputs())),
             "O": Register(kept(lambda interface: interface.step_number)),
+            "Q": Register(kept(motion_bits), restless=True),
+            "N": Register(kept(steps), restless=True),
+            "step": Register(kept(lambda interface: interface.step)),
         }
 
 
@@ -119,6 +149,9 @@ def _product(
         limit_pins=("limit_minus", "limit_plus"),
         output_pins=(*OUTPUTS, "led"),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
+        front=FRONT,
+        programs=(SEQUENCE,),
+        most_lines=MOST_STEPS,
     )
 
 

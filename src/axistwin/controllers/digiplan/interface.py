@@ -4,7 +4,7 @@ Three procedures run side by side: `_live` reads the input buffer character by c
 a move, a run or a sequence, for as long as that takes; the `RampGenerator` gives pulses to the axes by itself.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 
 from simpy import Interrupt
@@ -75,6 +75,11 @@ class Interface:
         self.sequence = ""
         """The stored sequence, as it was sent."""
         self.step_number = 0
+        """The step that was begun last, as O tells it."""
+        self.step = 0
+        """The step of the sequence that is being carried out; 0: none is."""
+        self.on_step: Callable[[int], None] = lambda number: None
+        """Told of each step when it begins."""
         self.motion = RampGenerator(clock, axes)
         self.faults = Faults(pins, self._show_fault)
         self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
@@ -173,6 +178,11 @@ class Interface:
         self.locked, self.parameters, self.sequence = False, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
+
+    @property
+    def kept_sequence(self) -> str:
+        """The sequence in the memory, also while the self-test is going on; empty: none is."""
+        return self._kept.sequence if self.state is State.RESET else self.sequence
 
     # Characters
 
@@ -341,6 +351,11 @@ class Interface:
         self._begin(sequence(self, read(self.sequence).steps))
 
     # Work
+
+    def begin_step(self, number: int) -> None:
+        """A step of the sequence begins."""
+        self.step = self.step_number = number
+        self.on_step(number)
 
     @property
     def busy(self) -> bool:

@@ -14,7 +14,8 @@ SHORT_COUNTER = 1 << 16
 COARSE = 256  # steps: what the position is rounded down to above the start/stop speed
 
 
-def _status(interface: "Interface") -> int:
+def motion_bits(interface: "Interface") -> int:
+    """The bits of K and Q."""
     motion = interface.motion
     status = int(interface.faults.status())
     if motion.running:
@@ -36,7 +37,7 @@ def motion_status(interface: "Interface") -> bytes:
 
     Clears fault bits whose cause is gone.  Chapter Motion status.
     """
-    status = _status(interface)
+    status = motion_bits(interface)
     interface.faults.motion_has_been_read(interface.locked)
     return _number(interface, status)
 
@@ -46,7 +47,7 @@ def quick_status(interface: "Interface") -> bytes:
 
     Meaningful with 8 data bits and bit 8 = data or 1; otherwise bit 7 is lost.  Chapter Quick status.
     """
-    status = _status(interface)
+    status = motion_bits(interface)
     interface.faults.motion_has_been_read(interface.locked)
     return bytes([interface.frame.raw(status)])
 
@@ -97,12 +98,17 @@ def position(interface: "Interface") -> bytes:
     that has a counter of 16 bits, which loses a step when it rolls over: from then on there are N + 65,537 steps.
     Chapters Position report-back, Position report-back in linear interpolation mode.
     """
+    return _number(interface, steps(interface))
+
+
+def steps(interface: "Interface") -> int:
+    """The number of N."""
     motion, parameters = interface.motion, interface.parameters
-    steps = motion.steps
+    made = motion.steps
     start_stop = actual_start_stop(parameters.speed_range, parameters.start_stop)
     if motion.running and motion.rate > start_stop:
-        steps -= steps % COARSE
+        made -= made % COARSE
     fast = actual_speed(parameters.speed_range, parameters.speed) > start_stop
-    if motion.interpolating and fast and steps >= SHORT_COUNTER:
-        return _number(interface, (steps - SHORT_COUNTER - 1) % SHORT_COUNTER if steps > SHORT_COUNTER else 0)
-    return _number(interface, steps % COUNTER)
+    if motion.interpolating and fast and made >= SHORT_COUNTER:
+        return (made - SHORT_COUNTER - 1) % SHORT_COUNTER if made > SHORT_COUNTER else 0
+    return made % COUNTER

@@ -41,13 +41,16 @@ def sequence(interface: "Interface", steps: Sequence[Step]) -> Procedure:
     """Carry out the steps.  A repeat inside another one starts afresh on each pass of the outer one."""
     left: dict[int, int] = {}
     number = 1
-    while number <= len(steps):
-        step, began_ns = steps[number - 1], interface.clock.now
-        interface.step_number = number
-        yield from perform(interface, step)
-        if interface.clock.now == began_ns:
-            yield interface.clock.timeout(CYCLE_NS)
-        number = _next(step, number, left)
+    try:
+        while number <= len(steps):
+            step, began_ns = steps[number - 1], interface.clock.now
+            interface.begin_step(number)
+            yield from perform(interface, step)
+            if interface.clock.now == began_ns:
+                yield interface.clock.timeout(CYCLE_NS)
+            number = _next(step, number, left)
+    finally:
+        interface.step = 0
 
 
 def _next(step: Step, number: int, left: dict[int, int]) -> int:

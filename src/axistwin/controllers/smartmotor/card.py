@@ -3,13 +3,15 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from axistwin.controllers.product import Follower, Product, Register, Store
+from axistwin.controllers.product import Follower, Listing, Product, Register, Store
 from axistwin.controllers.smartmotor import jit
 from axistwin.controllers.smartmotor.check import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.core import prepare
 from axistwin.controllers.smartmotor.faults import ALARMS, trouble
+from axistwin.controllers.smartmotor.front import FRONT
 from axistwin.controllers.smartmotor.inputs import IndexLine
+from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
@@ -20,6 +22,7 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.progress import LineWatcher
 from axistwin.sim.serial import Uart, UartFormat
 
 
@@ -32,12 +35,13 @@ class SmartMotor:
         self.uart, self.rs485 = Uart(clock, format=UartFormat()), Uart(clock, format=UartFormat())
         self.options = options
         self._index = IndexLine(clock)
-        self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True), "index": self._index}
+        self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True, output=True), "index": self._index}
         self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
-        self._registers = Registers(clock)
+        self._lines = Lines()
+        self._registers = Registers(clock, self._lines)
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
@@ -46,6 +50,7 @@ class SmartMotor:
                 self._before.leave()
             self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
             self._motor.on_fault = self.alarms.tell
+            self._lines.connect(self._motor)
             self._registers.connect(self._motor)
             if self._index.watched:
                 self._motor.watch_index()
@@ -62,8 +67,16 @@ class SmartMotor:
         self._motor.core.catch_up(changing=False)
         return trouble(self._motor)
 
+    def programs(self) -> Mapping[str, Listing]:
+        """The one program in the memory, also without power."""
+        return self._lines.listings()
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Tell of each line when it begins.  Until that ends, blocks end at each statement, with the same results."""
+        return self._lines.progress.watch(watcher)
+
     def registers(self) -> Mapping[str, Register]:
-        """What can be read in an expression and is kept in the motor, and the mode."""
+        """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""
         return self._registers.table()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
@@ -97,7 +110,10 @@ PRODUCTS = {
         make_axis=servo_axis,
         line=UartFormat(),
         limit_pins=("D", "C"),
+        brake_pin="brake",
         closed_level=False,
         output_pins=("brake", "index"),
+        front=FRONT,
+        programs=(PROGRAM_NAME,),
     )
 }

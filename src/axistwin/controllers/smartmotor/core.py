@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 from axistwin.controllers.smartmotor import jit, log
 from axistwin.controllers.smartmotor.kernel import ALL_DONE, BEFORE_SAMPLE, advance
 from axistwin.controllers.smartmotor.machine import FLOATS
+from axistwin.controllers.smartmotor.position import commanded_shaft
 from axistwin.controllers.smartmotor.servo import rest, resting
 from axistwin.controllers.smartmotor.state import (
     BT,
@@ -111,6 +112,14 @@ class Core:
         if block is None or block.resting or done <= 0 or block.samples == 0:
             return self.i[SHAFT] + self.i[SLIPPED]
         return self._engine.shaft[min(done, block.samples) - 1]
+
+    def look_commanded(self) -> int:
+        """Where the trajectory would have the shaft now, in the machine's coordinates; nothing is disturbed either."""
+        done = self.due - self.i[SAMPLE]
+        block = self._block
+        if block is None or block.resting or done <= 0 or block.samples == 0:
+            return commanded_shaft(self.i)
+        return self._engine.commanded[min(done, block.samples) - 1]
 
     @property
     def moving(self) -> bool:

@@ -15,6 +15,7 @@ from axistwin.controllers.smartmotor.state import (
     CALL_GOSUB,
     CALL_INPUT,
     DEPTH,
+    NOTHING_YET,
     PAUSED,
     PC,
     PID_RATE,
@@ -23,6 +24,7 @@ from axistwin.controllers.smartmotor.state import (
     RUN_GIVEN,
     RUNNING,
     SAMPLE,
+    STATEMENT,
     STOPPED,
     TWAITING,
     WAIT_UNTIL,
@@ -157,7 +159,13 @@ def part_of_block(motor: "Motor") -> None:
 
 def _go(motor: "Motor", pc: int) -> None:
     motor.i[PC] = pc
+    _start(motor)
+
+
+def _start(motor: "Motor") -> None:
+    """The program runs from where PC is; the statement there is the next one."""
     motor.i[PROGRAM] = RUNNING
+    motor.i[STATEMENT], motor.statement_before = motor.program.number_at(motor.i[PC]), NOTHING_YET
     _wait_no_more(motor)
 
 
@@ -169,6 +177,5 @@ def _call(motor: "Motor", target: int, kind: int) -> bool:
     standing = motor.i[PROGRAM] == STOPPED
     called = interpreter.call(motor.i, target, NOWHERE if standing else motor.i[PC], kind)
     if called and standing:
-        motor.i[PROGRAM] = RUNNING
-        _wait_no_more(motor)
+        _start(motor)
     return called

@@ -208,6 +208,10 @@ class Inputs:
         self.look()
         return self.motor.i[COMMANDED] >> 16
 
+    def setpoint(self) -> int:
+        """The trajectory's counts, in the machine's coordinates.  Nothing is disturbed that has been computed."""
+        return self.motor.core.look_commanded()
+
     def velocity(self) -> float:
         """Counts per second."""
         return self.motor.core.speed() * S / SAMPLE_NS

@@ -62,7 +62,7 @@ RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVE
 ) = range(11, 26)  # fmt: skip
 
 # What COMPUTED computes
-POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD = range(7)
+POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT = range(8)
 
 # Operations of statements
 (
@@ -92,6 +92,8 @@ def computed(i: Ints, what: int) -> int:
         return i[INDEX]
     if what == PIN_WORD:
         return i[PINS] & 0x7F
+    if what == AT_STATEMENT:
+        return 0 if i[PROGRAM] == STOPPED else i[STATEMENT] + 1
     bits = 16 if what == STATUS_WORD else 8
     word = 0
     for bit in range(bits):

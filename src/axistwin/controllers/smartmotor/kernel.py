@@ -14,7 +14,7 @@ from axistwin.controllers.smartmotor.interpreter import statement
 from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.log import FOLLOWED, MOVING, USED, note, room
 from axistwin.controllers.smartmotor.machine import Floats, Ints
-from axistwin.controllers.smartmotor.position import position
+from axistwin.controllers.smartmotor.position import commanded_shaft, position
 from axistwin.controllers.smartmotor.servo import ideal, overloaded, rotate
 from axistwin.controllers.smartmotor.servo_law import control
 from axistwin.controllers.smartmotor.state import (
@@ -277,7 +277,7 @@ def advance(
             why = sample(i, v, f, ring, told)
             n = i[SAMPLE] - first - 1
             shaft[n] = i[SHAFT] + i[SLIPPED]
-            commanded[n] = i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
+            commanded[n] = commanded_shaft(i)
             if log[FOLLOWED]:
                 note(i, v, log, log[FOLLOWED] if stated else log[MOVING])
     return why

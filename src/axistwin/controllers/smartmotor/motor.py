@@ -93,6 +93,7 @@ from axistwin.controllers.smartmotor.state import (
     MFDIV,
     MFMUL,
     MODE,
+    NOTHING_YET,
     ORIGIN,
     PENDING,
     PID_RATE,
@@ -114,7 +115,7 @@ from axistwin.controllers.smartmotor.state import (
     E,
     F,
 )
-from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.servo_axis import IDEAL_COUNTS_PER_REV, ServoAxis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
@@ -128,7 +129,6 @@ DEFAULTS = {
 """Power-on values that are not 0 (chapter 2, and 16 of the base language)."""
 IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
 """What a motor without a data sheet reports for KP … KG."""
-IDEAL_COUNTS_PER_REV = 2000
 UNPOWERED = LIMIT_C, LIMIT_D, SOFT_LIMITS, BT, VELOCITY, STOPPING, MASTER_LEFT, PWM, PENDING
 """What is nothing without power."""
 INPUT_2 = 2
@@ -167,6 +167,10 @@ class Motor:
         """Whether a movement has been refused because of a fault."""
         self.on_fault: Callable[[str], None] = lambda name: None
         """Told of each fault of table 4.1 when it happens, by the name of its flag."""
+        self.on_statement: Callable[[int], None] = lambda number: None
+        """Told of each statement before it is carried out, while the program announces them."""
+        self.statement_before = NOTHING_YET
+        """The one that it was told of last, since the program was started."""
         self._asking: Channel | None = None
         self._set_defaults()
         self._take_machine()
@@ -252,6 +256,10 @@ class Motor:
     def set_program(self, program: Program) -> None:
         """Another program is in the memory; the one that was running has ended."""
         flow.end(self)
+        self.use(program.announcing(self.program.announces))
+
+    def use(self, program: Program) -> None:
+        """The program is this one from now on; if it is running, its place in it is known."""
         self.program = program
         self.core.code = array("q", program.code)
 
@@ -325,7 +333,7 @@ class Motor:
         if why & STATEMENT_WAITS:
             self._perform(self.program.statements[self.i[STATEMENT]])
         if why & VALUE_WAITS:
-            self.program.statements[self.i[STATEMENT]].fetch(self)
+            self._fetch(self.i[STATEMENT])
         if why & CALL_WAITS:
             self._call()
         if why & HOST_LAST:
@@ -350,6 +358,14 @@ class Motor:
         answer = statement.perform(self)
         if answer is not None:
             self.say(answer.encode("ascii") + b"\r")
+
+    def _fetch(self, number: int) -> None:
+        """A statement wants its outside values, or is announced only."""
+        if number >= 0:
+            self.program.statements[number].fetch(self)
+            return
+        self.i[STATEMENT] = ~number
+        self.on_statement(~number)
 
     def _call(self) -> None:
         """At the end of a statement: C1 comes before C2, which then is not called at all (table 7.1)."""

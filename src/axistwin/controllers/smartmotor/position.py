@@ -18,6 +18,12 @@ def position(i: Ints) -> int:
 
 
 @sampled
+def commanded_shaft(i: Ints) -> int:
+    """Where the trajectory would have the shaft, in the machine's coordinates."""
+    return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
+
+
+@sampled
 def actual_position(i: Ints) -> int:
     """`@P` in counts: where the shaft is, 32 bits."""
     return wrapped(position(i))

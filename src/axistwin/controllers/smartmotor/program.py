@@ -59,17 +59,36 @@ class Program:
     places: tuple[Place, ...]
     begins: tuple[int, ...]
     """Where in the code each statement begins."""
+    heads: tuple[int, ...] = ()
+    """Where in the code there is an operation that takes a sample, or its announcement; in the order of the code."""
+    announces: bool = False
+    """Whether Python is told of each statement before it is carried out, by a FETCH of nothing."""
 
     @classmethod
-    def compile(cls, text: str | bytes) -> "Program":
+    def compile(cls, text: str | bytes, *, announces: bool = False) -> "Program":
         """A program from its source text.  Never fails: what cannot be understood sets Bs when it is reached."""
         source = text if isinstance(text, str) else text.decode("latin-1")
         lines = lexer.line_begins(source)
         places = tuple(_place(lines, begin, end) for begin, end in lexer.statements(source))
         statements = [read(source[place.begin : place.end]) for place in places]
         blocks = _Matcher(statements).match()
-        writer = _Writer(statements, blocks)
-        return cls(source, writer.write(), tuple(statements), writer.labels, places, tuple(writer.begins))
+        writer = _Writer(statements, blocks, announces)
+        code, begins = writer.write(), tuple(writer.begins)
+        heads = tuple(writer.heads)
+        return cls(source, code, tuple(statements), writer.labels, places, begins, heads, announces)
+
+    def announcing(self, on: bool) -> "Program":
+        """The same program that tells of each statement, or does not; the same things stand at its `heads`."""
+        return self if on == self.announces else self.compile(self.text, announces=on)
+
+    def number_at(self, head: int) -> int:
+        """The statement of which this head is one; behind the last one: their number."""
+        number = self.code[head + 1]
+        return ~number if number < 0 else number
+
+    def announcement(self, head: int) -> int:
+        """How long the announcement at this head is, before the operation itself."""
+        return ops.HEAD if self.code[head + 1] < 0 else 0
 
     def problems(self) -> list[tuple[int, Problem]]:
         """What is wrong: offset in the text, and what."""
@@ -173,14 +192,17 @@ class _Matcher:
 class _Writer:
     """Writes the code.  Where a jump goes is put in when everything else is there."""
 
-    def __init__(self, statements: Sequence[Statement], blocks: Mapping[int, _Block]) -> None:
-        self.statements, self.blocks = statements, blocks
+    def __init__(self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: bool) -> None:
+        self.statements, self.blocks, self._announces = statements, blocks, announces
         self.labels: dict[int, int] = {}
         self.begins: list[int] = []
         """Where a statement begins for what goes straight on."""
+        self.heads: list[int] = []
         self._entries: list[int] = []
         """Where it begins for what comes from elsewhere in its block."""
         self._code: list[int] = []
+        self._last = -1, -1
+        """Operation and number of the head that was written last."""
         self._jumps: list[tuple[int, int]] = []
         """A word of the code, and the statement whose entry it is to hold."""
         self._calls: list[tuple[int, int, int, int]] = []
@@ -201,8 +223,16 @@ class _Writer:
 
     def _head(self, operation: int, number: int) -> int:
         """Begin a statement, for the time being with itself as its target.  Returns the place of the target."""
+        self.heads.append(len(self._code))
+        if self._announces and number < len(self.statements) and not self._within(number):
+            self._code += (ops.S_FETCH, ~number, len(self._code) + ops.HEAD)
+        self._last = operation, number
         self._code += (operation, number, len(self._code))
         return len(self._code) - 1
+
+    def _within(self, number: int) -> bool:
+        """Whether a statement that has been announced goes straight on here."""
+        return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
         """A statement after which the program goes on with the next one."""
@@ -240,16 +270,14 @@ class _Writer:
         self.labels.setdefault(digits(statement), len(self._code))
 
     def _goto(self, number: int, statement: Statement) -> None:
-        begin = len(self._code)
         target = self._head(ops.S_JUMP, number)
-        self._calls.append((target, digits(statement), begin, len(self._code)))
+        self._calls.append((target, digits(statement), target - 2, len(self._code)))
 
     def _gosub(self, number: int, statement: Statement) -> None:
-        begin = len(self._code)
         target = self._head(ops.S_GOSUB, number)
-        self._code.append(begin)
+        self._code.append(target - 2)
         self._code[target] = len(self._code)
-        self._calls.append((target + 1, digits(statement), begin, len(self._code)))
+        self._calls.append((target + 1, digits(statement), target - 2, len(self._code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
         """Without its label, a GOTO or GOSUB is a statement that sets Bs."""

@@ -139,6 +139,8 @@ INTS = next(_slots)
 
 PROGRAM_STATES = STOPPED, RUNNING, BLOCKED = range(3)
 """BLOCKED: a statement is waiting for something outside, such as room in the transmitter."""
+NOTHING_YET = -1
+"""Instead of the number of a statement: none has begun since the program was started."""
 DEPTH_MOST, SWITCH_MOST = 10, 4
 
 MODES = (

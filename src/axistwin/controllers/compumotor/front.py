@@ -1,0 +1,66 @@
+"""What an 1810 or 1811 shows: its status byte, its one lamp, its connectors, and what 88h would tell of the motion.
+
+Chapters Programming: Reading and writing (C.2), Interrupts, Command language; Installation: Motor controller test;
+appendix C: connectors.
+"""
+
+from axistwin.controllers.compumotor.pulses import Phase
+from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
+
+MODES = {
+    0: "no power", 0x50: "50h indexer", 0x51: "51h velocity-distance streaming", 0x52: "52h velocity-time streaming",
+    0x53: "53h distance-time streaming",
+}  # fmt: skip
+STATUS, AUXILIARY, JOYSTICK = "Programming: The Status Byte", "Appendix C: Auxiliary", "Appendix C: Joystick"
+DRIVER = "Appendix C: Motor/Driver"
+
+FRONT = (
+    Group("Status byte", STATUS, (
+        Lamp("7", "interrupt", "status", 7, tone=Tone.WARNING, doc="One has occurred; bits 3 to 5 tell which."),
+        Lamp("6", "interrupt mask set", "status", 6, doc="The inverse of bit 6 of the control byte."),
+        Lamp("5", "fail", "status", 5, tone=Tone.FAULT, doc="Only a reset helps: CB bit 5, the bus, or the power."),
+        Lamp("4", "IDB ready", "status", 4, doc="The host may write a command."),
+        Lamp("3", "ODB ready", "status", 3, doc="There is a message for the host."),
+        Lamp("2", "user bit 2", "status", 2, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
+        Lamp("1", "user bit 1", "status", 1, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
+        Lamp("0", "user bit 0", "status", 0, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
+    ), row=True),
+    Group("Board", "Installation: Functional test; Programming: Interrupts", (
+        Lamp("ALARM", "board monitor alarm", "led", tone=Tone.FAULT, doc=(
+            "The red lamp at the board's edge: the processor has failed, or the test has ended; it must be reset.")),
+        Lamp("INT", "interrupt line", "interrupt", tone=Tone.WARNING, doc="To the host, over the bus."),
+        Word("", "mode", "mode", MODES),
+        Word("", "motion", "phase", {phase.name.lower(): phase.value for phase in Phase} | {"off": "no power"}),
+        Reading("", "commands waiting", "queue", doc="Taken from the IDB and not obeyed yet."),
+        Word("IDB", "input data buffer", "input", {"": "empty"}),
+        Word("ODB", "output data buffer", "output", {"": "empty"}),
+    )),
+    Group("Move status 88h", "Programming: Command language, 88h", (
+        Lamp("+", "plus limit active", "move", 0, tone=Tone.FAULT),
+        Lamp("−", "minus limit active", "move", 1, tone=Tone.FAULT),
+        Lamp("HOME", "home switch active", "move", 2, doc="High, unless 38h says otherwise."),
+        Lamp("DIR −", "direction is minus", "move", 3, doc="The present or most recent one."),
+        Lamp("MOV", "moving", "move", 4),
+        Lamp("CONST", "constant, non-zero velocity", "move", 5),
+        Lamp("ACC", "accelerating", "move", 6),
+        Lamp("DEC", "decelerating", "move", 7),
+    ), row=True),
+    Group("Outputs", f"{AUXILIARY}; {DRIVER}", (
+        Lamp("1", "programmable output 1", "output1", doc="Set at power-up."),
+        Lamp("2", "programmable output 2", "output2", doc="Set at power-up."),
+        Lamp("RPS", "remote power shutdown", "shutdown", tone=Tone.WARNING, doc="The motor is without current."),
+        Lamp("CW", "direction", "direction", doc="High: clockwise."),
+        Lamp("STEP", "step", "step", doc="High for half a period after each pulse."),
+    ), row=True),
+    Group("Limits and triggers", AUXILIARY, (
+        Lamp("CW", "clockwise limit", "cw_limit", tone=Tone.FAULT, doc="High: active."),
+        Lamp("CCW", "counter-clockwise limit", "ccw_limit", tone=Tone.FAULT, doc="High: active."),
+        *(Lamp(f"{n}", f"trigger {n}", f"trigger{n}", doc="A TTL level; open it is high.") for n in range(1, 7)),
+    ), row=True),
+    Group("Joystick", JOYSTICK, (
+        Lamp("REQ", "remote enable", "remote_enable", doc="The joystick's request; 95h tells it, and it does nothing."),
+        Lamp("ACK", "remote acknowledge", "remote_acknowledge", doc="11h has given the motor to the joystick."),
+        Lamp("ZERO", "at zero", "at_zero", doc="The joystick gives out no pulses."),
+    ), row=True),
+)  # fmt: skip
+"""Group by group."""

@@ -1,0 +1,66 @@
+"""What an IF1 or IF2 shows: its one lamp, its lines, and what its status commands would report.
+
+Chapters Configuring the interface, Installation, The RS232C control lines, Report-back functions, Clearing fault
+conditions.
+"""
+
+from axistwin.controllers.digiplan.initialise import State
+from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
+
+OFF = "off"
+BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", OFF: "off"}
+CONFIGURING, INSTALLATION, LINES = "Configuring the interface", "Installation", "The RS232C control lines"
+NO_CURRENT = "Normally closed: it must be held at +24 V.  K or Q tells and clears it when current flows again."
+
+DRIVE = "The axis stops without deceleration."
+
+FRONT = (
+    Group("Interface", CONFIGURING, (
+        Lamp("LED", "fault lamp", "led", tone=Tone.FAULT, doc=(
+            "On for about a second after power-up; flashes twice per second until the data format has come; then on "
+            "while there is a fault, a limit or an emergency stop, until K or Q has been read and the cause is gone.")),
+        Word("", "state", "state", {state.value: state.value for state in State} | {OFF: "no power"}),
+        Word("E", "busy status", "E", BUSY, {"F": Tone.FAULT, "[": Tone.WARNING}, doc="What the command E reports."),
+        Reading("O", "step of the sequence", "O", doc="What the command O reports: 1 to 63; 0 before there was one."),
+        Reading("N", "steps since the last index or run began", "N", "steps", doc="What the command N reports."),
+    )),
+    Group("Outputs", f"{INSTALLATION}: Using the optically-isolated outputs", (
+        *(Lamp(f"{n}", f"output {n}", f"output{n}") for n in range(1, 5)),
+        Lamp("5", "output 5", "output5", doc="With link 3 in position b it follows the LED."),
+    ), row=True),
+    Group("Lines", LINES, (
+        Lamp("DTR", "data terminal ready", "dtr", doc="Its output: it takes characters."),
+        Lamp("RTS", "request to send", "rts", doc="Its output: it is about to transmit."),
+        Lamp("DSR", "data set ready", "dsr", doc="As it finds it: nothing is transmitted unless DSR and CTS are on."),
+        Lamp("CTS", "clear to send", "cts", doc="As it finds it: nothing is transmitted unless DSR and CTS are on."),
+    ), row=True),
+    Group("Stops and limits", f"{INSTALLATION}: Emergency stop and limit inputs", (
+        Lamp("STOP", "emergency stop", "estop", lit=False, tone=Tone.FAULT, doc=NO_CURRENT),
+        Lamp("+", "plus limit", "limit_plus", lit=False, tone=Tone.FAULT, doc=f"{NO_CURRENT}  Minus moves may begin."),
+        Lamp("−", "minus limit", "limit_minus", lit=False, tone=Tone.FAULT, doc=f"{NO_CURRENT}  Plus moves may begin."),
+        Lamp("X", "drive fault of X", "x_fault", lit=False, tone=Tone.FAULT, doc=DRIVE),
+        Lamp("Y", "drive fault of Y", "y_fault", lit=False, tone=Tone.FAULT, doc=DRIVE),
+    ), row=True),
+    Group("Inputs", f"{INSTALLATION}: Using the optically-isolated inputs", tuple(
+        Lamp(f"{n}", f"input {n}", f"input{n}", doc="Lit while current flows: high.") for n in range(1, 4)
+    ), row=True),
+    Group("Motion status K", "Report-back functions: Motion status", (
+        Lamp("1", "in motion", "Q", 0),
+        Lamp("2", "at programmed speed", "Q", 1),
+        Lamp("4", "accelerating", "Q", 2),
+        Lamp("8", "decelerating", "Q", 3),
+        Lamp("16", "drive fault", "Q", 4, tone=Tone.FAULT, doc="K or Q clears it when the cause is gone."),
+        Lamp("32", "emergency stop", "Q", 5, tone=Tone.FAULT, doc="K or Q clears it when the cause is gone."),
+        Lamp("64", "limit", "Q", 6, tone=Tone.FAULT, doc="K or Q clears it; then one may drive off the limit."),
+        Lamp("128", "communication fault", "Q", 7, tone=Tone.WARNING, doc="F tells which, and clears it."),
+    ), row=True),
+    Group("Communication status F", "Report-back functions: Motion status", (
+        Lamp("1", "parity fault", "F", 0, tone=Tone.WARNING),
+        Lamp("2", "overrun", "F", 1, tone=Tone.WARNING, doc="A character came before the one before it was taken."),
+        Lamp("4", "framing fault", "F", 2, tone=Tone.WARNING),
+        Lamp("8", "data fault", "F", 3, tone=Tone.WARNING, doc="A wrong message, or the buffer overflowed."),
+        Lamp("16", "out of range", "F", 4, tone=Tone.WARNING),
+        Lamp("32", "locked", "F", 5, doc="By [, until ]; it is no fault."),
+    ), row=True),
+)  # fmt: skip
+"""Group by group."""
