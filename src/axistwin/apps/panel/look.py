@@ -1,6 +1,6 @@
 """Somebody who looks at the bench: one page in one browser."""
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 from nicegui import ui
 
@@ -31,12 +31,30 @@ class Look:
 
     def touch(self, act: Callable[[], object]) -> bool:
         """Do something to the bench if this person drives; what is wrong is told.  Returns whether it was done."""
-        if not self.drives:
-            ui.notify(f"{self.people.driver_name} drives: press Drive to take over", type="warning")
+        if not self._may():
             return False
         try:
             act()
         except AxistwinError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
+            _complain(error)
             return False
         return True
+
+    async def wait_for(self, act: Callable[[], Awaitable[object]]) -> object:
+        """The same for what takes a while; returns what it returns, None if it was not done."""
+        if not self._may():
+            return None
+        try:
+            return await act()
+        except AxistwinError as error:
+            _complain(error)
+            return None
+
+    def _may(self) -> bool:
+        if not self.drives:
+            ui.notify(f"{self.people.driver_name} drives: press Drive to take over", type="warning")
+        return self.drives
+
+
+def _complain(error: AxistwinError) -> None:
+    ui.notify(str(error), type="negative", multi_line=True)

@@ -41,7 +41,7 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
     """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
     loop = asyncio.get_running_loop()
     await client.connected(timeout=PATIENCE_S)
-    look.person.pages += 1
+    look.person.came()
     try:
         while not client.is_deleted:
             began_s = loop.time()
@@ -51,7 +51,7 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
                 await _drawn(client)
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
-        look.person.pages -= 1
+        look.person.left()
 
 
 async def _drawn(client: Client) -> None:
