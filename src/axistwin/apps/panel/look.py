@@ -5,6 +5,7 @@ from collections.abc import Awaitable, Callable
 from nicegui import ui
 
 from axistwin.apps.panel.people import People, Person
+from axistwin.apps.panel.talk import Talk
 from axistwin.apps.sessions.session import Session
 from axistwin.bench import Bench
 from axistwin.errors import AxistwinError
@@ -16,8 +17,8 @@ Refresh = Callable[[], None]
 class Look:
     """What a view is given: the session, and who looks at it."""
 
-    def __init__(self, session: Session, people: People, person: Person) -> None:
-        self.session, self.people, self.person = session, people, person
+    def __init__(self, session: Session, people: People, talk: Talk, person: Person) -> None:
+        self.session, self.people, self.talk, self.person = session, people, talk, person
 
     @property
     def bench(self) -> Bench:

@@ -7,6 +7,9 @@ from nicegui import Client, background_tasks, ui
 
 from axistwin.apps.panel.look import Look, Refresh
 from axistwin.apps.panel.views.clock import clock
+from axistwin.apps.panel.views.driving import driving
+from axistwin.apps.panel.views.people import people
+from axistwin.apps.panel.views.terminal import terminal
 
 FRAME_S = 0.05
 """At most so often is a page brought up to date."""
@@ -23,17 +26,21 @@ def page(look: Look) -> None:
 
 
 def _header(look: Look) -> list[Refresh]:
-    with ui.header().classes("items-center"):
-        ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-        return [clock(look)]
+    with ui.header():
+        ui.link("to the machines", "#bench").classes("skip")
+        with ui.row().classes("driving"):
+            ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
+            found = [clock(look), people(look)]
+        return [*found, driving(look)]
 
 
 def _body(look: Look) -> list[Refresh]:
     found: list[Refresh] = []
-    with ui.element("main").classes("bench"):
+    with ui.element("main").classes("bench").props("id=bench"):
         for name in look.bench.controllers:
             with ui.card().classes("machine"):
                 ui.label(name)
+                found.append(terminal(look, look.talk, name))
     return found
 
 

@@ -12,7 +12,7 @@ def stems(bench: Bench) -> list[str]:
         found += [f"{name}.{pin} {verb}" for pin in controller.pins for verb in ("rises", "falls", "changes")]
         if controller.alarms is not None:
             found += [f"{name} raises {flag}" for flag in controller.alarms.names]
-        found += [f"{name} runs 1"] if controller.programs else []
+        pass
     for name in partners.names(bench):
         found += [f"{name} hears ", f"{name} says "]
     return found + [f"{fault} {verb}" for fault in bench.faults.names for verb in ("begins", "ends")]

@@ -16,6 +16,7 @@ from axistwin.apps.panel.gate import Gate, is_loopback
 from axistwin.apps.panel.look import Look
 from axistwin.apps.panel.page import page
 from axistwin.apps.panel.people import People
+from axistwin.apps.panel.talk import Talk
 from axistwin.apps.sessions.session import Session
 from axistwin.bench import Bench
 from axistwin.errors import LinkError, UsageError
@@ -57,6 +58,8 @@ class Panel:
 
     def __init__(self, title: str, build: Callable[[], Bench], speed: float | None, address: Address) -> None:
         self.session, self.people, self.address = Session(build, speed), People(), address
+        self.talk = Talk()
+        self.session.each_bench(self.talk.attach)
         gate = Gate(_application(self, title), address.token)
         self._server = _Server(
             uvicorn.Config(gate, log_level="warning", access_log=False, timeout_graceful_shutdown=GOODBYE_S)
@@ -107,7 +110,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
     @ui.page("/")
     def visit(request: Request) -> None:
-        page(Look(panel.session, panel.people, panel.people[request.scope["person"]]))
+        page(Look(panel.session, panel.people, panel.talk, panel.people[request.scope["person"]]))
 
     ui.run_with(
         application,
