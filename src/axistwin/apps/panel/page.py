@@ -1,14 +1,17 @@
 """The page: which views there are and where, and the frames in which they are brought up to date."""
 
 import asyncio
+from functools import partial
 from importlib import resources
 
 from nicegui import Client, background_tasks, ui
 
+from axistwin.apps.conversations import partners
 from axistwin.apps.panel.look import Look, Refresh
 from axistwin.apps.panel.views.clock import clock
 from axistwin.apps.panel.views.driving import driving
 from axistwin.apps.panel.views.people import people
+from axistwin.apps.panel.views.tabs import Kinds, tabs
 from axistwin.apps.panel.views.terminal import terminal
 
 FRAME_S = 0.05
@@ -20,6 +23,7 @@ DRAWN = "await new Promise(requestAnimationFrame)"
 
 def page(look: Look) -> None:
     """Everything there is, for one person; called for each visit."""
+    ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
     views = [*_header(look), *_body(look)]
     background_tasks.create(_keep_showing(ui.context.client, look, views), name="panel")
@@ -35,13 +39,32 @@ def _header(look: Look) -> list[Refresh]:
 
 
 def _body(look: Look) -> list[Refresh]:
-    found: list[Refresh] = []
     with ui.element("main").classes("bench").props("id=bench"):
-        for name in look.bench.controllers:
-            with ui.card().classes("machine"):
-                ui.label(name)
-                found.append(terminal(look, look.talk, name))
-    return found
+        machines = [_machine(look, name) for name in look.bench.controllers]
+        return machines + [_line(look, name) for name in look.bench.lines]
+
+
+def _machine(look: Look, name: str) -> Refresh:
+    """A controller and what hangs on it."""
+    with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+        ui.label(name).classes("title")
+        kinds: Kinds = {}
+        kinds |= {
+            f"Terminal {each}" if each != name else "Terminal": partial(terminal, look, each)
+            for each in _reached(look, name)
+        }
+        return tabs(look, name, kinds)
+
+
+def _reached(look: Look, name: str) -> list[str]:
+    """The partners at which a host talks to this controller only."""
+    return [each for each in partners.names(look.bench) if each in (name, f"{name}.rs485")]
+
+
+def _line(look: Look, name: str) -> Refresh:
+    """A line that motors share."""
+    with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+        return terminal(look, name)
 
 
 async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> None:

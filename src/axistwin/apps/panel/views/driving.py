@@ -15,7 +15,11 @@ from axistwin.links.pacing import read_speed
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
 """What the slider chooses from; any other number can be typed."""
-STEPS = {"event": "something that can be seen", "statement": "a line of a program begins", "move": "a move begins or ends"}
+STEPS = {
+    "event": "something that can be seen",
+    "statement": "a line of a program begins",
+    "move": "a move begins or ends",
+}
 KEYS = {
     "space": "run or pause", "e": "step to the next event", "s": "step to the next statement",
     "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
@@ -86,7 +90,9 @@ async def _key(look: Look, event: events.KeyEventArguments) -> None:
 
 
 def _speed(look: Look) -> Refresh:
-    slider = ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
+    slider = (
+        ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
+    )
     box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
     box.classes("speed-box").mark("speed box").tooltip("times real time, or max")
     slider.on("change", lambda event: _set_speed(look, SPEEDS[round(event.args)]))
@@ -159,8 +165,18 @@ def _in_words(look: Look) -> str:
 
 
 def _timeline(look: Look) -> Refresh:
-    slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"').classes("timeline").mark("timeline")
-    box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"').classes("moment").mark("moment")
+    slider = (
+        ui.slider(min=0, max=1, step=0.001)
+        .props('aria-label="moment, in seconds"')
+        .classes("timeline")
+        .mark("timeline")
+    )
+    box = (
+        ui.input(placeholder="seconds")
+        .props('dense outlined aria-label="go to this moment"')
+        .classes("moment")
+        .mark("moment")
+    )
     slider.on("change", lambda event: _go_to(look, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(look, box.value))
     forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
@@ -197,7 +213,9 @@ def _seconds(moment: float | str) -> float:
 
 
 def _until(look: Look) -> Refresh:
-    box = ui.input(placeholder="run until …", autocomplete=stems(look.bench)).props('dense outlined aria-label="run until"')
+    box = ui.input(placeholder="run until …", autocomplete=stems(look.bench)).props(
+        'dense outlined aria-label="run until"'
+    )
     box.classes("sentence").mark("until").tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
     box.on("keydown.enter", lambda: look.touch(lambda: look.session.run_until(box.value.strip())))
     ui.button("Until", on_click=lambda: look.touch(lambda: look.session.run_until(box.value.strip()))).props(
@@ -247,9 +265,9 @@ def _remove(look: Look, each: Break) -> Callable[[], None]:
 
 
 def _save(look: Look) -> None:
-    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps").mark("save").tooltip(
-        "the session as a scene that repeats it, with what the hosts said"
-    )
+    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps").mark(
+        "save"
+    ).tooltip("the session as a scene that repeats it, with what the hosts said")
 
 
 def _download(look: Look) -> None:

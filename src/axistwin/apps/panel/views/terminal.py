@@ -4,7 +4,7 @@ from nicegui import events, ui
 
 from axistwin.apps.conversations import machine, partners
 from axistwin.apps.panel.look import Look, Refresh
-from axistwin.apps.panel.talk import Printer, Talk
+from axistwin.apps.panel.talk import Printer
 from axistwin.errors import ProgramError, UsageError
 
 SCREEN = {
@@ -15,18 +15,17 @@ TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothi
 REMEMBERED = 100
 
 
-def terminal(look: Look, talk: Talk, name: str) -> Refresh:
+def terminal(look: Look, name: str) -> Refresh:
     """Of the partner of this name: a controller, its second channel, or a line that motors share."""
     whole = partners.at_a_bus(look.bench, name)
     with ui.row().classes("terminal-head"):
-        ui.label(name).classes("title")
         client = ui.label().classes("quiet").mark(f"client {name}")
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(look, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
     _line(look, name, whole)
     if not whole:
         _buttons(look, name)
-    show = _roll(look, talk, name, screen, whole)
+    show = _roll(look, name, screen, whole)
 
     def refresh() -> None:
         show()
@@ -36,9 +35,9 @@ def terminal(look: Look, talk: Talk, name: str) -> Refresh:
     return refresh
 
 
-def _roll(look: Look, talk: Talk, name: str, screen: ui.xterm, whole: bool) -> Refresh:
+def _roll(look: Look, name: str, screen: ui.xterm, whole: bool) -> Refresh:
     """Print what is new; all of it when another bench has taken the place of the one before."""
-    generation, count = -1, 0
+    talk, generation, count = look.talk, -1, 0
     printer = Printer(partners.codec_at(look.bench, name), whole)
 
     def show() -> None:
@@ -47,6 +46,7 @@ def _roll(look: Look, talk: Talk, name: str, screen: ui.xterm, whole: bool) -> R
             generation, count = talk.generation, 0
             printer = Printer(partners.codec_at(look.bench, name), whole)
             screen.run_terminal_method("reset")
+            screen.fit()
         count, said = talk.since(name, count)
         if said:
             screen.write(printer.text(said))
@@ -100,7 +100,9 @@ def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
 def _buttons(look: Look, name: str) -> None:
     port = look.bench.port(name)
     with ui.row().classes("terminal-line"):
-        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline").mark(f"break {name}")
+        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline").mark(
+            f"break {name}"
+        )
         if port.handshake:
             for line, on in (("dtr", port.host.dtr), ("rts", port.host.rts)):
                 ui.switch(line.upper(), value=on, on_change=lambda e, line=line: _switch(look, name, line, e)).mark(
