@@ -14,7 +14,8 @@ from axistwin.apps.conversations.machine import level_name
 from axistwin.apps.conversations.recorder import LF_NS, Recorder, recording_to
 from axistwin.apps.ending import ending
 from axistwin.apps.seconds import Seconds
-from axistwin.apps.serve import ANY_PORT, NOW_AND_THEN_S
+from axistwin.apps.serve import NOW_AND_THEN_S
+from axistwin.apps.served import ANY_PORT
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer

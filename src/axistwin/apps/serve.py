@@ -5,25 +5,27 @@ import logging
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from axistwin.apps.conversations import partners
+from axistwin.apps import served as what_is
 from axistwin.apps.ending import ending
+from axistwin.apps.served import Ports
 from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
-from axistwin.errors import UsageError
+from axistwin.errors import MissingExtraError, UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.plug import Flow
 from axistwin.links.server import Server
-from axistwin.links.urls import PortUrl, parse, parse_as
+from axistwin.links.urls import parse, parse_as
 
-ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
+if TYPE_CHECKING:
+    from axistwin.apps.panel.web import Panel
+
 NOW_AND_THEN_S = 0.1
-
-Ports = list[tuple[str, PortUrl]]
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -54,6 +56,10 @@ Ports = list[tuple[str, PortUrl]]
 )
 @click.option("--signals", metavar="NAME,…", help="What to trace: 'default,motor.RPE', 'if1.X.*', '*'.")
 @click.option("--record", type=click.Path(dir_okay=False), metavar="FILE", help="Write what is said, as FILE.talk.")
+@click.option(
+    "--panel", metavar="[H:]P", help="See and touch it in a browser, at this port. Without a host: this machine only."
+)
+@click.option("--panel-token", metavar="WORD", help="What browsers have to know; made up where others may come.")
 @click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
 @click.option(
     "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
@@ -68,6 +74,8 @@ def serve(
     trace: str | None,
     signals: str | None,
     record: str | None,
+    panel: str | None,
+    panel_token: str | None,
     show_hosts: bool,
     options: tuple[str, ...],
     **ports: tuple[str, ...],
@@ -90,51 +98,52 @@ def serve(
     axistwin serve smartmotor --tcp :5001 --rs485 :5002
     axistwin serve if1 --tcp :5001 --speed max --line instant       for tests
     axistwin serve if1 --tcp :5001 --record session.talk            then: axistwin run if1 session.talk
+    axistwin serve examples/drill/scene.toml --panel 8080           then open http://127.0.0.1:8080/
+    axistwin serve if2 --panel 0.0.0.0:8080         for others, too: they need the token that is printed
     axistwin serve if1 --option self_test_s=0.2 --option 'X={limits=[-5000,5000]}'
     """
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     second = [parse_as("tcp", text) for text in ports["rs485"]]
     times = read_speed(speed)
+    headers = None
     if what.endswith(".toml"):
         if state or line or options or second:
             raise UsageError("--state, --line, --rs485 and --option belong to a MODEL: write them into the scene")
-        bench, wanted = _scene(what, given)
-        headers = None
+        served = what_is.scene(what, given, alone=panel is not None)
     else:
-        bench = Bench()
-        name = bench.add(what, state=state, line=line, **read_options(options)).name
-        wanted = [(name, url) for url in given or [_any_port(bench, name)]]
-        wanted += [(f"{name}.rs485", url) for url in second]
-        if second:
-            bench.port(f"{name}.rs485")  # so that it can be observed
+        served = what_is.model(what, given, second, {"state": state, "line": line, **read_options(options)})
         headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
-    _prepare(bench, times)
-    with _recording(bench, record, headers) as heard, _tracing(bench, trace, signals) as traced:
-        now_and_then = [catch_up for catch_up in (heard, traced) if catch_up is not None]
-        return asyncio.run(_serve(bench, wanted, times, Flow(flow), reset_on_connect, show_hosts, now_and_then))
+    with ExitStack() as stack:
+        shown = _shown(served, times, panel, panel_token, reset_on_connect)
+        bench = served.build() if shown is None else shown.bench
+        wanted = served.ports(bench)
+        _prepare(bench, times)
+        writers = (_recording(bench, record, headers), _tracing(bench, trace, signals))
+        now_and_then = [doing for writer in writers if (doing := stack.enter_context(writer)) is not None]
+        pacer = Pacer(bench.clock, times) if shown is None else shown.pacer
+        server = Server(bench, pacer=pacer, flow=Flow(flow), reset=reset_on_connect)
+        return asyncio.run(_serve(server, wanted, shown, show_hosts, now_and_then))
 
 
-def _scene(path: str, given: list[PortUrl]) -> tuple[Bench, Ports]:
-    """The bench of a scene, and the ports its file names, or else those that are given."""
-    from axistwin.apps.scenes.scene import Scene  # late: a scene needs more than a model does
-
-    scene = Scene.load(Path(path))
-    bench = scene.build(served=True)
-    names = [name for name in partners.names(bench) if name not in scene.hosted]
-    if not names:
-        raise UsageError(f"nobody in {path} is to be talked to: give a controller ports, or leave out its host")
-    if not given:
-        ports = [(name, parse(url)) for name, url in scene.ports]
-        return bench, ports or [(name, _any_port(bench, name)) for name in names]
-    if len(names) != 1:
-        raise UsageError(f"{path} has several controllers: write their ports into the scene")
-    return bench, [(name, url) for name in names for url in given]
-
-
-def _any_port(bench: Bench, name: str) -> PortUrl:
-    return parse(ANY_BUS_PORT if partners.at_a_bus(bench, name) else ANY_PORT)
+def _shown(
+    served: what_is.Served, speed: float | None, panel: str | None, token: str | None, reset: bool
+) -> "Panel | None":
+    """It in a browser, if that is wished for.  Raises UsageError."""
+    if panel is None:
+        if token is not None:
+            raise UsageError("--panel-token is for a --panel: say where that is to be, such as --panel 8080")
+        return None
+    if reset:
+        raise UsageError("--reset-on-connect and --panel: who repeats a run does not want it switched off by clients")
+    try:
+        from axistwin.apps.panel.web import Address, Panel  # late: an extra
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("nicegui", "fastapi", "starlette", "uvicorn"):
+            raise
+        raise MissingExtraError("NiceGUI", "panel") from None
+    return Panel(served.title, served.build, speed, Address.read(panel, token))
 
 
 @contextmanager
@@ -178,19 +187,14 @@ def _talk() -> None:
 
 
 async def _serve(
-    bench: Bench,
-    wanted: Ports,
-    speed: float | None,
-    flow: Flow,
-    reset: bool,
-    show: bool,
-    now_and_then: Sequence[Callable[[], None]],
+    server: Server, wanted: Ports, shown: "Panel | None", show: bool, now_and_then: Sequence[Callable[[], None]]
 ) -> int:
     ended = ending()
-    server = Server(bench, speed=speed, flow=flow, reset=reset)
     try:
         for name, url in wanted:
             await server.open(name, url)
+        if shown is not None:
+            click.echo(f"panel on {await shown.open(server)}")
         server.start()
         for line in _lines(server, show):
             click.echo(line)
@@ -198,9 +202,11 @@ async def _serve(
             _now_and_then(server.pacer, now_and_then)
         return await ended
     finally:
+        if shown is not None:
+            await shown.close()
         server.pacer.sync()
         server.close()
-        for controller in bench.controllers.values():
+        for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():
             logging.getLogger("axistwin.links").warning("%s", late)

@@ -270,8 +270,6 @@ class Product:
     """The level of those pins while their switches are closed."""
     drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
     """By axis, the pin that is low while its drive has a fault."""
-    output_pins: tuple[str, ...] = ()
-    """Terminals whose level it decides about itself, so that no wire can lead there."""
     home_pin: str | None = None
     brake_pin: str | None = None
     """The pin that is high while the static brake is to hold the shaft."""

@@ -1,6 +1,6 @@
 """Somebody who looks at the bench: one page in one browser."""
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import TypeVar, cast
 
 from nicegui import ui
@@ -15,22 +15,40 @@ Refresh = Callable[[], None]
 """Brings a view up to date."""
 
 
-class Look:
-    """What a view is given: the session, and who looks at it."""
+def together(*views: Refresh) -> Refresh:
+    """One view of several."""
 
-    def __init__(self, session: Session, people: People, person: Person) -> None:
-        self.session, self.people, self.person = session, people, person
+    def refresh() -> None:
+        for each in views:
+            each()
+
+    return refresh
+
+
+class Common:
+    """What all who look at one session have in common."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._made: dict[object, object] = {}
+
+    def __call__(self, make: Callable[[Session], Thing]) -> Thing:
+        """What `make` makes of the session, made for whoever is the first to ask."""
+        if make not in self._made:
+            self._made[make] = make(self.session)
+        return cast("Thing", self._made[make])
+
+
+class Look:
+    """What a view is given: the session, what all who look at it have in common, and who looks at it."""
+
+    def __init__(self, common: Common, people: People, person: Person) -> None:
+        self.session, self.common, self.people, self.person = common.session, common, people, person
 
     @property
     def bench(self) -> Bench:
         """The bench as it is now."""
         return self.session.bench
-
-    def common(self, make: Callable[[Session], Thing]) -> Thing:
-        """What all who look at this session have in common, made for the first of them."""
-        if make not in self.people.common:
-            self.people.common[make] = make(self.session)
-        return cast("Thing", self.people.common[make])
 
     @property
     def drives(self) -> bool:
@@ -39,12 +57,30 @@ class Look:
 
     def touch(self, act: Callable[[], object]) -> bool:
         """Do something to the bench if this person drives; what is wrong is told.  Returns whether it was done."""
-        if not self.drives:
-            ui.notify(f"{self.people.driver_name} drives: press Drive to take over", type="warning")
+        if not self._may():
             return False
         try:
             act()
         except AxistwinError as error:
-            ui.notify(str(error), type="negative", multi_line=True)
+            _complain(error)
             return False
         return True
+
+    async def wait_for(self, act: Callable[[], Awaitable[object]]) -> object:
+        """The same for what takes a while; returns what it returns, None if it was not done."""
+        if not self._may():
+            return None
+        try:
+            return await act()
+        except AxistwinError as error:
+            _complain(error)
+            return None
+
+    def _may(self) -> bool:
+        if not self.drives:
+            ui.notify(f"{self.people.driver_name} drives: press Drive to take over", type="warning")
+        return self.drives
+
+
+def _complain(error: AxistwinError) -> None:
+    ui.notify(str(error), type="negative", multi_line=True)

@@ -1,13 +1,19 @@
 """The page: which views there are and where, and the frames in which they are brought up to date."""
 
 import asyncio
+from functools import partial
 from importlib import resources
 
 from nicegui import Client, background_tasks, ui
 
-from axistwin.apps.panel.look import Look, Refresh
+from axistwin.apps.conversations import partners
+from axistwin.apps.panel.look import Look, Refresh, together
 from axistwin.apps.panel.views.clock import clock
+from axistwin.apps.panel.views.driving import driving
 from axistwin.apps.panel.views.machines import machines
+from axistwin.apps.panel.views.people import people
+from axistwin.apps.panel.views.tabs import Kinds, tabs
+from axistwin.apps.panel.views.terminal import terminal
 
 FRAME_S = 0.05
 """At most so often is a page brought up to date."""
@@ -18,32 +24,56 @@ DRAWN = "await new Promise(requestAnimationFrame)"
 
 def page(look: Look) -> None:
     """Everything there is, for one person; called for each visit."""
+    ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
     views = [*_header(look), *_body(look)]
     background_tasks.create(_keep_showing(ui.context.client, look, views), name="panel")
 
 
 def _header(look: Look) -> list[Refresh]:
-    with ui.header().classes("items-center"):
-        ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-        return [clock(look)]
+    with ui.header():
+        ui.link("to the machines", "#bench").classes("skip")
+        with ui.row().classes("driving"):
+            ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
+            found = [clock(look), people(look)]
+        return [*found, driving(look)]
 
 
 def _body(look: Look) -> list[Refresh]:
-    found: list[Refresh] = []
-    with ui.element("main").classes("bench"):
-        for name in look.bench.controllers:
-            with ui.card().classes("machine"):
-                ui.label(name)
-                found.append(machines(look, name))
-    return found
+    with ui.element("main").classes("bench").props("id=bench"):
+        cards = [_machine(look, name) for name in look.bench.controllers]
+        return cards + [_line(look, name) for name in look.bench.lines]
+
+
+def _machine(look: Look, name: str) -> Refresh:
+    """A controller and what hangs on it."""
+    with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+        ui.label(name).classes("title")
+        drawn = machines(look, name)
+        kinds: Kinds = {}
+        kinds |= {
+            f"Terminal {each}" if each != name else "Terminal": partial(terminal, look, each)
+            for each in _reached(look, name)
+        }
+        return together(drawn, tabs(look, name, kinds))
+
+
+def _reached(look: Look, name: str) -> list[str]:
+    """The partners at which a host talks to this controller only."""
+    return [each for each in partners.names(look.bench) if each in (name, f"{name}.rs485")]
+
+
+def _line(look: Look, name: str) -> Refresh:
+    """A line that motors share."""
+    with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+        return terminal(look, name)
 
 
 async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> None:
     """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
     loop = asyncio.get_running_loop()
     await client.connected(timeout=PATIENCE_S)
-    look.person.pages += 1
+    look.person.came()
     try:
         while not client.is_deleted:
             began_s = loop.time()
@@ -53,7 +83,7 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
                 await _drawn(client)
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
-        look.person.pages -= 1
+        look.person.left()
 
 
 async def _drawn(client: Client) -> None:

@@ -1,18 +1,44 @@
 """Who looks at the bench, and who drives it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from time import monotonic
+
+GONE_S = 10.0
+"""Whoever drives and has been away for so long may be replaced without a word."""
+LONGEST_NAME = 30
 
 
 @dataclass(eq=False)
 class Person:
-    """One browser, which is known again after it has been reloaded."""
+    """One browser, which is known again when it comes back."""
 
     key: str
     name: str
     pages: int = 0
     """How many pages it has open."""
+    left_s: float = field(default_factory=monotonic)
+    """When it closed its last one."""
+    lines: dict[str, list[str]] = field(default_factory=dict)
+    """What was typed at each terminal."""
+    ending: str = "CR"
+    """What ends a line that is typed."""
     settings: dict[str, object] = field(default_factory=dict)
     """How its views are set, by view."""
+
+    def came(self) -> None:
+        """Opened a page."""
+        self.pages += 1
+
+    def left(self) -> None:
+        """Closed one."""
+        self.pages -= 1
+        self.left_s = monotonic()
+
+    @property
+    def gone(self) -> bool:
+        """Whether it is not coming back, as far as one can tell."""
+        return not self.pages and monotonic() - self.left_s > GONE_S
 
 
 class People:
@@ -20,16 +46,16 @@ class People:
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
+        self._listeners: list[Callable[[str], None]] = []
         self.driver: Person | None = None
-        self.common: dict[object, object] = {}
-        """What views have in common for everybody, see `Look.common`."""
 
     def __getitem__(self, key: str) -> Person:
         """Whoever has this key; somebody who is new is welcome."""
         if key not in self._all:
             self._all[key] = Person(key, f"visitor {len(self._all) + 1}")
         person = self._all[key]
-        self.driver = self.driver or person
+        if self.driver is None or (self.driver is not person and self.driver.gone):
+            self.driver = person
         return person
 
     @property
@@ -41,3 +67,23 @@ class People:
     def driver_name(self) -> str:
         """Who drives."""
         return self.driver.name if self.driver else "nobody"
+
+    def take_over(self, person: Person) -> None:
+        """From now on this person drives; everybody is told."""
+        if self.driver is not person:
+            self.driver = person
+            self.tell(f"{person.name} drives now")
+
+    def rename(self, person: Person, name: str) -> None:
+        """Call a person so; an empty name changes nothing."""
+        person.name = " ".join(name.split())[:LONGEST_NAME] or person.name
+
+    def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
+        """Call `listener` with what everybody is told.  Returns what ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def tell(self, words: str) -> None:
+        """Tell everybody."""
+        for listener in tuple(self._listeners):
+            listener(words)

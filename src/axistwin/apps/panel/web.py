@@ -3,42 +3,96 @@
 import asyncio
 import secrets
 import socket
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from importlib import resources
 
 import uvicorn
 from fastapi import FastAPI, Request
 from nicegui import ui
 
-from axistwin.apps.panel.look import Look
+from axistwin.apps.panel.gate import Gate, is_loopback
+from axistwin.apps.panel.look import Common, Look
 from axistwin.apps.panel.page import page
 from axistwin.apps.panel.people import People
+from axistwin.apps.panel.talk import Talk
 from axistwin.apps.sessions.session import Session
-from axistwin.errors import LinkError
+from axistwin.bench import Bench
+from axistwin.errors import LinkError, UsageError
+from axistwin.links.pacing import Pacer
+from axistwin.links.server import Server
+from axistwin.links.urls import LOOPBACK
 
 RECONNECT_S = 30.0
 """So long a page that has lost its connection finds everything as it was."""
+GOODBYE_S = 1
+LOOK_S = 0.01
 
 
-class Web:
-    """A web server for one session."""
+@dataclass(frozen=True)
+class Address:
+    """Where the panel is to be.  `token`: what browsers have to know; None: none is needed, as on loopback."""
 
-    def __init__(self, session: Session, title: str) -> None:
-        self.session, self.people = session, People()
-        self._server = _Server(uvicorn.Config(_application(self, title), log_level="warning", access_log=False))
+    host: str
+    port: int
+    token: str | None
+
+    @staticmethod
+    def read(text: str, token: str | None) -> "Address":
+        """`8080`, `0.0.0.0:8080`, `[::1]:8080`; beyond this machine a token is made up if none is given.
+
+        Raises UsageError.
+        """
+        host, _, number = text.rpartition(":")
+        if not (number.isascii() and number.isdecimal() and int(number) <= 0xFFFF):
+            raise UsageError(f"no place {text!r} for a panel: give a port such as 8080, or 0.0.0.0:8080")
+        host = host.strip("[]") or LOOPBACK
+        if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
+            raise UsageError("--panel-token: letters and digits only, as it stands in an address")
+        return Address(host, int(number), token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
+
+
+class Panel:
+    """A session with a bench that `build` makes, and a web server that shows it."""
+
+    def __init__(self, title: str, build: Callable[[], Bench], speed: float | None, address: Address) -> None:
+        self.session, self.people, self.address = Session(build, speed), People(), address
+        self.common = Common(self.session)
+        self.common(Talk)  # which listens from the beginning
+        gate = Gate(_application(self, title), address.token)
+        self._server = _Server(
+            uvicorn.Config(gate, log_level="warning", access_log=False, timeout_graceful_shutdown=GOODBYE_S)
+        )
         self._task: asyncio.Task[None] | None = None
 
-    async def open(self, host: str, port: int) -> str:
-        """Serve there; port 0: any free one.  Returns the address.  Raises LinkError."""
-        sock = _listening(host, port)
+    @property
+    def bench(self) -> Bench:
+        """The bench as it is now."""
+        return self.session.bench
+
+    @property
+    def pacer(self) -> Pacer:
+        """What lets its time pass."""
+        return self.session.pacer
+
+    async def open(self, server: Server) -> str:
+        """Show it, with its hosts at `server`.  Returns the address, with the token if there is one.
+
+        Raises LinkError.
+        """
+        self.session.serve(server)
+        sock = _listening(self.address)
         self._task = asyncio.create_task(self._server.serve(sockets=[sock]))
         while not self._server.started and not self._task.done():
-            await asyncio.sleep(0.01)
-        found = sock.getsockname()
-        return f"http://{found[0]}:{found[1]}/"
+            await asyncio.sleep(LOOK_S)
+        host, port = sock.getsockname()[:2]
+        token = "" if self.address.token is None else f"?token={self.address.token}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
 
     async def close(self) -> None:
         """Say goodbye to every browser."""
-        self._server.should_exit = self._server.force_exit = True
+        self._server.should_exit = True
         if self._task is not None:
             await self._task
 
@@ -50,20 +104,31 @@ class _Server(uvicorn.Server):
         return nullcontext()
 
 
-def _application(web: Web, title: str) -> FastAPI:
+def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
+    icon = (resources.files(__package__) / "panel.svg").read_text()
 
     @ui.page("/")
     def visit(request: Request) -> None:
-        key = request.cookies.get("axistwin") or secrets.token_urlsafe(16)
-        page(Look(web.session, web.people, web.people[key]))
+        page(Look(panel.common, panel.people, panel.people[request.scope["person"]]))
 
-    ui.run_with(application, title=title, show_welcome_message=False, reconnect_timeout=RECONNECT_S)
+    ui.run_with(
+        application,
+        title=title,
+        favicon=icon,
+        show_welcome_message=False,
+        reconnect_timeout=RECONNECT_S,
+        tailwind=False,
+    )
     return application
 
 
-def _listening(host: str, port: int) -> socket.socket:
+def _listening(address: Address) -> socket.socket:
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     try:
-        return socket.create_server((host, port))
+        return socket.create_server((address.host, address.port), family=family)
     except OSError as error:
-        raise LinkError(f"cannot show a panel on {host}:{port}: {(error.strerror or str(error)).lower()}") from None
+        reason = (error.strerror or str(error)).lower()
+        raise LinkError(
+            f"cannot show a panel on {address.host}:{address.port}: {reason}: choose another port, or 0 for any free"
+        ) from None

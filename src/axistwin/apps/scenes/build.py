@@ -124,8 +124,7 @@ class Builder:
         if self._pin(from_, ("wire", number, "from")).silent:
             message = f"no wire can follow the pulses of {from_}: let a motor's `master` sit on that axis"
             raise self.source.error(("wire", number, "from"), message)
-        name, _, pin = to.rpartition(".")
-        if pin in self.bench[name].product.output_pins:
+        if self._pin(to, ("wire", number, "to")).is_output:
             message = f"{to} is an output, to which no wire can lead: lead it to an input, or away from {to}"
             raise self.source.error(("wire", number, "to"), message)
 

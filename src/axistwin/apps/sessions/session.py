@@ -85,3 +85,41 @@ class Session:
         self.pacer.sync()
         self._running = False
         self.pacer.stop()
+
+    halted_by = ""
+    progress = None
+    repeating = False
+    recorded_seconds = 100.0
+    breaks = []
+
+    def client(self, name):
+        return ""
+
+    def forget_rest(self):
+        pass
+
+    async def step(self, kind):
+        return False
+
+    async def go_to(self, s):
+        pass
+
+    def add_break(self, s):
+        self.breaks.append(Break(s))
+
+    def remove_break(self, b):
+        self.breaks.remove(b)
+
+    def run_until(self, s):
+        pass
+
+    def save(self):
+        return {"scene.toml": "x"}
+
+    def serve(self, server):
+        self.server = server
+
+
+class Break:
+    def __init__(self, s):
+        self.sentence, self.on, self.hits = s, True, 0

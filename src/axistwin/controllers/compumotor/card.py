@@ -148,7 +148,6 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         build=build,
         limit_pins=("ccw_limit", "cw_limit"),
         closed_level=False,
-        output_pins=("step", *OUTPUTS),
         drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
         joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),

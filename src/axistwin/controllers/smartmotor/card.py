@@ -112,7 +112,6 @@ PRODUCTS = {
         limit_pins=("D", "C"),
         brake_pin="brake",
         closed_level=False,
-        output_pins=("brake", "index"),
         front=FRONT,
         programs=(PROGRAM_NAME,),
     )

@@ -33,7 +33,9 @@ class Shaft:
         self.name, self.per_rev = name, axis.per_rev or ASSUMED
         self._said = axis.per_rev is not None
         self._before, self._frames = 0, 0
-        self.drawing = Drawing(self._art(controller, axis)).classes("figure shaft").mark(f"axis {controller.name}.{name}")
+        self.drawing = (
+            Drawing(self._art(controller, axis)).classes("figure shaft").mark(f"axis {controller.name}.{name}")
+        )
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Where it is, how fast, and what is the matter with it."""

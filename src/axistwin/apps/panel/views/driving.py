@@ -1,0 +1,285 @@
+"""Driving: run, pause, step, speed, go to a moment, run until something happens, stop whenever it happens; save."""
+
+import io
+import zipfile
+from collections.abc import Awaitable, Callable
+from typing import Literal
+
+from nicegui import events, ui
+
+from axistwin.apps.panel.look import Look, Refresh, together
+from axistwin.apps.panel.sentences import stems
+from axistwin.apps.sessions.session import Break
+from axistwin.errors import UsageError
+from axistwin.links.pacing import read_speed
+
+SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
+"""What the slider chooses from; any other number can be typed."""
+STEPS = {
+    "event": "something that can be seen",
+    "statement": "a line of a program begins",
+    "move": "a move begins or ends",
+}
+KEYS = {
+    "space": "run or pause", "e": "step to the next event", "s": "step to the next statement",
+    "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
+}  # fmt: skip
+STEPS_BY_KEY: dict[str, Literal["event", "statement", "move"]] = {"e": "event", "s": "statement", "m": "move"}
+SELDOM = 10
+"""What need not be smooth is brought up to date in one frame of so many."""
+
+
+def driving(look: Look) -> Refresh:
+    """The bar with which one drives."""
+    with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
+        views = [_run(look), _speed(look), _state(look)]
+    with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
+        views += [_timeline(look), _until(look), _breaks(look)]
+        _save(look)
+        _help(look)
+    return together(*views)
+
+
+# Running
+
+
+def _run(look: Look) -> Refresh:
+    button = ui.button(on_click=lambda: _toggle(look)).props("dense").classes("run").mark("run")
+    for kind, what in STEPS.items():
+        step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
+        step.props("dense outline no-caps").mark(f"step {kind}").tooltip(f"on to where {what}")
+    ui.keyboard(lambda event: _key(look, event))
+
+    def refresh() -> None:
+        button.text = "Pause" if look.session.running else "Run"
+        button.set_icon("pause" if look.session.running else "play_arrow")
+
+    return refresh
+
+
+def _toggle(look: Look) -> None:
+    look.touch(look.session.pause if look.session.running else look.session.run)
+
+
+async def _step(look: Look, kind: Literal["event", "statement", "move"]) -> None:
+    found = await look.wait_for(lambda: look.session.step(kind))
+    if found is False:
+        ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
+
+
+async def _key(look: Look, event: events.KeyEventArguments) -> None:
+    if not event.action.keydown or event.modifiers.ctrl or event.modifiers.alt or event.modifiers.meta:
+        return
+    match event.key.name:
+        case " ":
+            _toggle(look)
+        case "e" | "s" | "m" as letter:
+            await _step(look, STEPS_BY_KEY[letter])
+        case "+":
+            _change_speed(look, 1)
+        case "-":
+            _change_speed(look, -1)
+
+
+# Speed
+
+
+def _speed(look: Look) -> Refresh:
+    slider = (
+        ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
+    )
+    box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
+    box.classes("speed-box").mark("speed box").tooltip("times real time, or max")
+    slider.on("change", lambda event: _set_speed(look, SPEEDS[round(event.args)]))
+    box.on("keydown.enter", lambda: look.touch(lambda: _read_speed(look, box.value)))
+    shown: float | None = -1.0
+
+    def refresh() -> None:
+        nonlocal shown
+        if look.session.speed != shown:
+            shown = look.session.speed
+            box.value, slider.value = _said(shown), _nearest(shown)
+
+    return refresh
+
+
+def _said(speed: float | None) -> str:
+    return "max" if speed is None else f"{speed:g}"
+
+
+def _nearest(speed: float | None) -> int:
+    """The place of a speed on the slider."""
+    if speed is None:
+        return len(SPEEDS) - 1
+    return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
+
+
+def _set_speed(look: Look, speed: float | None) -> None:
+    look.touch(lambda: setattr(look.session, "speed", speed))
+
+
+def _read_speed(look: Look, text: str) -> None:
+    look.session.speed = read_speed(text.strip())
+
+
+def _change_speed(look: Look, by: int) -> None:
+    place = _nearest(look.session.speed) + by
+    _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)])
+
+
+# How it is
+
+
+def _state(look: Look) -> Refresh:
+    """In words, also for those who hear the page."""
+    words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
+    late = ui.label().classes("quiet").mark("late")
+    frame = 0
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        words.text = _in_words(look)
+        if frame % SELDOM == 0:
+            late.text = look.session.pacer.report() or ""
+
+    return refresh
+
+
+def _in_words(look: Look) -> str:
+    session = look.session
+    if session.progress is not None:
+        return f"repeating the run: {session.progress:.0%}"
+    repeating = ", repeating what was recorded" if session.repeating else ""
+    if session.running:
+        return f"running{repeating}"
+    return f"stands{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
+
+
+# Time
+
+
+def _timeline(look: Look) -> Refresh:
+    slider = (
+        ui.slider(min=0, max=1, step=0.001)
+        .props('aria-label="moment, in seconds"')
+        .classes("timeline")
+        .mark("timeline")
+    )
+    box = (
+        ui.input(placeholder="seconds")
+        .props('dense outlined aria-label="go to this moment"')
+        .classes("moment")
+        .mark("moment")
+    )
+    slider.on("change", lambda event: _go_to(look, float(event.args)))
+    box.on("keydown.enter", lambda: _go_to(look, box.value))
+    forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
+    forget.props("dense outline no-caps").mark("forget").tooltip("the rest of what was recorded is forgotten")
+    frame = 0
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        if frame % SELDOM == 1:
+            forget.set_visibility(look.session.repeating)
+            slider.props["max"] = max(round(look.session.recorded_seconds, 3), 0.001)
+            slider.value = round(look.session.seconds, 3)
+            slider.update()
+
+    return refresh
+
+
+async def _go_to(look: Look, moment: float | str) -> None:
+    def go() -> Awaitable[object]:
+        return look.session.go_to(_seconds(moment))
+
+    await look.wait_for(go)
+
+
+def _seconds(moment: float | str) -> float:
+    try:
+        return float(moment)
+    except ValueError:
+        raise UsageError(f"{moment!r} is no number of seconds") from None
+
+
+# Until, and whenever
+
+
+def _until(look: Look) -> Refresh:
+    box = ui.input(placeholder="run until …", autocomplete=stems(look.bench)).props(
+        'dense outlined aria-label="run until"'
+    )
+    box.classes("sentence").mark("until").tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
+    box.on("keydown.enter", lambda: look.touch(lambda: look.session.run_until(box.value.strip())))
+    ui.button("Until", on_click=lambda: look.touch(lambda: look.session.run_until(box.value.strip()))).props(
+        "dense outline no-caps"
+    ).mark("run until")
+    return lambda: None
+
+
+def _breaks(look: Look) -> Refresh:
+    button = ui.button("Breaks", icon="pan_tool").props("dense outline no-caps").mark("breaks")
+    with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
+        box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new break")
+        box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
+        those = ui.column().mark("those breaks")
+    shown: list[tuple[str, bool, int]] = []
+
+    def refresh() -> None:
+        nonlocal shown
+        now = [(each.sentence, each.on, each.hits) for each in look.session.breaks]
+        if now != shown:
+            shown = now
+            button.text = f"Breaks ({len(now)})" if now else "Breaks"
+            _list_breaks(look, those)
+
+    return refresh
+
+
+def _list_breaks(look: Look, those: ui.column) -> None:
+    those.clear()
+    with those:
+        for each in look.session.breaks:
+            with ui.row().classes("break"):
+                ui.checkbox(each.sentence, value=each.on, on_change=_switch(look, each))
+                ui.label(f"{each.hits} times" if each.hits != 1 else "once").classes("quiet")
+                ui.button(icon="delete", on_click=_remove(look, each)).props('flat dense aria-label="remove"')
+
+
+def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments], None]:
+    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value))) and None
+
+
+def _remove(look: Look, each: Break) -> Callable[[], None]:
+    return lambda: look.touch(lambda: look.session.remove_break(each)) and None
+
+
+# Saving, help
+
+
+def _save(look: Look) -> None:
+    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps").mark(
+        "save"
+    ).tooltip("the session as a scene that repeats it, with what the hosts said")
+
+
+def _download(look: Look) -> None:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in look.session.save().items():
+            archive.writestr(name, text)
+    ui.download.content(packed.getvalue(), "session.zip")
+
+
+def _help(look: Look) -> None:  # noqa: ARG001
+    with ui.dialog() as dialog, ui.card():
+        ui.label("Keys").classes("title")
+        for key, what in KEYS.items():
+            with ui.row():
+                ui.label(key).classes("key")
+                ui.label(what)
+        ui.button("Close", on_click=dialog.close)
+    ui.button("?", on_click=dialog.open).props('dense flat aria-label="help"').mark("help")
+    ui.keyboard(lambda event: dialog.open() if event.action.keydown and event.key.name == "?" else None)
