@@ -7,6 +7,9 @@ from nicegui import Client, background_tasks, ui
 
 from axistwin.apps.panel.look import Look, Refresh
 from axistwin.apps.panel.views.clock import clock
+from axistwin.apps.panel.views.faults import faults, power
+from axistwin.apps.panel.views.front import front
+from axistwin.apps.panel.views.pins import pins
 
 FRAME_S = 0.05
 """At most so often is a page brought up to date."""
@@ -33,7 +36,14 @@ def _body(look: Look) -> list[Refresh]:
     with ui.element("main").classes("bench"):
         for name in look.bench.controllers:
             with ui.card().classes("machine"):
-                ui.label(name)
+                with ui.element("div").classes("machine-head"):
+                    ui.label(name).classes("machine-name")
+                    ui.label(look.bench[name].product.title).classes("quiet")
+                    found.append(power(look, name))
+                found += [front(look, name), pins(look, name)]
+        with ui.card().classes("machine"):
+            ui.label("Faults").classes("machine-name")
+            found.append(faults(look))
     return found
 
 

@@ -1,6 +1,6 @@
 """Who looks at the bench, and who drives it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(eq=False)
@@ -11,6 +11,8 @@ class Person:
     name: str
     pages: int = 0
     """How many pages it has open."""
+    settings: dict[str, object] = field(default_factory=dict)
+    """How its views are set, by view."""
 
 
 class People:
