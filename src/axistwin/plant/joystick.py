@@ -30,7 +30,7 @@ class JoystickInputs:
 
 
 class Joystick:
-    """One axis of it, connected to a controller's inputs."""
+    """One axis of it, plugged into a controller's inputs when it is first touched."""
 
     def __init__(self, clock: Clock, pins: Mapping[str, Pin], inputs: JoystickInputs) -> None:
         self.clock, self.inputs = clock, inputs
@@ -39,20 +39,26 @@ class Joystick:
         )
         self.rate = 0
         """Pulses per second, negative: counter-clockwise; 0: the stick is at rest."""
-        self._out = False
-        for pin in (self._at_zero, self._step, self._direction):
-            pin.wired = True
-        self._at_zero.set(True)
-        self._step.set(False)
+        self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
         """Hold the stick so that it gives so many pulses per second; 0: let it go.  Raises UsageError."""
         if abs(rate) > FASTEST:
             raise UsageError(f"joystick {rate}: give pulses per second, from {-FASTEST} to {FASTEST}")
+        if not self._plugged_in:
+            self._plug_in()
         self.rate = rate
         if rate and not self._out:
             self._out = True
             self.clock.process(self._deflected())
+
+    def _plug_in(self) -> None:
+        """From now on it has the inputs."""
+        self._plugged_in = True
+        for pin in (self._at_zero, self._step, self._direction):
+            pin.wired = True
+        self._at_zero.set(True)
+        self._step.set(False)
 
     def _deflected(self) -> Procedure:
         while self.rate:

@@ -10,8 +10,11 @@ from axistwin.apps.conversations import partners
 from axistwin.apps.panel.look import Look, Refresh, together
 from axistwin.apps.panel.views.clock import clock
 from axistwin.apps.panel.views.driving import driving
+from axistwin.apps.panel.views.faults import faults, power
+from axistwin.apps.panel.views.front import front
 from axistwin.apps.panel.views.machines import machines
 from axistwin.apps.panel.views.people import people
+from axistwin.apps.panel.views.pins import pins
 from axistwin.apps.panel.views.tabs import Kinds, tabs
 from axistwin.apps.panel.views.terminal import terminal
 
@@ -42,20 +45,26 @@ def _header(look: Look) -> list[Refresh]:
 def _body(look: Look) -> list[Refresh]:
     with ui.element("main").classes("bench").props("id=bench"):
         cards = [_machine(look, name) for name in look.bench.controllers]
-        return cards + [_line(look, name) for name in look.bench.lines]
+        cards += [_line(look, name) for name in look.bench.lines]
+        with ui.card().classes("machine"):
+            ui.label("Faults").classes("title")
+            return [*cards, faults(look)]
 
 
 def _machine(look: Look, name: str) -> Refresh:
     """A controller and what hangs on it."""
     with ui.card().classes("machine").props(f'data-test="machine {name}"'):
-        ui.label(name).classes("title")
-        drawn = machines(look, name)
-        kinds: Kinds = {}
+        with ui.row().classes("machine-head"):
+            ui.label(name).classes("machine-name")
+            ui.label(look.bench[name].product.title).classes("quiet")
+            switch = power(look, name)
+        seen = together(switch, front(look, name), machines(look, name))
+        kinds: Kinds = {"Pins": partial(pins, look, name)}
         kinds |= {
             f"Terminal {each}" if each != name else "Terminal": partial(terminal, look, each)
             for each in _reached(look, name)
         }
-        return together(drawn, tabs(look, name, kinds))
+        return together(seen, tabs(look, name, kinds))
 
 
 def _reached(look: Look, name: str) -> list[str]:
