@@ -1,13 +1,15 @@
 """The page: which views there are and where, and the frames in which they are brought up to date."""
 
 import asyncio
+from collections.abc import Iterator
 from functools import partial
 from importlib import resources
+from itertools import chain
 
 from nicegui import Client, background_tasks, ui
 
 from axistwin.apps.conversations import partners
-from axistwin.apps.panel.look import Look, Refresh, together
+from axistwin.apps.panel.look import Look, Refresh
 from axistwin.apps.panel.views.clock import clock
 from axistwin.apps.panel.views.driving import driving
 from axistwin.apps.panel.views.faults import faults, power
@@ -25,46 +27,56 @@ PATIENCE_S = 30.0
 DRAWN = "await new Promise(requestAnimationFrame)"
 
 
-def page(look: Look) -> None:
-    """Everything there is, for one person; called for each visit."""
+async def page(look: Look) -> None:
+    """Everything there is, for one person; called for each visit.  The bench has its turn between two views."""
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
-    views = [*_header(look), *_body(look)]
+    views = []
+    for view in chain(_header(look), _body(look)):
+        views.append(view)
+        await asyncio.sleep(0)
     background_tasks.create(_keep_showing(ui.context.client, look, views), name="panel")
 
 
-def _header(look: Look) -> list[Refresh]:
+def _header(look: Look) -> Iterator[Refresh]:
     with ui.header():
         ui.link("to the machines", "#bench").classes("skip")
         with ui.row().classes("driving"):
             ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-            found = [clock(look), people(look)]
-        return [*found, driving(look)]
+            yield clock(look)
+            yield people(look)
+        yield driving(look)
 
 
-def _body(look: Look) -> list[Refresh]:
+def _body(look: Look) -> Iterator[Refresh]:
     with ui.element("main").classes("bench").props("id=bench"):
-        cards = [_machine(look, name) for name in look.bench.controllers]
-        cards += [_line(look, name) for name in look.bench.lines]
+        for name in look.bench.controllers:
+            with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+                yield from _machine(look, name)
+        for name in look.bench.lines:
+            with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+                ui.label(name).classes("machine-name")
+                yield terminal(look, name)
         with ui.card().classes("machine"):
             ui.label("Faults").classes("title")
-            return [*cards, faults(look)]
+            yield faults(look)
 
 
-def _machine(look: Look, name: str) -> Refresh:
+def _machine(look: Look, name: str) -> Iterator[Refresh]:
     """A controller and what hangs on it."""
-    with ui.card().classes("machine").props(f'data-test="machine {name}"'):
-        with ui.row().classes("machine-head"):
-            ui.label(name).classes("machine-name")
-            ui.label(look.bench[name].product.title).classes("quiet")
-            switch = power(look, name)
-        seen = together(switch, front(look, name), machines(look, name))
-        kinds: Kinds = {"Pins": partial(pins, look, name)}
-        kinds |= {
-            f"Terminal {each}" if each != name else "Terminal": partial(terminal, look, each)
-            for each in _reached(look, name)
-        }
-        return together(seen, tabs(look, name, kinds))
+    with ui.row().classes("machine-head"):
+        ui.label(name).classes("machine-name")
+        ui.label(look.bench[name].product.title).classes("quiet")
+        yield power(look, name)
+    yield front(look, name)
+    yield machines(look, name)
+    kinds: Kinds = {"Pins": partial(pins, look, name)}
+    kinds |= {_called(each, name): partial(terminal, look, each) for each in _reached(look, name)}
+    yield tabs(look, name, kinds)
+
+
+def _called(partner: str, name: str) -> str:
+    return "Terminal" if partner == name else f"Terminal {partner.removeprefix(f'{name}.')}"
 
 
 def _reached(look: Look, name: str) -> list[str]:
@@ -72,17 +84,12 @@ def _reached(look: Look, name: str) -> list[str]:
     return [each for each in partners.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
-def _line(look: Look, name: str) -> Refresh:
-    """A line that motors share."""
-    with ui.card().classes("machine").props(f'data-test="machine {name}"'):
-        return terminal(look, name)
-
-
 async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> None:
     """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
     loop = asyncio.get_running_loop()
     await client.connected(timeout=PATIENCE_S)
     look.person.came()
+    deafen = look.people.listen(partial(_tell, client))
     try:
         while not client.is_deleted:
             began_s = loop.time()
@@ -92,7 +99,13 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
                 await _drawn(client)
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
+        deafen()
         look.person.left()
+
+
+def _tell(client: Client, words: str) -> None:
+    with client:
+        ui.notify(words)
 
 
 async def _drawn(client: Client) -> None:

@@ -1,4 +1,4 @@
-"""Sentences that a break may wait for, as far as they can be written before one knows more: see `faults/triggers.py`."""
+"""Sentences that a break may wait for, as they begin: see `faults/triggers.py`."""
 
 from axistwin.apps.conversations import partners
 from axistwin.bench import Bench
@@ -12,7 +12,7 @@ def stems(bench: Bench) -> list[str]:
         found += [f"{name}.{pin} {verb}" for pin in controller.pins for verb in ("rises", "falls", "changes")]
         if controller.alarms is not None:
             found += [f"{name} raises {flag}" for flag in controller.alarms.names]
-        pass
+        found += [f"{name} runs 1"] if controller.programs else []
     for name in partners.names(bench):
         found += [f"{name} hears ", f"{name} says "]
     return found + [f"{fault} {verb}" for fault in bench.faults.names for verb in ("begins", "ends")]

@@ -76,7 +76,8 @@ class Printer:
     def _parts(self, said: Utterance) -> Iterator[str]:
         by_host = not isinstance(said, Heard)
         if self._begins_line(said, by_host):
-            yield f"\r\n{DIM}{to_seconds(said.time_ns):12.6f}{NORMAL} {HOST + '>' if by_host else DEVICE + '<'}{NORMAL} "
+            sign = f"{HOST}>" if by_host else f"{DEVICE}<"
+            yield f"\r\n{DIM}{to_seconds(said.time_ns):12.6f}{NORMAL} {sign}{NORMAL} "
         self._by_host, self._last_ns = by_host, said.time_ns
         if isinstance(said, Broke):
             yield f"{DIM}<BREAK {said.seconds:g} s>{NORMAL}"

@@ -109,8 +109,8 @@ def _application(panel: Panel, title: str) -> FastAPI:
     icon = (resources.files(__package__) / "panel.svg").read_text()
 
     @ui.page("/")
-    def visit(request: Request) -> None:
-        page(Look(panel.common, panel.people, panel.people[request.scope["person"]]))
+    async def visit(request: Request) -> None:
+        await page(Look(panel.common, panel.people, panel.people[request.scope["person"]]))
 
     ui.run_with(
         application,
