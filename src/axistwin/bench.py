@@ -30,9 +30,12 @@ from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial import SerialPort, Uart, UartFormat, Wiring, daisy_chain, direct, shared_pair
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.wirings import Wiring, daisy_chain, direct, shared_pair
 from axistwin.storage import FileStore, MemoryStore
 from axistwin.units import to_ns, to_seconds
 

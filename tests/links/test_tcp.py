@@ -8,7 +8,7 @@ import pytest
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.plug import CHUNK, FULL, Flow
 from axistwin.links.tcp import STALLED
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 
 from .serving import Served, ask, dial, receive
 

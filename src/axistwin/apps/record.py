@@ -22,8 +22,8 @@ from axistwin.links.plug import Flow
 from axistwin.links.relay import Relay
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import UartFormat
 from axistwin.units import US
 
 log = logging.getLogger("axistwin.apps")

@@ -10,8 +10,9 @@ from typing import Protocol
 
 from axistwin.links.one import Guest, OneClient
 from axistwin.links.pacing import Pacer
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import LineError, SerialPort
+from axistwin.sim.serial_port import SerialPort
 from axistwin.units import to_seconds
 
 FULL = 512

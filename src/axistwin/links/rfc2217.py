@@ -23,7 +23,7 @@ from axistwin.links.comport import (
 )
 from axistwin.links.plug import Flow, Plug
 from axistwin.links.tcp import STALLED, TcpClient
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 
 FLOWS = {
     Control.FLOW_NONE: Flow.NONE,

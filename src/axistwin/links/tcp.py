@@ -20,7 +20,7 @@ from axistwin.errors import LinkError
 from axistwin.links.one import OneClient
 from axistwin.links.plug import CHUNK, Flow, Plug
 from axistwin.links.urls import PortUrl
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 
 log = getLogger("axistwin.links")
 

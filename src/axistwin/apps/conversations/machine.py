@@ -13,8 +13,9 @@ from axistwin.bench import Bench, Controller, line_format
 from axistwin.errors import ProgramError, UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
-from axistwin.sim.serial import SerialPort, UartFormat
+from axistwin.sim.serial_port import SerialPort
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 FAULT_ACTS = ("fault", "mend")

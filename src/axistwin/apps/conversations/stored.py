@@ -11,7 +11,7 @@ from pathlib import Path
 from axistwin.apps.conversations.machine import motor_of
 from axistwin.bench import Bench, Controller
 from axistwin.errors import ProgramError, UsageError
-from axistwin.sim.serial import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"

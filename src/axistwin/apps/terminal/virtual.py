@@ -10,7 +10,7 @@ from axistwin.apps.conversations.visible import codec_of
 from axistwin.bench import Bench, Controller
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import Flow, Plug
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 from axistwin.units import S
 
 PATIENCE_NS = 60 * S

@@ -1,0 +1,187 @@
+"""The host's end of a serial connection: what it writes and reads, its format and its control lines."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import LineError, Parity, UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.sim.wirings import Wiring
+
+
+class HostEnd:
+    """The host's end of a connection: its format and its two output lines.  Assign to change them."""
+
+    def __init__(self, clock: Clock, uart: Uart) -> None:
+        self._uart = uart
+        self.dtr_line, self.rts_line = Pin(clock, "host dtr", True), Pin(clock, "host rts", True)
+
+    @property
+    def format(self) -> UartFormat:
+        """Baud rate, data bits, parity and stop bits together."""
+        assert self._uart.format is not None
+        return self._uart.format
+
+    @format.setter
+    def format(self, value: UartFormat) -> None:
+        self._uart.format = value
+
+    @property
+    def baudrate(self) -> int:
+        """Bits per second."""
+        return self.format.baudrate
+
+    @baudrate.setter
+    def baudrate(self, value: int) -> None:
+        self.format = replace(self.format, baudrate=value)
+
+    @property
+    def bytesize(self) -> int:
+        """Data bits: 5 to 8."""
+        return self.format.bytesize
+
+    @bytesize.setter
+    def bytesize(self, value: int) -> None:
+        self.format = replace(self.format, bytesize=value)
+
+    @property
+    def parity(self) -> Parity:
+        """pyserial's letters: N, E, O, M, S."""
+        return self.format.parity
+
+    @parity.setter
+    def parity(self, value: Parity) -> None:
+        self.format = replace(self.format, parity=value)
+
+    @property
+    def stopbits(self) -> float:
+        """1, 1.5 or 2."""
+        return self.format.stopbits
+
+    @stopbits.setter
+    def stopbits(self, value: float) -> None:
+        self.format = replace(self.format, stopbits=value)
+
+    @property
+    def dtr(self) -> bool:
+        """Data terminal ready, to the device's DSR."""
+        return self.dtr_line.level
+
+    @dtr.setter
+    def dtr(self, on: bool) -> None:
+        self.dtr_line.set(on)
+
+    @property
+    def rts(self) -> bool:
+        """Request to send, to the device's CTS."""
+        return self.rts_line.level
+
+    @rts.setter
+    def rts(self, on: bool) -> None:
+        self.rts_line.set(on)
+
+
+class SerialPort:
+    """What a host sees of a serial connection.  Without lines `dtr` and `rts` of a device these count as on."""
+
+    def __init__(
+        self, clock: Clock, wiring: Wiring, dtr: Pin | None = None, rts: Pin | None = None, *, line: UartFormat
+    ) -> None:
+        self.clock = clock
+        self._uart = Uart(clock, line, on_receive=self._received)
+        self.host = HostEnd(clock, self._uart)
+        self.handshake = dtr is not None
+        """Whether there are control lines."""
+        self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
+        self._received_bytes = bytearray()
+        self._hearers: list[Callable[[int, LineError], None]] = []
+        self._break_watchers: list[Callable[[float], None]] = []
+        self._listeners: list[Callable[[bytes], None]] = []
+        self.to_device, self.from_device = wiring(self._uart)
+
+    def write(self, data: bytes) -> None:
+        """Queue what the host transmits.  Handshake lines do not hold it back: a host's pacing is its own affair."""
+        for listener in tuple(self._listeners):
+            listener(data)
+        self._uart.send(data)
+
+    def read(self) -> bytes:
+        """Everything the host has received and not yet read."""
+        data = bytes(self._received_bytes)
+        self._received_bytes.clear()
+        return data
+
+    def send_break(self, seconds: float = 0.25) -> None:
+        """Hold the host's transmit line at space for so long."""
+        self._uart.send_break(seconds)
+        for watcher in tuple(self._break_watchers):
+            watcher(seconds)
+
+    @property
+    def control_lines(self) -> dict[str, Pin]:
+        """The device's control lines by its names: its outputs `dtr` and `rts`, its inputs `dsr` and `cts`.
+
+        A host's output is what the device's input is wired to.
+        """
+        own, host = {"dtr": self.dtr_line, "rts": self.rts_line}, self.host
+        return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
+
+    @property
+    def held(self) -> bool:
+        """While True the host transmits nothing more, however much is queued: the character on the wire is the last."""
+        return self._uart.held
+
+    @held.setter
+    def held(self, on: bool) -> None:
+        self._uart.held = on
+        if not on:
+            self._uart.pump()
+
+    def drop_pending(self) -> None:
+        """Forget what is queued and has not left yet."""
+        self._uart.queue.clear()
+
+    @property
+    def pending(self) -> int:
+        """Characters queued by `write` that have not left yet."""
+        return len(self._uart.queue)
+
+    @property
+    def instant(self) -> bool:
+        """Whether characters take no time on this connection."""
+        return self.to_device.instant
+
+    @instant.setter
+    def instant(self, on: bool) -> None:
+        self.to_device.instant = self.from_device.instant = on
+
+    @property
+    def dtr(self) -> bool:
+        """The device's data terminal ready."""
+        return self.dtr_line.level
+
+    @property
+    def rts(self) -> bool:
+        """The device's request to send."""
+        return self.rts_line.level
+
+    def watch_breaks(self, watcher: Callable[[float], None]) -> Callable[[], None]:
+        """Call `watcher(seconds)` with each break that the host sends.  Returns what ends the watching."""
+        self._break_watchers.append(watcher)
+        return lambda: self._break_watchers.remove(watcher)
+
+    def hear(self, hearer: Callable[[int, LineError], None]) -> Callable[[], None]:
+        """Call `hearer(byte, errors)` for each character the host receives.  Returns what ends the hearing."""
+        self._hearers.append(hearer)
+        return lambda: self._hearers.remove(hearer)
+
+    def listen(self, listener: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `listener(data)` with what the host writes, when it is queued.  Returns what ends the listening."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def _received(self, byte: int, errors: LineError) -> None:
+        self._received_bytes.append(byte)
+        for hearer in tuple(self._hearers):
+            hearer(byte, errors)
