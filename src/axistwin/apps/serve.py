@@ -16,9 +16,9 @@ from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
 from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer, read_speed
-from axistwin.links.plug import Flow
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
+from axistwin.sim.serial_port import Flow
 
 ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
 NOW_AND_THEN_S = 0.1

@@ -1,13 +1,24 @@
-"""The host's end of a serial connection: what it writes and reads, its format and its control lines."""
+"""The host's end of a serial connection: what it writes and reads, its format, its control lines, its flow control."""
 
 from collections.abc import Callable
 from dataclasses import replace
+from enum import Enum
 
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, Parity, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.wirings import Wiring
+
+X_ON, X_OFF = 0x11, 0x13
+
+
+class Flow(Enum):
+    """What makes a host hold back its characters: nothing, the device's DTR, or what the device sends."""
+
+    NONE = "none"
+    DTR = "dtr"
+    X_ON_X_OFF = "xon"
 
 
 class HostEnd:
@@ -98,10 +109,13 @@ class SerialPort:
         self._hearers: list[Callable[[int, LineError], None]] = []
         self._break_watchers: list[Callable[[float], None]] = []
         self._listeners: list[Callable[[bytes], None]] = []
+        self._flow = Flow.NONE
+        self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
+        self.dtr_line.watch(lambda _: self._settle())
 
     def write(self, data: bytes) -> None:
-        """Queue what the host transmits.  Handshake lines do not hold it back: a host's pacing is its own affair."""
+        """Queue what the host transmits; it leaves as its flow control allows."""
         for listener in tuple(self._listeners):
             listener(data)
         self._uart.send(data)
@@ -128,15 +142,24 @@ class SerialPort:
         return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
 
     @property
+    def flow(self) -> Flow:
+        """What makes this host hold back its characters.  Set, also anew, it forgets an X_OFF that has come before."""
+        return self._flow
+
+    @flow.setter
+    def flow(self, flow: Flow) -> None:
+        self._flow, self._stopped = flow, False
+        self._settle()
+
+    @property
     def held(self) -> bool:
-        """While True the host transmits nothing more, however much is queued: the character on the wire is the last."""
-        return self._uart.held
+        """While True the host transmits nothing, whatever its flow control; the character on the wire is the last."""
+        return self._held
 
     @held.setter
     def held(self, on: bool) -> None:
-        self._uart.held = on
-        if not on:
-            self._uart.pump()
+        self._held = on
+        self._settle()
 
     def drop_pending(self) -> None:
         """Forget what is queued and has not left yet."""
@@ -185,3 +208,14 @@ class SerialPort:
         self._received_bytes.append(byte)
         for hearer in tuple(self._hearers):
             hearer(byte, errors)
+        if self._flow is Flow.X_ON_X_OFF and byte in (X_ON, X_OFF):
+            self._stopped = byte == X_OFF
+            self._settle()
+
+    def _settle(self) -> None:
+        """Hold the characters back, or let them go."""
+        by_dtr = self._flow is Flow.DTR and not self.dtr
+        held = self._held or self._stopped or by_dtr
+        if held is not self._uart.held:
+            self._uart.held = held
+            self._uart.pump()
