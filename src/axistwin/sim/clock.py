@@ -30,6 +30,8 @@ class Clock(simpy.Environment):
         """Whether nobody outside minds if a nanosecond takes seconds to compute; who sees it in real time does."""
         self.background = 0
         """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
+        self.acting = False
+        """Whether somebody outside is doing something right now, of which all that is done meanwhile is part."""
         self._onlookers: list[Callable[[], None]] = []
 
     @property

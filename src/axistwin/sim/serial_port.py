@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 
+from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, Parity, UartFormat
+from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.wirings import Wiring
@@ -21,12 +23,26 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
+class _Output(Pin):
+    """An output of the host's."""
+
+    def __init__(self, clock: Clock, kind: str, doing: HostActs) -> None:
+        super().__init__(clock, f"host {kind}", True)
+        self._kind, self._doing = kind, doing
+
+    def set(self, level: bool) -> None:
+        """The host does it."""
+        with self._doing(self._kind, bool(level)):
+            super().set(level)
+
+
 class HostEnd:
     """The host's end of a connection: its format and its two output lines.  Assign to change them."""
 
-    def __init__(self, clock: Clock, uart: Uart) -> None:
-        self._uart = uart
-        self.dtr_line, self.rts_line = Pin(clock, "host dtr", True), Pin(clock, "host rts", True)
+    def __init__(self, clock: Clock, uart: Uart, doing: HostActs) -> None:
+        self._uart, self._doing = uart, doing
+        self.dtr_line: Pin = _Output(clock, "dtr", doing)
+        self.rts_line: Pin = _Output(clock, "rts", doing)
 
     @property
     def format(self) -> UartFormat:
@@ -36,7 +52,8 @@ class HostEnd:
 
     @format.setter
     def format(self, value: UartFormat) -> None:
-        self._uart.format = value
+        with self._doing("format", value):
+            self._uart.format = value
 
     @property
     def baudrate(self) -> int:
@@ -101,7 +118,8 @@ class SerialPort:
     ) -> None:
         self.clock = clock
         self._uart = Uart(clock, line, on_receive=self._received)
-        self.host = HostEnd(clock, self._uart)
+        self._doing = HostActs(clock)
+        self.host = HostEnd(clock, self._uart, self._doing)
         self.handshake = dtr is not None
         """Whether there are control lines."""
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
@@ -116,9 +134,10 @@ class SerialPort:
 
     def write(self, data: bytes) -> None:
         """Queue what the host transmits; it leaves as its flow control allows."""
-        for listener in tuple(self._listeners):
-            listener(data)
-        self._uart.send(data)
+        with self._doing("write", data):
+            for listener in tuple(self._listeners):
+                listener(data)
+            self._uart.send(data)
 
     def read(self) -> bytes:
         """Everything the host has received and not yet read."""
@@ -128,9 +147,10 @@ class SerialPort:
 
     def send_break(self, seconds: float = 0.25) -> None:
         """Hold the host's transmit line at space for so long."""
-        self._uart.send_break(seconds)
-        for watcher in tuple(self._break_watchers):
-            watcher(seconds)
+        with self._doing("break", seconds):
+            self._uart.send_break(seconds)
+            for watcher in tuple(self._break_watchers):
+                watcher(seconds)
 
     @property
     def control_lines(self) -> dict[str, Pin]:
@@ -148,8 +168,9 @@ class SerialPort:
 
     @flow.setter
     def flow(self, flow: Flow) -> None:
-        self._flow, self._stopped = flow, False
-        self._settle()
+        with self._doing("flow", flow):
+            self._flow, self._stopped = flow, False
+            self._settle()
 
     @property
     def held(self) -> bool:
@@ -158,12 +179,14 @@ class SerialPort:
 
     @held.setter
     def held(self, on: bool) -> None:
-        self._held = on
-        self._settle()
+        with self._doing("hold", on):
+            self._held = on
+            self._settle()
 
     def drop_pending(self) -> None:
         """Forget what is queued and has not left yet."""
-        self._uart.queue.clear()
+        with self._doing("drop"):
+            self._uart.queue.clear()
 
     @property
     def pending(self) -> int:
@@ -203,6 +226,32 @@ class SerialPort:
         """Call `listener(data)` with what the host writes, when it is queued.  Returns what ends the listening."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
+
+    def watch_host(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `watcher(act)` before everything that is done from the host's side.  Returns what ends the watching.
+
+        Kinds, with their values: `write` (bytes), `break` (seconds), `hold`, `dtr`, `rts` (bool), `flow` (Flow),
+        `format` (UartFormat), `drop` (None).
+        """
+        return self._doing.watch(watcher)
+
+    def perform(self, act: HostAct) -> None:
+        """Do, from the host's side, what such an act says."""
+        match act.kind:
+            case "write":
+                self.write(act.value)
+            case "break":
+                self.send_break(act.value)
+            case "hold":
+                self.held = act.value
+            case "flow":
+                self.flow = act.value
+            case "format" | "dtr" | "rts":
+                setattr(self.host, act.kind, act.value)
+            case "drop":
+                self.drop_pending()
+            case _:
+                raise UsageError(f"a host at a serial line cannot {act.kind!r}")
 
     def _received(self, byte: int, errors: LineError) -> None:
         self._received_bytes.append(byte)
