@@ -5,6 +5,7 @@ happen in the order in which they were scheduled, so that two runs of the same b
 """
 
 from collections.abc import Callable, Generator
+from heapq import heapify
 from typing import Any
 
 import simpy
@@ -41,11 +42,31 @@ class Clock(simpy.Environment):
 
     def run_to(self, end_ns: int) -> None:
         """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
-        end = Event(self)
-        end._ok, end._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
-        self.schedule(end, priority=_AFTER_EVERYTHING_ELSE, delay=end_ns - self.now)  # type: ignore[arg-type]
+        end = self._last_at(end_ns)
         while end.callbacks is not None:  # until it has happened
             self.step()
+
+    def after_all(self, time_ns: int, action: Callable[[], object]) -> Callable[[], None]:
+        """Do `action` once, at that time, when everything else has happened that is due by then.
+
+        That is where it would be done by who calls `run_to(time_ns)` and then does it.  Returns what takes it back.
+        """
+        event = self._last_at(time_ns)
+        _when_it_happens(event, action)
+
+        def take_back() -> None:
+            if event.callbacks is not None:
+                self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
+                heapify(self._queue)
+
+        return take_back
+
+    def _last_at(self, time_ns: int) -> Event:
+        """An event that happens when everything else has that is due by then."""
+        event = Event(self)
+        event._ok, event._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
+        self.schedule(event, priority=_AFTER_EVERYTHING_ELSE, delay=time_ns - self.now)  # type: ignore[arg-type]
+        return event
 
     def look_on(self, onlooker: Callable[[], None]) -> Callable[[], None]:
         """Call `onlooker` at the end of each nanosecond in which something happens.  Returns what ends that.
@@ -75,13 +96,16 @@ class Clock(simpy.Environment):
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Do `action` once, `delay_ns` from now."""
-        event = self.timeout(delay_ns)
-        assert event.callbacks is not None
+        _when_it_happens(self.timeout(delay_ns), action)
 
-        def act(_: Event) -> None:
-            action()
 
-        event.callbacks.append(act)
+def _when_it_happens(event: Event, action: Callable[[], object]) -> None:
+    assert event.callbacks is not None
+
+    def act(_: Event) -> None:
+        action()
+
+    event.callbacks.append(act)
 
 
 def kill(process: Process) -> None:
