@@ -52,7 +52,8 @@ class Clock(simpy.Environment):
         That is where it would be done by who calls `run_to(time_ns)` and then does it.  Returns what takes it back.
         """
         event = self._last_at(time_ns)
-        _when_it_happens(event, action)
+        assert event.callbacks is not None
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
 
         def take_back() -> None:
             if event.callbacks is not None:
@@ -96,16 +97,9 @@ class Clock(simpy.Environment):
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Do `action` once, `delay_ns` from now."""
-        _when_it_happens(self.timeout(delay_ns), action)
-
-
-def _when_it_happens(event: Event, action: Callable[[], object]) -> None:
-    assert event.callbacks is not None
-
-    def act(_: Event) -> None:
-        action()
-
-    event.callbacks.append(act)
+        event = self.timeout(delay_ns)
+        assert event.callbacks is not None
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
 
 
 def kill(process: Process) -> None:
