@@ -11,7 +11,7 @@ be repeated: `run_to` that time, then the same comes in.
 import asyncio
 from collections.abc import Callable
 from time import perf_counter
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -25,6 +25,9 @@ LATE_S = 0.025
 """What happens later than this has fallen behind, and is counted."""
 GIVEN_UP_S = 1.0
 """More than this is never caught up: virtual time goes on from where it is."""
+
+
+T = TypeVar("T")
 
 
 class Port(Protocol):
@@ -140,6 +143,16 @@ class Pacer:
             self._sleep()
         elif self._next is None:  # else a slice is coming anyway, and the sockets have their turn first
             self._slice()
+
+    def by_hand(self, advance: Callable[[Callable[[], bool]], T]) -> T:
+        """While virtual time stands still otherwise: have the bench advanced by `advance(over)`, and hand over its words.
+
+        It ends with a nanosecond, and soon after `over()` says that it is the sockets' turn.  Returns what it returns.
+        """
+        end_s, found = perf_counter() + SLICE_S, []
+        self._pass(lambda: found.append(advance(lambda: perf_counter() >= end_s)))
+        self._flush()
+        return found[0]
 
     def report(self) -> str | None:
         """What there is to tell about falling behind, in one line."""

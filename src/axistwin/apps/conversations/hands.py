@@ -1,7 +1,7 @@
 """Somebody who does acts on a bench as they come: a host that says things, people who do what stands behind `!`.
 
-At a bus whole commands are said (`>`) by an attendant, who does the handshake and takes the messages from then on, until
-somebody works the registers by hand (`! write 0 33 00`): a board has one host at a time.
+At a bus whole commands are said (`>`) by an attendant, who does the handshake and takes the messages from then on,
+until somebody works the registers by hand (`! write 0 33 00`): a board has one host at a time.
 """
 
 from collections.abc import Callable
