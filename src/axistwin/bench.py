@@ -23,7 +23,6 @@ from axistwin.controllers.product import (
     RegisteredDevice,
     Rs485Device,
     SerialDevice,
-    Store,
     TroubledDevice,
 )
 from axistwin.errors import UsageError
@@ -34,10 +33,13 @@ from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial import SerialPort, Uart, UartFormat, Wiring, daisy_chain, direct, shared_pair
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.wirings import Wiring, daisy_chain, direct, shared_pair
 from axistwin.storage import FileStore, MemoryStore
 from axistwin.units import to_ns, to_seconds
 
@@ -77,6 +79,8 @@ class Controller:
         """Whether it has been switched on."""
         self.given: Mapping[str, Any] = {}
         """The options it was added with; where it keeps its state is not among them."""
+        self.store: MemoryStore | FileStore = MemoryStore()
+        """What it keeps without power."""
         self._second = _second_port(device, plug)
         self._asked_for_second = False
         self._lines: dict[str, str] = {}  # which of its channels, serial or rs485, are on which shared line
@@ -303,6 +307,16 @@ class Bench:
             return self[controller].rs485
         return self[name].serial
 
+    def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
+        """Call `happens` each time this comes true, at that very nanosecond: "table.X passes 1000", "motor raises Be".
+
+        The sentences are those that a fault may wait for.  `here`: the controller whose things need not be written with
+        its name.  Returns what ends it.  Raises UsageError if there is no such thing.
+        """
+        from axistwin.faults import triggers  # late: most benches need none
+
+        return triggers.read(sentence, self, self.faults, here)(happens)
+
     def run(self, seconds: float) -> None:
         """Advance virtual time; everything due by then, inclusive, has happened."""
         if seconds < 0:
@@ -358,12 +372,12 @@ class Bench:
         if line is not None and made.line is None:
             raise UsageError(f"{made.model} has no serial port: leave out `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
-        store: Store = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
+        store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
         _fit_switches(made, device, axes, axis_options)
         plug = _plug(self.clock, device, line, made.line) if isinstance(device, SerialDevice) else None
         controller = Controller(name, made, device, axes, plug)
-        controller.bench, controller.given = self, given
+        controller.bench, controller.given, controller.store = self, given, store
         self.controllers[name] = controller
         controller.power(True)
         return controller

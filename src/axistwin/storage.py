@@ -32,6 +32,9 @@ class FileStore:
             raise UsageError(f"no state directory {path.parent}: {(error.strerror or str(error)).lower()}") from None
         except ValueError as error:  # a NUL
             raise UsageError(f"no state directory {str(path.parent)!r}: {error}") from None
+        self.found = self.load()
+        """What was there before; None: nothing."""
+        self._given_up = False
 
     def __str__(self) -> str:
         return str(self.path)
@@ -47,12 +50,22 @@ class FileStore:
 
     def save(self, contents: bytes) -> None:
         """Write a new file beside the old one, make sure it is on the disk, and let it take the old one's place."""
+        if self._given_up:
+            return
         try:
             self._write(contents)
         except OSError as error:
             raise AxistwinError(
                 f"cannot keep {self.path}: {(error.strerror or str(error)).lower()}: choose another state directory"
             ) from None
+
+    def put_back(self) -> None:
+        """It is again as it was found, for somebody else; this one keeps nothing any more.  Raises AxistwinError."""
+        if self.found is not None:
+            self.save(self.found)
+        else:
+            self.path.unlink(missing_ok=True)
+        self._given_up = True
 
     def _write(self, contents: bytes) -> None:
         beside = self.path.with_name(self.path.name + ".new")

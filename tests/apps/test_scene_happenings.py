@@ -193,7 +193,7 @@ def test_a_master_on_another_axis(scene):
             "5:1: if2 is a if2: a stored program is for a SmartMotor",
         ),
         ('[[controller]]\nmodel = "if2"\nhost = "none.if1"\n', "none.if1 cannot be read: no such file or directory"),
-        ('[[controller]]\nmodel = "if2"\nhost = "x.talk"\n', "x.talk is nothing that a host sends by itself"),
+        ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms is nothing that a host sends by itself"),
         (
             '[[controller]]\nmodel = "smartmotor"\nhost = "x.if1"\n',
             "x.if1 is not for smartmotor, which is a smartmotor",

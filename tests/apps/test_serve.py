@@ -13,7 +13,7 @@ import serial
 
 from axistwin.apps.hosts import lines
 from axistwin.links.urls import PortUrl, parse
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.frames import UartFormat
 
 PATIENCE_S = 20
 PROGRAM = [sys.executable, "-c", "from axistwin.apps.cli import main; main()", "serve"]

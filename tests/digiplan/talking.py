@@ -7,7 +7,7 @@ from typing import Any
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.serial import LineError, Parity
+from axistwin.sim.frames import LineError, Parity
 from axistwin.units import S
 
 Segment = tuple[int | Fraction, Fraction]

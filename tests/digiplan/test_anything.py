@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 
 from .helpers import edges, strokes
 from .talking import ask, each_character, heard, initialise, moving, ready, tell

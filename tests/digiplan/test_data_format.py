@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 from axistwin.units import MS, S
 
 from .talking import BITS_7_OR_8, PARITY, ask, each_character, faults, find, heard, host_format, ready, tell

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 from axistwin.units import MS
 
 from .helpers import edges, number, positions, settle, strokes

@@ -8,9 +8,9 @@ from typing import Any, Self
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.links.plug import Flow
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse
+from axistwin.sim.serial_port import Flow
 
 PATIENCE_S = 10
 """A test that waits longer than this has failed."""

@@ -14,7 +14,7 @@ from axistwin.links.comport import (
     SetLines,
     Suspend,
 )
-from axistwin.sim.serial import LineError, UartFormat
+from axistwin.sim.frames import LineError, UartFormat
 
 WILL, WONT, DO, DONT = (bytes((0xFF, verb)) for verb in (0xFB, 0xFC, 0xFD, 0xFE))
 BINARY, ECHO, SGA, STATUS, COM_PORT = (bytes((option,)) for option in (0, 1, 3, 5, 44))

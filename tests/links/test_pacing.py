@@ -144,6 +144,212 @@ def test_a_port_is_flushed_once_when_the_bench_has_been_advanced(clock, loop):
     assert port.flushed == 1
 
 
+# Standing still in the middle of something
+
+SPEEDS = [1, 1000, None]
+
+
+def eventful(clock, log):
+    """Three things at 10 ms, one of which sets off a fourth at the same nanosecond; another one 1 ns later."""
+    for name in "abc":
+        clock.call_later(10 * MS, lambda name=name: log.append(name))
+    clock.call_later(10 * MS, lambda: clock.call_later(0, lambda: log.append("d")))
+    clock.call_later(10 * MS + 1, lambda: log.append("later"))
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_stopped_while_something_happens_time_stands_at_the_end_of_that_nanosecond(clock, loop, speed):
+    log = []
+    pacer = Pacer(clock, speed)
+    clock.call_later(10 * MS, pacer.stop)
+    eventful(clock, log)
+    pacer.start(loop)
+    loop.run_to(1)
+    assert (clock.now, log, pacer.running) == (10 * MS, list("abcd"), False)
+    pacer.sync()
+    loop.run_to(2)
+    assert (clock.now, loop.handles) == (10 * MS, [])
+    pacer.start(loop)
+    loop.run_to(3)
+    assert log == [*"abcd", "later"]
+
+
+@pytest.mark.parametrize("speed", [1, 1000])
+def test_stopped_by_what_is_due_when_something_comes_in(clock, loop, speed):
+    log = []
+    pacer = paced(clock, loop, speed)
+    clock.call_later(10 * MS, pacer.stop)
+    eventful(clock, log)
+    loop.now_s = 1
+    pacer.sync()
+    assert (clock.now, log) == (10 * MS, list("abcd"))
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_what_has_been_said_until_it_stops_is_handed_over(clock, loop, speed):
+    flushed = []
+
+    class Port:
+        def flush(self):
+            flushed.append(clock.now)
+
+    pacer = Pacer(clock, speed)
+    clock.call_later(10 * MS, lambda: (pacer.mark(Port()), pacer.stop()))
+    pacer.start(loop)
+    loop.run_to(1)
+    assert flushed == [10 * MS]
+
+
+def test_stopped_and_started_while_something_happens_it_goes_on(clock, loop):
+    log = []
+    clock.call_later(10 * MS, lambda: (pacer.stop(), pacer.start(loop)))
+    eventful(clock, log)
+    pacer = paced(clock, loop, 1)
+    loop.run_to(1)
+    assert log == [*"abcd", "later"]
+
+
+@pytest.mark.parametrize("speed", [1, None])
+def test_what_comes_in_finds_the_end_of_a_nanosecond_even_if_a_slice_ended_in_it(clock, loop, speed, monkeypatch):
+    log = []
+    eventful(clock, log)
+    looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0])  # a slice begins, two events, it is over; another one, over at once
+    monkeypatch.setattr("axistwin.links.pacing.perf_counter", lambda: next(looks))
+    pacer = paced(clock, loop, speed)
+    loop.now_s = 0.5
+    if speed is not None:
+        pacer.work()
+    assert log == list("ab")
+    pacer.sync()
+    assert (clock.now, log) == (10 * MS, list("abcd"))
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_what_comes_in_while_time_stands_still_finds_all_that_is_due_done(clock, speed):
+    log = []
+    clock.call_later(0, lambda: log.append("first"))
+    pacer = Pacer(clock, speed)
+    pacer.sync()
+    assert (clock.now, log) == (0, ["first"])
+    clock.call_later(0, lambda: log.append("second"))
+    pacer.work()
+    assert (clock.now, log) == (0, ["first", "second"])
+
+
+# Another speed while it runs
+
+
+def test_another_speed_counts_from_now_on(clock, loop):
+    clock.call_later(100 * S, lambda: None)
+    pacer = paced(clock, loop, 1)
+    loop.run_to(2)
+    pacer.speed = 10
+    assert clock.now == 2 * S
+    loop.run_to(3)
+    pacer.sync()
+    assert clock.now == 12 * S
+    pacer.speed = 0.5
+    loop.run_to(5)
+    pacer.sync()
+    assert (clock.now, pacer.speed) == (13 * S, 0.5)
+
+
+def test_as_fast_as_it_goes_and_back(clock, loop):
+    seconds = []
+    for second in range(1, 40):
+        clock.call_later(second * S, lambda: seconds.append(clock.now // S))
+    clock.call_later(20 * S, lambda: setattr(pacer, "speed", 1))
+    pacer = paced(clock, loop, 1)
+    loop.run_to(2.5)
+    pacer.speed = None
+    assert seconds[-1] == 20
+    loop.run_to(4)
+    pacer.sync()
+    assert (clock.now, seconds[-1]) == (21_500 * MS, 21)
+
+
+def test_the_speed_of_what_stands_still_counts_when_it_is_started(clock, loop):
+    pacer = Pacer(clock, 1)
+    pacer.speed = 4
+    pacer.start(loop)
+    loop.run_to(2)
+    pacer.sync()
+    assert clock.now == 8 * S
+
+
+# Who does what to it, and when
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_it_is_being_advanced_while_something_happens_and_only_then(clock, loop, speed):
+    seen = []
+    clock.call_later(10 * MS, lambda: seen.append(pacer.advancing))
+    pacer = Pacer(clock, speed)
+    pacer.watch(lambda: seen.append(pacer.advancing))
+    pacer.start(loop)
+    loop.run_to(1)
+    assert True in seen
+    assert pacer.advancing is False
+    assert seen.count(True) == 1
+
+
+def test_it_is_not_being_advanced_any_more_when_something_went_wrong(clock, loop):
+    def fail():
+        raise ArithmeticError
+
+    clock.call_later(0, fail)
+    pacer = Pacer(clock, None)
+    with pytest.raises(ArithmeticError):
+        pacer.start(loop)
+    assert pacer.advancing is False
+
+
+def test_what_comes_in_while_something_happens_does_not_advance_it_further(clock, loop):
+    log = []
+    pacer = Pacer(clock, None)
+    clock.call_later(10 * MS, lambda: (pacer.sync(), pacer.work(), log.append("first")))
+    clock.call_later(10 * MS, lambda: log.append("second"))
+    pacer.start(loop)
+    assert log == ["first", "second"]
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_what_comes_in_together_has_no_pass_in_between(clock, loop, speed):
+    pacer = paced(clock, loop, speed)
+    pacer.sync()
+    passes = pacer.passes
+    pacer.sync()
+    pacer.work()
+    assert pacer.passes == passes
+    clock.call_later(0, lambda: None)
+    pacer.sync()
+    assert pacer.passes == passes + 1
+
+
+def test_blocks_are_counted_beside_those_that_were_late(clock, loop):
+    for second in (1, 2, 3, 3, 5, 6, 8):
+        clock.call_later(second * S, lambda: None)
+    pacer = paced(clock, loop, 1)
+    loop.run_to(4)
+    assert (pacer.blocks, pacer.overruns) == (3, 0)
+    loop.now_s = 7  # two are late, in one block
+    loop.run_to(20)
+    assert (pacer.blocks, pacer.overruns) == (5, 1)
+
+
+def test_another_clock_is_advanced_from_where_it_is(clock, loop):
+    pacer = paced(clock, loop, 2)
+    loop.run_to(5)
+    other, log = Clock(), []
+    other.run_to(100 * S)
+    other.call_later(2 * S, lambda: log.append(other.now))
+    pacer.exchange(other)
+    reached = clock.now
+    loop.run_to(7)
+    pacer.sync()
+    assert (log, other.now, clock.now, other.patient) == ([102 * S], 104 * S, reached, False)
+
+
 @pytest.mark.parametrize(("text", "speed"), [("1", 1.0), ("0.5", 0.5), ("1e3", 1000.0), ("max", None)])
 def test_a_speed_is_a_number_or_max(text, speed):
     assert read_speed(text) == speed

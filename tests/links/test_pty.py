@@ -11,7 +11,7 @@ import serial
 
 from axistwin.errors import LinkError
 from axistwin.links.plug import CHUNK, FULL
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.frames import UartFormat
 
 from .serving import PATIENCE_S, dial, receive
 

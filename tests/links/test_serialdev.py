@@ -8,7 +8,7 @@ import pytest
 
 from axistwin.errors import LinkError
 from axistwin.links.serialdev import SerialDevice
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.frames import UartFormat
 
 from .serving import Served, dial, receive
 

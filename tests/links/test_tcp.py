@@ -6,9 +6,10 @@ import struct
 import pytest
 
 from axistwin.errors import LinkError, UsageError
-from axistwin.links.plug import CHUNK, FULL, Flow
+from axistwin.links.plug import CHUNK, FULL
 from axistwin.links.tcp import STALLED
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
 
 from .serving import Served, ask, dial, receive
 

@@ -1,5 +1,9 @@
 """Virtual time in integer nanoseconds."""
 
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
 from axistwin.sim.clock import Clock, kill
 
 
@@ -83,3 +87,93 @@ def test_an_onlooker_looks_when_a_nanosecond_is_over_in_which_something_happened
     clock.run_to(20)
     assert len(seen) == 4
     assert "step" not in vars(clock)
+
+
+class Busy:
+    """A clock on which procedures wake up, do something and set others off, and what happens is written down."""
+
+    def __init__(self, plans):
+        self.clock, self.log, self._left = Clock(), [], 60
+        for number, waits in enumerate(plans):
+            self.clock.process(self._procedure(number, waits))
+
+    def _procedure(self, number, waits):
+        for wait_ns in waits:
+            yield self.clock.timeout(wait_ns)
+            self.note(number)
+
+    def note(self, what):
+        """It happens; at once something else is set off, as long as there is not too much of it."""
+        self.log.append((self.clock.now, what))
+        self._left -= 1
+        if self._left > 0 and len(self.log) % 3 == 0:
+            self.clock.call_later(len(self.log) % 2, lambda: self.note(("set off by", what)))
+
+
+PLANS = st.lists(st.lists(st.integers(0, 3), max_size=5), max_size=4)
+MOMENTS = st.lists(st.integers(0, 12), max_size=5).map(sorted)
+
+
+@settings(max_examples=200, deadline=None)
+@given(PLANS, MOMENTS)
+def test_what_is_done_after_all_is_done_where_it_would_be_after_running_to_that_time(plans, moments):
+    first, second = Busy(plans), Busy(plans)
+    for number, moment in enumerate(moments):
+        first.clock.run_to(moment)
+        first.note(("from outside", number))
+    first.clock.run_to(20)
+    for number, moment in enumerate(moments):
+        second.clock.after_all(moment, lambda number=number: second.note(("from outside", number)))
+    second.clock.run_to(20)
+    assert second.log == first.log
+
+
+def test_the_same_on_a_bench_with_a_controller():
+    """Characters and levels at 0, in the middle of a character, at its end, twice at the same nanosecond."""
+    character_ns = 1_145_833
+    moments = (0, character_ns // 3, 1_100_000_000, 1_100_000_000, 1_100_000_000 + character_ns, 1_300_000_000)
+
+    def run(by_hand):
+        bench, log = Bench(), []
+        if1 = bench.add("if1")
+        if1.serial.hear(lambda byte, errors: log.append((bench.now, byte, errors)))
+        for pin in if1.pins.values():
+            pin.watch(lambda pin: log.append((bench.now, pin.name, pin.level)))
+
+        def act():
+            log.append((bench.now, "act"))
+            if1.serial.write(b"(E")
+            if1.pins["input1"].drive(not if1.pins["input1"].level)
+
+        for moment in moments:
+            if by_hand:
+                bench.clock.run_to(moment)
+                act()
+            else:
+                bench.clock.after_all(moment, act)
+        bench.clock.run_to(3_000_000_000)
+        assert len(log) > 12
+        return log
+
+    assert run(by_hand=True) == run(by_hand=False)
+
+
+def test_what_is_taken_back_leaves_nothing_behind():
+    clock, log = Clock(), []
+    clock.call_later(3, lambda: log.append("other"))
+    take_back = clock.after_all(3, lambda: log.append("done"))
+    clock.after_all(9, lambda: log.append("late"))()
+    take_back()
+    take_back()
+    assert clock.next_event_ns() == 3
+    clock.run_to(5)
+    assert (log, clock.quiet) == (["other"], True)
+
+
+def test_taken_back_when_it_has_been_done_it_has_been_done():
+    clock, log = Clock(), []
+    take_back = clock.after_all(3, lambda: log.append("done"))
+    clock.run_to(3)
+    take_back()
+    clock.run_to(9)
+    assert log == ["done"]

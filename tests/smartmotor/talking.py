@@ -5,7 +5,7 @@ from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.sim.serial import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 ACKNOWLEDGE, END = b"\x06", b"\xff\xff"
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from axistwin.host import C_FILES
 from axistwin.links.urls import PortUrl
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.frames import UartFormat
 
 ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 

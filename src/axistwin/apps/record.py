@@ -19,12 +19,12 @@ from axistwin.apps.served import ANY_PORT
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
-from axistwin.links.plug import Flow
 from axistwin.links.relay import Relay
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.serial_port import Flow
 from axistwin.units import US
 
 log = logging.getLogger("axistwin.apps")

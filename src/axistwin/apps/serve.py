@@ -4,10 +4,10 @@ import asyncio
 import logging
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import click
 
@@ -18,9 +18,9 @@ from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
 from axistwin.errors import MissingExtraError, UsageError
 from axistwin.links.pacing import Pacer, read_speed
-from axistwin.links.plug import Flow
 from axistwin.links.server import Server
 from axistwin.links.urls import parse, parse_as
+from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
     from axistwin.apps.panel.web import Panel
@@ -115,35 +115,75 @@ def serve(
         served = what_is.model(what, given, second, {"state": state, "line": line, **read_options(options)})
         headers = {"model": what, "options": shlex.join(options), "line": line or ""}
     _talk()
-    with ExitStack() as stack:
-        shown = _shown(served, times, panel, panel_token, reset_on_connect)
-        bench = served.build() if shown is None else shown.bench
+    with _Files() as files:
+        shown = _shown(served, times, panel, panel_token)
+        bench = served.build() if shown is None else shown.session.bench
         wanted = served.ports(bench)
         _prepare(bench, times)
-        writers = (_recording(bench, record, headers), _tracing(bench, trace, signals))
-        now_and_then = [doing for writer in writers if (doing := stack.enter_context(writer)) is not None]
-        pacer = Pacer(bench.clock, times) if shown is None else shown.pacer
-        server = Server(bench, pacer=pacer, flow=Flow(flow), reset=reset_on_connect)
-        return asyncio.run(_serve(server, wanted, shown, show_hosts, now_and_then))
+        files.write(_recording(bench, record, headers), _tracing(bench, trace, signals))
+        if shown is None:
+            server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
+        else:
+            server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
+            shown.session.each_bench(files.end_unless_of(bench))
+        return asyncio.run(_serve(server, wanted, shown, show_hosts, files))
 
 
-def _shown(
-    served: what_is.Served, speed: float | None, panel: str | None, token: str | None, reset: bool
-) -> "Panel | None":
+def _shown(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
     """It in a browser, if that is wished for.  Raises UsageError."""
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token is for a --panel: say where that is to be, such as --panel 8080")
         return None
-    if reset:
-        raise UsageError("--reset-on-connect and --panel: who repeats a run does not want it switched off by clients")
     try:
         from axistwin.apps.panel.web import Address, Panel  # late: an extra
+        from axistwin.apps.sessions.session import Session
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("nicegui", "fastapi", "starlette", "uvicorn"):
             raise
         raise MissingExtraError("NiceGUI", "panel") from None
-    return Panel(served.title, served.build, speed, Address.read(panel, token))
+    session = Session(served.build, speed, scene=served.scene, served=True)
+    return Panel(served.title, session, Address.read(panel, token))
+
+
+class _Files:
+    """The trace and the recording of a run."""
+
+    def __init__(self) -> None:
+        self._stack = ExitStack()
+        self._catch_up: list[Callable[[], None]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
+        """Begin with these."""
+        begun = (self._stack.enter_context(writer) for writer in writers)
+        self._catch_up = [catch_up for catch_up in begun if catch_up is not None]
+
+    @property
+    def open(self) -> bool:
+        """Whether there is anything to be written."""
+        return bool(self._catch_up)
+
+    def catch_up(self) -> None:
+        """Write what has happened by now."""
+        for catch_up in self._catch_up:
+            catch_up()
+
+    def end_unless_of(self, bench: Bench) -> Callable[[Bench], None]:
+        """What ends them when somebody goes back in time: they are of the bench that there is now, and of no other."""
+
+        def end(another: Bench) -> None:
+            if another is not bench and self.open:
+                self._catch_up.clear()
+                self._stack.close()
+                logging.getLogger("axistwin").warning("trace and recording end here: somebody has gone back in time")
+
+        return end
 
 
 @contextmanager
@@ -186,20 +226,18 @@ def _talk() -> None:
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
 
 
-async def _serve(
-    server: Server, wanted: Ports, shown: "Panel | None", show: bool, now_and_then: Sequence[Callable[[], None]]
-) -> int:
+async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:
     ended = ending()
     try:
         for name, url in wanted:
             await server.open(name, url)
         if shown is not None:
-            click.echo(f"panel on {await shown.open(server)}")
-        server.start()
+            click.echo(f"panel on {await shown.open()}")
+        _start(server, shown)
         for line in _lines(server, show):
             click.echo(line)
-        if now_and_then:
-            _now_and_then(server.pacer, now_and_then)
+        if files.open:
+            _now_and_then(server.pacer, files)
         return await ended
     finally:
         if shown is not None:
@@ -210,6 +248,13 @@ async def _serve(
             controller.power(False)
         if late := server.pacer.report():
             logging.getLogger("axistwin.links").warning("%s", late)
+
+
+def _start(server: Server, shown: "Panel | None") -> None:
+    if shown is None:
+        server.start()
+    else:
+        shown.session.run()
 
 
 def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
@@ -224,8 +269,7 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
             yield from (f"    {line}" for line in shown)
 
 
-def _now_and_then(pacer: Pacer, doings: Sequence[Callable[[], None]]) -> None:
+def _now_and_then(pacer: Pacer, files: _Files) -> None:
     pacer.work()  # it sleeps while nothing is due, also while a motor runs
-    for do in doings:
-        do()
-    asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, doings)
+    files.catch_up()
+    asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, files)

@@ -4,12 +4,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from axistwin.apps.conversations import partners
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
 from axistwin.links.urls import PortUrl, parse
+
+if TYPE_CHECKING:
+    from axistwin.apps.scenes.scene import Scene
 
 ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
 
@@ -24,6 +27,8 @@ class Served:
     build: Callable[[], Bench]
     ports: Callable[[Bench], Ports]
     """Who is to be reached where.  Raises UsageError if that cannot be."""
+    scene: "Scene | None" = None
+    """What it is made from; None: a model."""
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
@@ -60,7 +65,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
             raise UsageError(f"{path} has several controllers: write their ports into the scene")
         return [(name, url) for name in names for url in given]
 
-    return Served(path, partial(loaded.build, served=True), ports)
+    return Served(path, partial(loaded.build, served=True), ports, loaded)
 
 
 def _any_port(bench: Bench, name: str) -> PortUrl:

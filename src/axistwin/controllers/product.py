@@ -12,10 +12,11 @@ from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial import Uart, UartFormat
+from axistwin.sim.serial import Uart
 
 
 class PulseAxis(Protocol):

@@ -6,7 +6,8 @@ from axistwin.errors import UsageError
 from axistwin.faults.places import Spot
 from axistwin.faults.table import Case, Mend
 from axistwin.sim import trouble
-from axistwin.sim.serial import Line, SerialPort
+from axistwin.sim.serial import Line
+from axistwin.sim.serial_port import SerialPort
 from axistwin.sim.trouble import Effect, Trouble
 from axistwin.units import to_ns
 

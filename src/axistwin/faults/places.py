@@ -18,7 +18,7 @@ from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum, IntFlag
 
 from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Subnegotiation, Verb, escape
-from axistwin.sim.serial import LineError, Parity, UartFormat
+from axistwin.sim.frames import LineError, Parity, UartFormat
 
 SERVER = 100
 """An answer has the code of the command, and this on top."""

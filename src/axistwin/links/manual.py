@@ -67,6 +67,14 @@ class ManualPacer(Pacer):
 
     def _run(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
         """Whether there was something to tell, or the condition was true, before that time."""
+        self.advancing = True
+        self.passes += 1
+        try:
+            return self._run_to(stop_ns, condition)
+        finally:
+            self.advancing = False
+
+    def _run_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
         if condition is not None:
             return self.bench.run_until(lambda: self._dirty or condition(), to_seconds(stop_ns - self.clock.now))
         clock = self.clock

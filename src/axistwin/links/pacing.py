@@ -3,12 +3,15 @@
 At speed N the bench is advanced to the time that the wall clock says, in blocks of about 5 ms or when something comes
 in.  At full speed (`max`) everything that is due happens at once, in slices of about 2 ms between two looks at the
 sockets.  In either case nothing is done while nothing is due.
+
+What comes in finds the bench at the end of a nanosecond: everything has happened that is due by then.  So the run can
+be repeated: `run_to` that time, then the same comes in.
 """
 
 import asyncio
 from collections.abc import Callable
 from time import perf_counter
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -22,6 +25,9 @@ LATE_S = 0.025
 """What happens later than this has fallen behind, and is counted."""
 GIVEN_UP_S = 1.0
 """More than this is never caught up: virtual time goes on from where it is."""
+
+
+T = TypeVar("T")
 
 
 class Port(Protocol):
@@ -48,10 +54,17 @@ class Pacer:
     """Advances the clock of one bench: `speed` times real time, or as fast as it goes (None)."""
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
-        self.clock, self.speed = clock, speed
+        self.clock = clock
+        self.advancing = False
+        """Whether the bench is being advanced right now: what is done to it then, it does itself."""
+        self.passes = 0
+        """How often it has been advanced.  What comes in twice with no pass in between comes in together."""
+        self.blocks = 0
+        """How often something was due when it was advanced by the wall clock."""
         self.overruns = 0
-        """How often something happened too late."""
+        """In how many of these blocks it happened too late."""
         self.most_late_s = 0.0
+        self._speed = speed
         self._dirty: list[Port] = []
         self._watchers: list[Callable[[], None]] = []
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -59,19 +72,45 @@ class Pacer:
         self._next_at_s = 0.0
         self._last_s = 0.0
         self._wall_s, self._virtual_ns = 0.0, 0
+        self._plan = 0  # which plan to advance is the present one; who finds another one ends
+
+    @property
+    def speed(self) -> float | None:
+        """Times real time, or None: as fast as it goes.  Set at any time, it counts from then on."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float | None) -> None:
+        if self._loop is None:
+            self._speed = speed
+        else:
+            self.sync()
+            self._speed = speed
+            self._begin(self._loop)
+
+    @property
+    def running(self) -> bool:
+        """Whether virtual time passes."""
+        return self._loop is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
         """From now on virtual time passes, by the clock of this event loop or the one that is running."""
-        self._loop = loop or asyncio.get_running_loop()
-        self._wall_s, self._virtual_ns = self._loop.time(), self.clock.now
         self.clock.patient = False
-        self.work()
+        self._begin(loop or asyncio.get_running_loop())
 
     def stop(self) -> None:
-        """Virtual time stands still."""
-        if self._next is not None:
-            self._next.cancel()
-        self._next, self._loop = None, None
+        """Virtual time stands still.  Called while something happens: as soon as all has that is due by now."""
+        was_running, self._loop = self._loop is not None, None
+        self._forget_plan()
+        if was_running and not self.advancing:
+            self._flush()
+
+    def exchange(self, clock: Clock) -> None:
+        """Advance this clock from now on, from where it is, and the one before no more.  Not while it is advanced."""
+        clock.patient = self.clock.patient
+        self.clock = clock
+        if self._loop is not None:
+            self._begin(self._loop)
 
     def mark(self, port: Port) -> None:
         """This port wants to be flushed when the bench has been advanced."""
@@ -83,20 +122,37 @@ class Pacer:
         return lambda: self._watchers.remove(watcher)
 
     def sync(self) -> None:
-        """Something is about to come in: bring virtual time to the moment of its arrival."""
-        if self.speed is not None and self._loop is not None:
+        """Something is about to come in: bring virtual time to the moment of its arrival, and all to happen by then."""
+        if self.advancing:
+            return
+        if self._speed is not None and self._loop is not None:
             self._advance(self._loop.time())
+        if self.clock.peek() <= self.clock.now:
+            self._pass(self._finish)
 
     def work(self) -> None:
         """Something has come in: let happen what is due now."""
-        if self._loop is None:
+        if self.advancing:
             return
-        if self.speed is not None:
+        if self._loop is None:
+            self.sync()
+            self._flush()
+        elif self._speed is not None:
             self._advance(self._loop.time())
             self._flush()
             self._sleep()
         elif self._next is None:  # else a slice is coming anyway, and the sockets have their turn first
             self._slice()
+
+    def by_hand(self, advance: Callable[[Callable[[], bool]], T]) -> T:
+        """While virtual time stands still otherwise: have the bench advanced by `advance(over)`, and hand over its words.
+
+        It ends with a nanosecond, and soon after `over()` says that it is the sockets' turn.  Returns what it returns.
+        """
+        end_s, found = perf_counter() + SLICE_S, []
+        self._pass(lambda: found.append(advance(lambda: perf_counter() >= end_s)))
+        self._flush()
+        return found[0]
 
     def report(self) -> str | None:
         """What there is to tell about falling behind, in one line."""
@@ -105,13 +161,54 @@ class Pacer:
         times = "once" if self.overruns == 1 else f"{self.overruns} times"
         return f"fell behind the wall clock {times}, by {self.most_late_s * 1000:.0f} ms at most"
 
+    def _begin(self, loop: asyncio.AbstractEventLoop) -> None:
+        """From now on, from where virtual time is."""
+        self._forget_plan()
+        self._loop = loop
+        self._wall_s, self._virtual_ns = loop.time(), self.clock.now
+        self.work()
+
+    def _forget_plan(self) -> None:
+        self._plan += 1
+        if self._next is not None:
+            self._next.cancel()
+            self._next = None
+
+    # Advancing the bench
+
+    def _pass(self, advance: Callable[[], None]) -> None:
+        """Have the bench advanced; if the plan is another one afterwards, go on with that."""
+        plan, self.advancing = self._plan, True
+        self.passes += 1
+        try:
+            advance()
+            if plan != self._plan:
+                self._finish()
+        finally:
+            self.advancing = False
+        if plan != self._plan:
+            self._renew()
+
+    def _finish(self) -> None:
+        """Let happen what is due by now."""
+        self.clock.run_to(self.clock.now)
+
+    def _renew(self) -> None:
+        """Somebody has stopped or started it, or set its speed, in the middle of something."""
+        self._flush()
+        if self._loop is not None:
+            self._next = self._next or self._loop.call_soon(self._tick)
+
+    def _tick(self) -> None:
+        self._next = None
+        self.work()
+
     # As fast as it goes
 
     def _slice(self) -> None:
         self._next = None
-        clock, end_s = self.clock, perf_counter() + SLICE_S
-        while not clock.quiet and perf_counter() < end_s:
-            clock.step()
+        if not self.clock.quiet:
+            self._pass(self._rush)
         self._flush()
         self._go_on()
 
@@ -119,48 +216,58 @@ class Pacer:
         if self._next is None and self._loop is not None and not self.clock.quiet:
             self._next = self._loop.call_soon(self._slice)
 
-    # By the wall clock
+    def _rush(self) -> None:
+        clock, plan, end_s = self.clock, self._plan, perf_counter() + SLICE_S
+        while not clock.quiet and perf_counter() < end_s and plan == self._plan:
+            clock.step()
 
-    def _tick(self) -> None:
-        self._next = None
-        self.work()
+    # By the wall clock
 
     def _advance(self, wall_s: float) -> None:
         """Bring virtual time to `wall_s`, or as near as a slice allows."""
-        assert self.speed is not None
-        clock, self._last_s = self.clock, wall_s
-        target_ns = self._virtual_ns + int((wall_s - self._wall_s) * self.speed * S)
+        assert self._speed is not None
+        self._last_s = wall_s
+        target_ns = self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S)
+        due_ns = self.clock.next_event_ns()
+        if due_ns is not None and due_ns <= target_ns:
+            self._account((target_ns - due_ns) / S / self._speed)
+        if target_ns > self.clock.now or due_ns == target_ns:
+            self._pass(lambda: self._follow(target_ns, wall_s))
+
+    def _follow(self, target_ns: int, wall_s: float) -> None:
+        clock, plan, end_s = self.clock, self._plan, perf_counter() + SLICE_S
         due_ns = clock.next_event_ns()
-        if due_ns is not None and due_ns < target_ns:
-            self._account((target_ns - due_ns) / S / self.speed)
-        end_s = perf_counter() + SLICE_S
         while due_ns is not None and due_ns <= target_ns:
             if perf_counter() >= end_s:
                 self._give_up(target_ns, wall_s)
                 return
             clock.step()
+            if plan != self._plan:
+                return
             due_ns = clock.next_event_ns()
         if target_ns > clock.now:
             clock.run_to(target_ns)
 
     def _account(self, late_s: float) -> None:
+        self.blocks += 1
         if late_s > LATE_S:
             self.overruns += 1
             self.most_late_s = max(self.most_late_s, late_s)
 
     def _give_up(self, target_ns: int, wall_s: float) -> None:
         """Forget what cannot be caught up: the bench was too slow, or the machine was asleep."""
-        assert self.speed is not None
-        if (target_ns - self.clock.now) / S / self.speed > GIVEN_UP_S:
+        assert self._speed is not None
+        if (target_ns - self.clock.now) / S / self._speed > GIVEN_UP_S:
             self._wall_s, self._virtual_ns = wall_s, self.clock.now
 
     def _sleep(self) -> None:
         """Wake up when something is due, but not more often than once in a block."""
-        assert self._loop is not None and self.speed is not None
+        if self._loop is None or self._speed is None:
+            return
         due_ns = self.clock.next_event_ns()
         if due_ns is None:
             return
-        due_s = self._wall_s + (due_ns - self._virtual_ns) / S / self.speed
+        due_s = self._wall_s + (due_ns - self._virtual_ns) / S / self._speed
         at_s = max(due_s, self._last_s + BLOCK_S) if due_s > self._last_s else self._last_s
         if self._next is not None:
             if self._next_at_s <= at_s:

@@ -5,28 +5,18 @@ transmitted, until the next one comes.
 """
 
 from collections.abc import Callable
-from enum import Enum
 from typing import Protocol
 
 from axistwin.links.one import Guest, OneClient
 from axistwin.links.pacing import Pacer
-from axistwin.sim.pins import Pin
-from axistwin.sim.serial import LineError, SerialPort
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
 from axistwin.units import to_seconds
 
 FULL = 512
 """With so many characters waiting for the wire a client is not read from, until half of them have left."""
 CHUNK = 512
 """Characters taken from a client at once.  On a line that takes no time the controller deals with them in one go."""
-X_ON, X_OFF = 0x11, 0x13
-
-
-class Flow(Enum):
-    """What makes the link hold back characters from the host."""
-
-    NONE = "none"
-    DTR = "dtr"
-    X_ON_X_OFF = "xon"
 
 
 class Client(Guest, Protocol):
@@ -67,11 +57,9 @@ class Plug(OneClient[Client]):
         self.usual = self.serial.host.format
         self._dirty = False
         self._errors = LineError.NONE
-        self._stopped_by_x_off = False
         self._break_from_ns: int | None = None
         self._unwatch: Callable[[], None] | None = None
         self.serial.hear(self._heard)
-        self.serial.dtr_line.watch(self._dtr_changed)
         self.settle_flow()
 
     # Clients come and go
@@ -92,9 +80,8 @@ class Plug(OneClient[Client]):
         self.serial.drop_pending()
         self.serial.read()
         self._errors = LineError.NONE
-        self._stopped_by_x_off = False
         self.serial.host.format = self.usual
-        self.settle_flow()
+        self.serial.flow = self._flow
 
     # From the client
 
@@ -127,11 +114,12 @@ class Plug(OneClient[Client]):
         now_ns, began_ns = self.pacer.clock.now, self._break_from_ns
         if on and began_ns is None:
             self._break_from_ns = now_ns
+            self.serial.held = True
         elif not on and began_ns is not None:
             self._break_from_ns = None
             least_ns = 2 * self.serial.host.format.frame_ns
             self.serial.send_break(to_seconds(max(now_ns - began_ns, least_ns)))
-        self.settle_flow()
+            self.serial.held = False
 
     def _resume_when_emptier(self) -> None:
         if self.serial.pending <= FULL // 2:
@@ -158,17 +146,14 @@ class Plug(OneClient[Client]):
         data, errors, self._errors = self.serial.read(), self._errors, LineError.NONE
         if self.client is None:
             return
-        if self._flow is Flow.X_ON_X_OFF:
+        if self.serial.flow is Flow.X_ON_X_OFF:
             data = data.translate(None, bytes((X_ON, X_OFF)))
         self.client.deliver(data, errors)
 
-    def _heard(self, byte: int, errors: LineError) -> None:
+    def _heard(self, _: int, errors: LineError) -> None:
         self.mark()
         if errors:
             self._errors |= errors
-        if byte in (X_ON, X_OFF) and self._flow is Flow.X_ON_X_OFF:
-            self._stopped_by_x_off = byte == X_OFF
-            self.settle_flow()
 
     # Flow control: "The controller should therefore interrupt data transmission if this signal becomes reset"
 
@@ -177,13 +162,7 @@ class Plug(OneClient[Client]):
         wanted = None if self.client is None else self.client.flow
         return self.flow if wanted is None else wanted
 
-    def _dtr_changed(self, _: Pin) -> None:
-        self.settle_flow()
-
     def settle_flow(self) -> None:
-        """Hold the characters of the host back, or let them go."""
-        held_by_dtr = self._flow is Flow.DTR and not self.serial.dtr
-        held_by_x_off = self._flow is Flow.X_ON_X_OFF and self._stopped_by_x_off
-        held = held_by_dtr or held_by_x_off or self._break_from_ns is not None
-        if held is not self.serial.held:
-            self.serial.held = held
+        """The host's flow control is what its client asks for."""
+        if self.serial.flow is not self._flow:
+            self.serial.flow = self._flow

@@ -20,10 +20,11 @@ import tty
 from pathlib import Path
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, Flow, Plug
+from axistwin.links.plug import CHUNK, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
-from axistwin.sim.serial import LineError, UartFormat
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.serial_port import Flow
 
 EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
 TIOCPKT_IOCTL = 0x40

@@ -29,8 +29,11 @@ from axistwin.errors import LinkError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
 from axistwin.links.serialdev import Lines, control_lines, settings_of, why
+from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import LineError, SerialPort, Uart, UartFormat, direct
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.wirings import direct
 
 if TYPE_CHECKING:
     import serial

@@ -21,9 +21,10 @@ from axistwin.links.comport import (
     SetLines,
     Suspend,
 )
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import Plug
 from axistwin.links.tcp import STALLED, TcpClient
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
 
 FLOWS = {
     Control.FLOW_NONE: Flow.NONE,

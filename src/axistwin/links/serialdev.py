@@ -18,10 +18,11 @@ from logging import getLogger
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, Flow, Plug
+from axistwin.links.plug import CHUNK, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
-from axistwin.sim.serial import HostEnd, LineError, UartFormat
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.serial_port import Flow, HostEnd
 
 if TYPE_CHECKING:
     import serial

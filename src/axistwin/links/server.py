@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 from axistwin.bench import Bench
 from axistwin.links.one import OneClient
 from axistwin.links.pacing import Pacer
-from axistwin.links.plug import Flow, Plug
+from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
+from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
     from axistwin.links.bus import Slot

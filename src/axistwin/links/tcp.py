@@ -18,9 +18,10 @@ from typing import Any, cast
 
 from axistwin.errors import LinkError
 from axistwin.links.one import OneClient
-from axistwin.links.plug import CHUNK, Flow, Plug
+from axistwin.links.plug import CHUNK, Plug
 from axistwin.links.urls import PortUrl
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
 
 log = getLogger("axistwin.links")
 

@@ -5,6 +5,7 @@ happen in the order in which they were scheduled, so that two runs of the same b
 """
 
 from collections.abc import Callable, Generator
+from heapq import heapify
 from typing import Any
 
 import simpy
@@ -30,6 +31,8 @@ class Clock(simpy.Environment):
         """Whether nobody outside minds if a nanosecond takes seconds to compute; who sees it in real time does."""
         self.background = 0
         """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
+        self.acting = False
+        """Whether somebody outside is doing something right now, of which all that is done meanwhile is part."""
         self._onlookers: list[Callable[[], None]] = []
 
     @property
@@ -39,11 +42,32 @@ class Clock(simpy.Environment):
 
     def run_to(self, end_ns: int) -> None:
         """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
-        end = Event(self)
-        end._ok, end._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
-        self.schedule(end, priority=_AFTER_EVERYTHING_ELSE, delay=end_ns - self.now)  # type: ignore[arg-type]
+        end = self._last_at(end_ns)
         while end.callbacks is not None:  # until it has happened
             self.step()
+
+    def after_all(self, time_ns: int, action: Callable[[], object]) -> Callable[[], None]:
+        """Do `action` once, at that time, when everything else has happened that is due by then.
+
+        That is where it would be done by who calls `run_to(time_ns)` and then does it.  Returns what takes it back.
+        """
+        event = self._last_at(time_ns)
+        assert event.callbacks is not None
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
+
+        def take_back() -> None:
+            if event.callbacks is not None:
+                self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
+                heapify(self._queue)
+
+        return take_back
+
+    def _last_at(self, time_ns: int) -> Event:
+        """An event that happens when everything else has that is due by then."""
+        event = Event(self)
+        event._ok, event._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
+        self.schedule(event, priority=_AFTER_EVERYTHING_ELSE, delay=time_ns - self.now)  # type: ignore[arg-type]
+        return event
 
     def look_on(self, onlooker: Callable[[], None]) -> Callable[[], None]:
         """Call `onlooker` at the end of each nanosecond in which something happens.  Returns what ends that.
@@ -75,11 +99,7 @@ class Clock(simpy.Environment):
         """Do `action` once, `delay_ns` from now."""
         event = self.timeout(delay_ns)
         assert event.callbacks is not None
-
-        def act(_: Event) -> None:
-            action()
-
-        event.callbacks.append(act)
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
 
 
 def kill(process: Process) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
+from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 
 DEPTH = 16
@@ -66,6 +67,7 @@ class RegisterPort:
         self.powered = False
         self.input, self.output = Fifo(), Fifo()
         self._status = 0
+        self._doing = HostActs(clock)
         self._watchers: list[Callable[[], None]] = []
         self._listeners: list[Callable[[bytes], None]] = []
         self._hearers: list[Callable[[bytes], None]] = []
@@ -84,7 +86,10 @@ class RegisterPort:
         _check("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
-        return self.status if offset == CONTROL else self.output.pop()
+        if offset == CONTROL:
+            return self.status
+        with self._doing("read"):
+            return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
         """Write a register: 0 the input data buffer, 1 the control byte.  It takes no virtual time."""
@@ -92,10 +97,37 @@ class RegisterPort:
         _check("value", value, 0xFF)
         if not self.powered:
             return
-        if offset == DATA:
-            self.input.push(value)
-        else:
-            self.on_control(value)
+        with self._doing("write", (offset, value)):
+            if offset == DATA:
+                self.input.push(value)
+            else:
+                self.on_control(value)
+
+    def init(self) -> None:
+        """The bus's reset line is activated."""
+        if self.powered:
+            with self._doing("init"):
+                self.on_init()
+
+    def watch_host(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `watcher(act)` before everything that a host does here and that changes something.
+
+        Kinds, with their values: `read` of the data buffer (None), `write` (offset, byte), `init` (None).  An unpowered
+        board notices none of them.  Returns what ends the watching.
+        """
+        return self._doing.watch(watcher)
+
+    def perform(self, act: HostAct) -> None:
+        """Do, from the host's side, what such an act says."""
+        match act.kind:
+            case "read":
+                self.read(DATA)
+            case "write":
+                self.write(*act.value)
+            case "init":
+                self.init()
+            case _:
+                raise UsageError(f"a host on a bus cannot {act.kind!r}")
 
     @property
     def status(self) -> int:
@@ -129,11 +161,6 @@ class RegisterPort:
     def said(self, message: bytes) -> None:
         """From the device: this message lies ready."""
         _call(self._hearers, message)
-
-    def init(self) -> None:
-        """The bus's reset line is activated."""
-        if self.powered:
-            self.on_init()
 
 
 def _join(those: list[Callable[..., None]], one: Callable[..., None]) -> Callable[[], None]:

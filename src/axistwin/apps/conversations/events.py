@@ -13,9 +13,10 @@ from axistwin.apps.conversations.machine import on_a_bus
 from axistwin.bench import Bench, Controller
 from axistwin.faults.desk import Fault
 from axistwin.faults.words import write as written
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial import LineError, SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 
 @dataclass(frozen=True, slots=True)

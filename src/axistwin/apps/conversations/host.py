@@ -10,7 +10,7 @@ from typing import Protocol
 from axistwin.apps.conversations import partners
 from axistwin.bench import Bench, Controller
 from axistwin.controllers.product import BusHost
-from axistwin.sim.serial import SerialPort
+from axistwin.sim.serial_port import SerialPort
 from axistwin.units import MS
 
 

@@ -13,14 +13,21 @@ from axistwin.bench import Bench, Controller, line_format
 from axistwin.errors import ProgramError, UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
-from axistwin.sim.serial import SerialPort, UartFormat
+from axistwin.sim.serial_port import Flow, SerialPort
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 FAULT_ACTS = ("fault", "mend")
+BUS_ACTS = ("init", "read", "write")
+LINE_ACTS = ("dtr", "rts", "break", "line", "flow", "hold", "drop")
 ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
 SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature")
 _VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V")
+_READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?")
+_WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
+MOST_AT_ONCE = 256
+"""Times that a register is read."""
 _RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)")
 
 Value = bool | int | float | Decimal
@@ -47,6 +54,18 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
     if motor_of(controller) is not None and target in ("ambient", "master"):
         return _motor_action(controller, target, value)
     return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
+
+
+def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
+    """The same for whoever is called so: a controller, its second channel, a line that motors share; of a fault, any.
+
+    Raises ProgramError or UsageError if there is no such thing.
+    """
+    if target in FAULT_ACTS:
+        return fault_action(bench, who, target, value)
+    if who in bench.controllers:
+        return action(bench[who], target, value)
+    return port_action(bench.port(who), target, value)
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
@@ -83,9 +102,34 @@ def on_a_bus(controller: Controller) -> bool:
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    if target == "init":
-        return controller.bus.init if _level(value) else lambda: None
+    """What a host does with the registers by hand: `write 0 33 00`, `read 0 16`, `init on`."""
+    bus = controller.bus
+    match target:
+        case "init":
+            return bus.init if _level(value) else lambda: None
+        case "read":
+            offset, count = _register(value)
+            return lambda: [bus.read(offset) for _ in range(count)]
+        case "write":
+            offset, data = _contents(value)
+            return lambda: [bus.write(offset, byte) for byte in data]
     raise _nothing_called(target, targets(controller))
+
+
+def _register(value: str) -> tuple[int, int]:
+    """Which register is read, and how often."""
+    found = _READ.fullmatch(value)
+    if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
+        raise ProgramError(f"{value!r} is no register: write 0 or 1, and how often, like 0 16")
+    return int(found["offset"]), int(found["count"] or 1)
+
+
+def _contents(value: str) -> tuple[int, bytes]:
+    """Which register is written, and with what."""
+    found = _WRITTEN.fullmatch(value)
+    if found is None:
+        raise ProgramError(f"{value!r} cannot be written: give a register, 0 or 1, and hex bytes, like 0 33 00")
+    return int(found["offset"]), bytes.fromhex(found["data"])
 
 
 def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
@@ -127,7 +171,7 @@ def targets(controller: Controller) -> tuple[str, ...]:
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
     stick = ("joystick",) if controller.product.joystick else ()
-    host = ("init", *stick) if on_a_bus(controller) else (*lines, *motor, *stick)
+    host = (*BUS_ACTS, *stick) if on_a_bus(controller) else (*lines, *motor, *stick)
     return (*controller.pins, "power", *host, "AXIS.jam", "AXIS.load", "AXIS.push", *FAULT_ACTS)
 
 
@@ -142,11 +186,32 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
             return partial(port.host.rts_line.set, _level(value))
         case "break":
             return partial(port.send_break, float(_positive(value)))
+        case "flow":
+            return partial(setattr, port, "flow", _flow(value))
+        case "hold":
+            return partial(setattr, port, "held", _level(value))
+        case "drop":
+            return _dropping(port, value)
     return partial(setattr, port.host, "format", _line(value, port))
 
 
 def _line_targets(port: SerialPort) -> tuple[str, ...]:
-    return ("dtr", "rts", "break", "line") if port.handshake else ("break", "line")
+    return LINE_ACTS if port.handshake else LINE_ACTS[2:]
+
+
+def _flow(value: str) -> Flow:
+    try:
+        return Flow(value)
+    except ValueError:
+        raise ProgramError(
+            f"{value!r} is no flow control: there are {', '.join(flow.value for flow in Flow)}"
+        ) from None
+
+
+def _dropping(port: SerialPort, value: str) -> Callable[[], object]:
+    if value != "pending":
+        raise ProgramError(f"{value!r} cannot be dropped: there is what is pending")
+    return port.drop_pending
 
 
 def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:

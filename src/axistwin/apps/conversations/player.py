@@ -17,10 +17,8 @@ from axistwin.apps.conversations.host import Host, host_at
 from axistwin.apps.conversations.machine import (
     FAULT_ACTS,
     Value,
-    action,
+    act_at,
     agrees,
-    fault_action,
-    port_action,
     question,
     shown,
 )
@@ -133,22 +131,19 @@ class Player:
                 return partial(self.hosts[self._partner(act)].write, act.data)
             case Hear():
                 return partial(self._hear, act, self._partner(act))
-            case Do() if act.target in FAULT_ACTS:
-                return fault_action(self.bench, self._here(act), act.target, act.value)
             case Do():
-                if act.controller in self.heard and act.controller not in self.bench.controllers:
-                    return port_action(self.bench.port(act.controller), act.target, act.value)
-                return action(self._controller(act), act.target, act.value)
+                return act_at(self.bench, self._whose(act), act.target, act.value)
             case Expect():
                 look = self._clock if act.subject == "clock" else question(self._controller(act), act.subject)
                 agrees(look(), act.value)  # so that a value that can never be is found now
                 return lambda: self._expect(act, look())
         raise AssertionError(act)
 
-    def _here(self, act: Act) -> str:
-        """Whose things a fault need not name."""
-        only = next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
-        return act.controller or only
+    def _whose(self, act: Do) -> str:
+        """Whose things it is about; a fault names them itself if need be."""
+        if act.controller in self.heard or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
+            return act.controller
+        return self._controller(act).name
 
     def _controller(self, act: Act) -> Controller:
         if act.controller or len(self.bench.controllers) == 1:

@@ -20,8 +20,8 @@ from axistwin.apps.conversations.visible import CHARACTERS, Codec
 from axistwin.bench import Bench, line_format
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import PULLED_UP_VOLTS, UserPin
-from axistwin.sim.serial import UartFormat
 from axistwin.units import MS, S
 
 log = getLogger("axistwin.apps")

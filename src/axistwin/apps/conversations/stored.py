@@ -9,9 +9,9 @@ import re
 from pathlib import Path
 
 from axistwin.apps.conversations.machine import motor_of
-from axistwin.bench import Bench, Controller
+from axistwin.bench import Bench, Controller, line_format
 from axistwin.errors import ProgramError, UsageError
-from axistwin.sim.serial import SerialPort
+from axistwin.sim.serial_port import SerialPort
 
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
@@ -29,7 +29,7 @@ _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
-    """The text of a source file as it is sent: lines ended by LF, what is no ASCII (in comments) as `?`.
+    """The text of a source file as it is sent.
 
     Raises UsageError if it cannot be read.
     """
@@ -43,6 +43,11 @@ def load_source(path: Path) -> bytes:
         raise UsageError(
             f"{path} cannot be read: it begins like {error.encoding} and is not: save it as text"
         ) from None
+    return as_sent(text)
+
+
+def as_sent(text: str) -> bytes:
+    """The text of a source as it is sent: lines ended by LF, what is no ASCII (in comments) as `?`."""
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
         lines.pop()  # there is nothing behind the end of the last line
@@ -70,6 +75,20 @@ def store(source: bytes, file: str, motor: Controller) -> None:
         port.instant = instant
     motor.power_cycle()
     port.read()
+
+
+def run(source: bytes, file: str, motor: Controller) -> None:
+    """Load it into a motor that is switched off and on for it, whatever it does, and run it.
+
+    The host has its usual format again.  Raises ProgramError if the program is not taken.
+    """
+    port, usual = motor.serial, motor.product.line
+    assert usual is not None, "a motor has a serial port"
+    port.drop_pending()
+    port.host.format = line_format(motor.given.get("line"), usual)[0]
+    motor.power_cycle()
+    store(source, file, motor)
+    port.write(b"RUN\r")
 
 
 def only_motor(bench: Bench, file: str) -> Controller:

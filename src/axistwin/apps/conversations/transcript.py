@@ -10,7 +10,7 @@ from axistwin.apps.conversations.visible import Codec
 from axistwin.apps.drawing.history import AnyMove, History, Utterance
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.serial import LineError
+from axistwin.sim.frames import LineError
 from axistwin.units import to_seconds
 
 UNTOLD = ("dtr", "rts", "host.dtr", "host.rts")

@@ -17,7 +17,7 @@ from axistwin.apps.conversations.conversation import Act, Do, Say, Wait
 from axistwin.apps.conversations.machine import action
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.errors import ProgramError, UsageError
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.frames import UartFormat
 from axistwin.units import to_seconds
 
 SELF_TEST_S = 1.5

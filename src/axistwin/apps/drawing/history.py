@@ -14,8 +14,8 @@ from axistwin.bench import Bench
 from axistwin.motion.train import Stroke
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import PULLED_UP_VOLTS
-from axistwin.sim.serial import LineError
 from axistwin.units import MS, S
 
 LENGTH = 100_000

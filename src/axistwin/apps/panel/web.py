@@ -3,7 +3,6 @@
 import asyncio
 import secrets
 import socket
-from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib import resources
@@ -18,10 +17,7 @@ from axistwin.apps.panel.page import page
 from axistwin.apps.panel.people import People
 from axistwin.apps.panel.talk import Talk
 from axistwin.apps.sessions.session import Session
-from axistwin.bench import Bench
 from axistwin.errors import LinkError, UsageError
-from axistwin.links.pacing import Pacer
-from axistwin.links.server import Server
 from axistwin.links.urls import LOOPBACK
 
 RECONNECT_S = 30.0
@@ -54,11 +50,11 @@ class Address:
 
 
 class Panel:
-    """A session with a bench that `build` makes, and a web server that shows it."""
+    """A web server that shows a session."""
 
-    def __init__(self, title: str, build: Callable[[], Bench], speed: float | None, address: Address) -> None:
-        self.session, self.people, self.address = Session(build, speed), People(), address
-        self.common = Common(self.session)
+    def __init__(self, title: str, session: Session, address: Address) -> None:
+        self.session, self.people, self.address = session, People(), address
+        self.common = Common(session)
         self.common(Talk)  # which listens from the beginning
         gate = Gate(_application(self, title), address.token)
         self._server = _Server(
@@ -66,22 +62,8 @@ class Panel:
         )
         self._task: asyncio.Task[None] | None = None
 
-    @property
-    def bench(self) -> Bench:
-        """The bench as it is now."""
-        return self.session.bench
-
-    @property
-    def pacer(self) -> Pacer:
-        """What lets its time pass."""
-        return self.session.pacer
-
-    async def open(self, server: Server) -> str:
-        """Show it, with its hosts at `server`.  Returns the address, with the token if there is one.
-
-        Raises LinkError.
-        """
-        self.session.serve(server)
+    async def open(self) -> str:
+        """Show it.  Returns the address, with the token if there is one.  Raises LinkError."""
         sock = _listening(self.address)
         self._task = asyncio.create_task(self._server.serve(sockets=[sock]))
         while not self._server.started and not self._task.done():

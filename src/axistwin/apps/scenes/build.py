@@ -5,15 +5,16 @@ which time; hosts.  Whatever cannot be is told with its place in the file.
 """
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
 from pathlib import Path
 
-from axistwin.apps.conversations import stored
+from axistwin.apps.conversations import partners, stored
 from axistwin.apps.conversations.conversation import Do, parse_line
-from axistwin.apps.conversations.machine import FAULT_ACTS, action, fault_action
+from axistwin.apps.conversations.hands import Hands
+from axistwin.apps.conversations.machine import FAULT_ACTS
 from axistwin.apps.scenes import hosting, toml_places
 from axistwin.apps.scenes.source import Source, instead
 from axistwin.apps.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
@@ -47,6 +48,8 @@ class Builder:
     def __init__(self, contents: SceneFile, source: Source, served: bool) -> None:
         self.contents, self.source, self.served = contents, source, served
         self.bench = Bench()
+        self._load = hosting.loader(self.bench, lambda file: hosting.program_text(self._beside(Path(file))))
+        self._hands = Hands(self.bench, self._load)
 
     def build(self) -> Bench:
         """All of it; the controllers have just been switched on."""
@@ -212,39 +215,43 @@ class Builder:
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
+            with self.source.blaming("script", number, "at"):
+                at_ns = to_ns(table.at)
+            acts = []
             for which, text in enumerate(table.do):
-                with self.source.blaming("script", number, "at"):
-                    at_ns = to_ns(table.at)
                 path: Path_ = ("script", number, "do", which)
                 with self.source.blaming(*path):
-                    self._plan_act(at_ns, self._act(table, text), path)
+                    acts.append((path, self._act(table, text)))
+            self._plan_acts(at_ns, acts)
 
-    def _plan_act(self, at_ns: int, do: Callable[[], object], path: Path_) -> None:
-        """Nobody waits for it: who types a program's lines goes on.  What cannot be then is told with its place."""
+    def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
+        """When everything else has happened that is due then.  What cannot be is told with its place.
+
+        Nobody waits for it: who types a program's lines goes on.
+        """
         clock = self.bench.clock
 
-        def act() -> None:
+        def happen() -> None:
             clock.background -= 1
-            with self.source.blaming(*path):
-                do()
+            for path, do in acts:
+                with self.source.blaming(*path):
+                    do()
 
         clock.background += 1
-        clock.call_later(at_ns, act)
+        clock.after_all(at_ns, happen)
         self.bench.agenda_ns = max(self.bench.agenda_ns, at_ns)
 
     def _act(self, table: ScriptTable, text: str) -> Callable[[], object]:
         act = parse_line(f"! {text}", 0, "")
         assert isinstance(act, Do), "that is what ! means"
         here = table.on or self._only()
-        if here and here not in self.bench.controllers and here not in self.bench.lines:
+        if here and here not in (*self.bench.controllers, *partners.names(self.bench)):
             raise UsageError(f"no controller {here!r}: {instead(here, self.bench.controllers)}")
         if act.target == "mend":
             self._check_mend(act.value)
-        if act.target in FAULT_ACTS:
-            return fault_action(self.bench, here, act.target, act.value)
-        if not here:
+        if not here and act.target not in FAULT_ACTS:
             raise UsageError(f"whose is that? Say on = one of {', '.join(self.bench.controllers)}")
-        return action(self.bench[here], act.target, act.value)
+        return self._hands.prepare(Do(act.target, act.value, controller=here))
 
     def _check_mend(self, name: str) -> None:
         """Faults of the script are there when their time has come."""
@@ -256,10 +263,20 @@ class Builder:
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:
+        for path, name, file in self._hosts():
+            with self.source.blaming(*path):
+                hosting.prepared(self.bench, name, self._beside(file), self._load)()
+
+    def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
+        """Those that live here: where the file says so, whom they talk to, and what."""
         for number, table in enumerate(self.contents.controller):
-            if table.host is not None and not (self.served and table.ports):
-                with self.source.blaming("controller", number, "host"):
-                    hosting.start(self.bench, self.bench[table.called], self._beside(table.host))
+            if not (self.served and table.ports):
+                for which, file in enumerate(table.host):
+                    yield ("controller", number, "host", which), table.called, file
+        for _, name, line, place in shared_lines(self.contents):
+            if not (self.served and line.ports):
+                for which, file in enumerate(line.host):
+                    yield (*place, "host", which), name, file
 
     def _beside(self, path: Path) -> Path:
         """As seen from the scene file."""

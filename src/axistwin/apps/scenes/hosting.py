@@ -1,45 +1,219 @@
 """Hosts that live in the virtual time of a scene, each at its own controller, side by side.
 
-A host sends the lines of an `.if1` or `.181x` file.  As everywhere, a line is sent when the controller is done with the
-one before, and after `+2.5` when that time has passed; but here others move, so only that one controller is looked at.
+A host sends the lines of an `.if1` or `.181x` file: as everywhere, a line when the controller is done with the one
+before, and after `+2.5` when that time has passed; but here others move, so only that one controller is looked at.  Or
+it does what a conversation (`.talk`) has for the host's side, at its times.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from axistwin.apps.conversations.conversation import Act, Do, Say, Wait, load_text
+from axistwin.apps.conversations import partners, stored
+from axistwin.apps.conversations.conversation import Act, Conversation, Do, Hear, Say, Wait, load_text, parse
+from axistwin.apps.conversations.hands import Hands, Load
 from axistwin.apps.conversations.host import Host, host_of
-from axistwin.apps.conversations.machine import action
+from axistwin.apps.conversations.machine import FAULT_ACTS, action
 from axistwin.apps.conversations.operator import command_strings
-from axistwin.apps.conversations.typist import ATTEMPTS, PATIENCE_S, READY_S, SELF_TEST_S, command_lines, greeting
+from axistwin.apps.conversations.player import PATIENCE_S, open_channels
+from axistwin.apps.conversations.typist import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting
+from axistwin.apps.conversations.typist import PATIENCE_S as ANSWER_S
 from axistwin.bench import FAMILIES, Bench, Controller
-from axistwin.errors import ProgramError, UsageError
-from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.errors import PlacedError, ProgramError, UsageError
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.units import MS, to_ns
 
 LOOK_NS = 20 * MS
 """So often a host looks whether its controller is done."""
+TALK, STORED = ".talk", ".sms"
 KINDS = {".if1": "digiplan", ".181x": "compumotor"}
 """What is sent to whom."""
+Start = Callable[[], Process]
+"""Lets a host begin."""
 
 
-def start(bench: Bench, controller: Controller, path: Path) -> None:
-    """Have a host send this file to this controller.  Raises ProgramError or UsageError if it cannot."""
-    family = KINDS.get(path.suffix)
-    if family is None:
-        raise UsageError(f"{path} is nothing that a host sends by itself: give command lines .if1 or .181x")
-    if FAMILIES[controller.product.model] != family:
-        raise UsageError(f"{path} is not for {controller.name}, which is a {controller.product.model}")
-    text, file = load_text(path), str(path)
-    if family == "digiplan":
-        host = _Host(bench.clock, controller, command_lines(text, file), file)
-        bench.clock.process(host.type_lines())
-    else:
-        assert controller.product.language is not None, "a board has one"
-        commands = command_strings(text, controller.product.language, file)
-        host = _Host(bench.clock, controller, commands, file)
-        bench.clock.process(host.send_commands())
+def prepared(bench: Bench, name: str, path: Path, load: Load | None = None) -> Start:
+    """A host that sends this file to whoever is reached by this name.  `load`: where its programs come from.
+
+    Raises ProgramError or UsageError if it cannot.
+    """
+    _check(bench, name, str(path))
+    return with_text(bench, name, str(path), load_text(path), load)
+
+
+def with_text(bench: Bench, name: str, file: str, text: str, load: Load | None = None) -> Start:
+    """The same with the text that is in the file."""
+    suffix, clock = Path(file).suffix.lower(), bench.clock
+    if suffix == TALK:
+        talker = _Talker(bench, name, _conversation(bench, name, file, text), load or loader(bench, _beside(file)))
+        return lambda: clock.process(talker.converse())
+    _check(bench, name, file)
+    controller = bench[name]
+    if KINDS[suffix] == "digiplan":
+        typist = _Host(clock, controller, command_lines(text, file), file)
+        return lambda: clock.process(typist.type_lines())
+    assert controller.product.language is not None, "a board has one"
+    operator = _Host(clock, controller, command_strings(text, controller.product.language, file), file)
+    return lambda: clock.process(operator.send_commands())
+
+
+def _check(bench: Bench, name: str, file: str) -> None:
+    """Whether such a host can talk to whoever is called so.  Raises UsageError."""
+    suffix = Path(file).suffix.lower()
+    if suffix not in (TALK, *KINDS):
+        raise UsageError(f"{file} is nothing that a host sends by itself: give .if1, .181x or a conversation .talk")
+    if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
+        raise UsageError(f"{file} is not for {name}, which is a {bench[name].product.model}")
+
+
+def loader(bench: Bench, read: Callable[[str], str]) -> Load:
+    """Puts programs into controllers of this bench, which are switched off and on for it.
+
+    A SmartMotor's source (.sms) is stored and run; what a host sends is sent by one that takes the place of the one
+    before.  `read` finds the text of a file.
+    """
+    there: dict[str, Process] = {}
+
+    def load(name: str, file: str) -> Callable[[], object]:
+        suffix, controller = Path(file).suffix.lower(), bench[name]
+        if suffix == STORED:
+            stored.check_motor(controller)
+            return partial(stored.run, stored.as_sent(read(file)), file, controller)
+        if suffix not in KINDS:
+            raise UsageError(
+                f"{file} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
+            )
+        return partial(_send, controller, with_text(bench, name, file, read(file)), there)
+
+    return load
+
+
+def _send(controller: Controller, start: Start, there: dict[str, Process]) -> None:
+    if controller.name in there:
+        kill(there[controller.name])
+    if controller.name in controller.ports:
+        controller.serial.drop_pending()
+    controller.power_cycle()
+    there[controller.name] = start()
+
+
+def _beside(file: str) -> Callable[[str], str]:
+    """Programs stand beside the file that names them."""
+    return lambda name: program_text(Path(file).parent / name)
+
+
+def program_text(path: Path) -> str:
+    """The text of a program of any kind.  Raises UsageError or ProgramError."""
+    return stored.load_source(path).decode() if path.suffix.lower() == STORED else load_text(path)
+
+
+def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation:
+    model = bench[name].product.model if name in bench.controllers else ""
+    conversation = parse(text, file, model=model)
+    open_channels(conversation, bench)
+    return conversation
+
+
+class _Talker:
+    """Does what the host does in a conversation, and waits where it hears something.
+
+    What must be so (`=`) is nothing that a host does.
+    """
+
+    def __init__(self, bench: Bench, name: str, conversation: Conversation, load: Load) -> None:
+        self.bench, self.name, self.conversation = bench, name, conversation
+        self._hands = Hands(bench, load)
+        self._patience_ns = to_ns(float(conversation.headers.get("patience", PATIENCE_S)))
+        self._heard: dict[str, bytearray] = {}
+        self._waiting: Event | None = None
+        self._acts = [(act, self._prepared(act)) for act in conversation.acts]
+        bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
+
+    def _prepared(self, act: Act) -> Callable[[], object]:
+        """What it does, as something to call; what cannot be done is found now."""
+        with self._blaming(act):
+            match act:
+                case Say(data=data):
+                    self._check(self._whom(act))
+                    return self._hands.prepare(Say(data, controller=self._whom(act)))
+                case Do(target=target, value=value) if not self._is_later(act):
+                    return self._hands.prepare(Do(target, value, controller=self._whom(act)))
+                case Do(target=target, value=value):
+                    later = Do(target, value, controller=self._whom(act))
+                    return lambda: self._hands.prepare(later)()
+                case Hear():
+                    self._listen(self._whom(act))
+        return lambda: None
+
+    def _is_later(self, act: Do) -> bool:
+        """A fault may be about another that is there only when its time has come."""
+        return act.target in FAULT_ACTS
+
+    def _whom(self, act: Act) -> str:
+        return act.controller or self.name
+
+    def _check(self, name: str) -> None:
+        if name not in partners.names(self.bench):
+            raise UsageError(f"nobody called {name!r} to talk to: there are {', '.join(partners.names(self.bench))}")
+
+    def _listen(self, name: str) -> None:
+        self._check(name)
+        if name in self._heard:
+            return
+        self._heard[name] = bytearray()
+        if partners.at_a_bus(self.bench, name):
+            self.bench[name].bus.hear(partial(self._hears, name))
+        else:
+            self.bench.port(name).hear(lambda byte, _: self._hears(name, bytes([byte])))
+
+    def _hears(self, name: str, data: bytes) -> None:
+        self._heard[name] += data
+        self._wake()
+
+    def _wake(self) -> None:
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            waiting.succeed()
+
+    @contextmanager
+    def _blaming(self, act: Act) -> Iterator[None]:
+        try:
+            yield
+        except (PlacedError, UsageError) as error:
+            raise ProgramError(str(error), file=self.conversation.file, line=act.line) from None
+
+    def converse(self) -> Procedure:
+        """From the first act to the last, each when everything else has happened that is due at its time."""
+        time_ns = self.bench.now
+        for act, do in self._acts:
+            match act:
+                case Wait():
+                    time_ns += act.ns
+                    yield self._when_all_is_done(time_ns)
+                case Hear():
+                    yield from self._hear(act)
+                    time_ns = self.bench.now
+                case _:
+                    with self._blaming(act):
+                        do()
+
+    def _when_all_is_done(self, time_ns: int) -> Event:
+        event = self.bench.clock.event()
+        self.bench.clock.after_all(time_ns, event.succeed)
+        return event
+
+    def _hear(self, act: Hear) -> Procedure:
+        """Until all of it has come, whatever it is, or nothing more for a while."""
+        heard, wanted, clock = self._heard[self._whom(act)], len(act.data), self.bench.clock
+        known = -1
+        while known < len(heard) < wanted:
+            known, self._waiting = len(heard), clock.event()
+            forget = clock.after_all(clock.now + self._patience_ns, self._wake)
+            yield self._waiting
+            forget()
+        del heard[:wanted]
+        yield self._when_all_is_done(clock.now)
 
 
 class _Host:
@@ -78,7 +252,7 @@ class _Host:
         deafen = port.hear(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
             port.write(b"(")
-            for _ in range(round(to_ns(PATIENCE_S) / LOOK_NS)):
+            for _ in range(round(to_ns(ANSWER_S) / LOOK_NS)):
                 yield self.clock.timeout(LOOK_NS)
                 if heard.endswith(b"U\r"):
                     deafen()

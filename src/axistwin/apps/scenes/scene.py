@@ -78,7 +78,7 @@ class Scene:
     @property
     def hosted(self) -> set[str]:
         """Controllers that have a host of their own and no ports: nobody from outside is to talk to them."""
-        return {table.called for table in self._contents.controller if table.host is not None and not table.ports}
+        return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     def build(self, *, served: bool = False) -> Bench:
         """A new bench with everything on it; the controllers have just been switched on.

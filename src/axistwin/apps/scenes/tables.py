@@ -76,6 +76,10 @@ def _possible(path: Path) -> Path:
 File = Annotated[Path, AfterValidator(_possible)]
 
 
+_ONE_OR_MORE = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+_listed = BeforeValidator(lambda given: [given] if isinstance(given, str) else given)
+Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
+"""One file, or several."""
 ServoTable = dict[str, Any]
 """The axis of a servo motor: limits = [minus, plus], motor = "frame23" or a data sheet's values, load = { … }."""
 _STEPPERS = TypeAdapter(dict[str, AxisTable])
@@ -105,8 +109,8 @@ class ControllerTable(Table):
     """Where its second serial channel is reached, if it has one."""
     program: File | None = None
     """The source of a SmartMotor's stored program (.sms), seen from the scene file."""
-    host: File | None = None
-    """Command lines (.if1, .181x) that a host sends to it by itself, seen from the scene file."""
+    host: Files = []
+    """Command lines (.if1, .181x) or conversations (.talk) that hosts have with it, seen from the scene file."""
     master: str | None = None
     """The axis that a SmartMotor's external encoder sits on, as "name.axis"."""
     master_ratio: tuple[int, Annotated[int, Field(ge=1)]] = (1, 1)
@@ -138,6 +142,8 @@ class LineTable(Table):
     """What it is called in conversations and traces; "chain" or "rs485" if left out."""
     ports: list[str] = []
     """Where its host's end is reached."""
+    host: Files = []
+    """Conversations (.talk) that hosts have on it, seen from the scene file."""
 
 
 class WireTable(Table):
@@ -185,12 +191,7 @@ class FaultTerms(Table):
 FaultTable = create_model("FaultTable", __base__=FaultTerms, **FAULT_PARAMETERS)
 
 
-_ONE_OR_MORE = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
-Acts = Annotated[
-    list[str],
-    BeforeValidator(lambda given: [given] if isinstance(given, str) else given),
-    WithJsonSchema(_ONE_OR_MORE),
-]
+Acts = Annotated[list[str], _listed, WithJsonSchema(_ONE_OR_MORE)]
 
 
 class ScriptTable(Table):

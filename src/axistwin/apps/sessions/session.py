@@ -1,30 +1,68 @@
 """A bench in people's hands: run, paused, stepped, spoken to, and run again up to any moment.
 
 Everything that comes from outside goes through a session, which keeps it with its time; what the bench itself does
-(hosts of the scene, its script, planned faults) it does again when it is run again.
+(hosts of the scene, its script, planned faults) it does again when it is run again.  So who goes back in time gets a new
+bench, on which the same happens up to then; going on, the rest of what has been recorded happens again, and hosts at
+the ports wait for it, until somebody does something else: that is where another future begins.
 """
 
-from collections.abc import Callable
+import asyncio
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 
-from axistwin.apps.conversations import machine
-from axistwin.apps.conversations.host import Host, host_at
+from axistwin.apps.conversations import partners
+from axistwin.apps.conversations.conversation import Do, Say
+from axistwin.apps.scenes.scene import Scene
+from axistwin.apps.sessions import programs, saving, steps
+from axistwin.apps.sessions.breaks import Break
+from axistwin.apps.sessions.outside import Outside, Repetition
 from axistwin.bench import Bench
+from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer
-from axistwin.units import to_seconds
+from axistwin.links.server import Server
+from axistwin.sim.serial_port import Flow
+from axistwin.storage import FileStore
+from axistwin.units import S, to_ns, to_seconds
 
 Attach = Callable[[Bench], object]
 
 
 class Session:
-    """One bench, made by `build`, and what is done to it."""
+    """One bench, made by `build`, and what is done to it.
 
-    def __init__(self, build: Callable[[], Bench], speed: float | None = 1.0) -> None:
-        self._build = build
+    `speed`: times real time, None as fast as it goes.  `scene`: what `build` builds, for `save`; `served`: without the
+    hosts of controllers that have ports.  Used within a running event loop where time passes.
+    """
+
+    def __init__(
+        self,
+        build: Callable[[], Bench],
+        speed: float | None = 1.0,
+        *,
+        scene: Scene | None = None,
+        served: bool = False,
+    ) -> None:
+        self._build, self._scene, self._served = build, scene, served
         self.bench = build()
         """The bench as it is now; another takes its place when somebody goes back in time."""
         self.pacer = Pacer(self.bench.clock, speed)
+        self.server: Server | None = None
+        """What opens ports to it; see `serve`."""
+        self.breaks: list[Break] = []
+        """Those that have been added."""
+        self.halted_by = ""
+        """Why it stands, in words; "" if it has been paused by hand."""
+        self.progress: float | None = None
+        """How much of the way to another moment is done, 0 to 1; None: it is not on its way."""
+        self._outside = Outside(self.pacer)
+        self._outside.attach(self.bench)
         self._attached: list[Attach] = []
-        self._hosts: dict[str, Host] = {}
+        self._repetition: Repetition | None = None
+        self._recorded_ns = 0
+        self._running = self._busy = self._halted = self._caught_up = False
+        self._aim: Break | None = None
+        self.pacer.watch(self._go_live)
 
     @property
     def seconds(self) -> float:
@@ -36,22 +74,59 @@ class Session:
         self._attached.append(attach)
         attach(self.bench)
 
+    def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False) -> Server:
+        """A server for hosts at real ports, whose clients stay when another bench takes the place of this one."""
+        self.pacer.sync()
+        self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=reset)
+        return self.server
+
+    def client(self, name: str) -> str:
+        """Who is connected there from outside; "" if nobody is."""
+        return "" if self.server is None else self.server.client(name)
+
     # Doing something to it
 
     def do(self, who: str, target: str, value: str) -> None:
         """What `! target value` does in a conversation, to a controller or a line.  Raises AxistwinError."""
-        act = machine.action(self.bench[who], target, value)
-        self.pacer.sync()
-        act()
-        self.pacer.work()
+        self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
         """A host says this to whom it reaches by this name: characters; to a board on a bus, a whole command."""
-        self.pacer.sync()
-        if name not in self._hosts:
-            self._hosts[name] = host_at(self.bench, name).__enter__()
-        self._hosts[name].write(data)
-        self.pacer.work()
+        if not partners.at_a_bus(self.bench, name):
+            self.bench.port(name)  # raises if there is none
+        self._do(Say(data, controller=name))
+
+    def load(self, name: str, filename: str, text: str) -> None:
+        """Switch a controller off and on, load a program into it, and start it.
+
+        A SmartMotor's source (.sms) is stored and run; command lines (.if1, .181x) are sent by a host.  Raises
+        AxistwinError, for what is wrong in the program with its file, line and column, before anything is done.
+        """
+        file = programs.checked(self.bench, name, filename, text, self._outside.texts)
+        if name in self.bench.ports:
+            self.do(name, "drop", "pending")
+        self.do(name, "power", "off")
+        until_ns = self.bench.now + to_ns(programs.OFF_S)
+        self.pacer.by_hand(lambda _: self.bench.clock.run_to(until_ns))
+        self._outside.texts[file] = text
+        self.do(name, "load", file)
+
+    def _do(self, act: Say | Do) -> None:
+        self._check_free()
+        do = self._outside.prepared(act)
+        self.forget_rest()
+        do()
+
+    def _power_cycle(self, name: str) -> None:
+        """For a client that wants to find it just switched on."""
+        line = self.bench.lines.get(name)
+        for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
+            for level in ("off", "on"):
+                self._outside.prepared(Do("power", level, controller=motor.name))()
+
+    def _check_free(self) -> None:
+        if self._busy:
+            raise UsageError(f"wait until it is there: it is on its way, at {self.seconds:.3f} s")
 
     # Time
 
@@ -60,8 +135,6 @@ class Session:
         """Whether time passes."""
         return self._running
 
-    _running = False
-
     @property
     def speed(self) -> float | None:
         """Times real time; None: as fast as it goes."""
@@ -69,57 +142,175 @@ class Session:
 
     @speed.setter
     def speed(self, speed: float | None) -> None:
-        was = self._running
-        self.pause()
         self.pacer.speed = speed
-        if was:
-            self.run()
 
     def run(self) -> None:
         """Let time pass."""
-        self._running = True
+        self._check_free()
+        self.halted_by, self._halted, self._running = "", False, True
         self.pacer.start()
 
     def pause(self) -> None:
         """Let time stand still, when everything due by now has happened."""
+        self._check_free()
         self.pacer.sync()
-        self._running = False
         self.pacer.stop()
+        self._stand("")
 
-    halted_by = ""
-    progress = None
-    repeating = False
-    recorded_seconds = 100.0
-    breaks = []
+    async def step(self, kind: str) -> bool:
+        """Go on to the next of a kind, and stand there; returns whether there was one within 60 virtual seconds.
 
-    def client(self, name):
-        return ""
+        "event": a nanosecond in which something can be seen: a pin, a character, a message, a fault, a motion that
+        begins or ends; "move": such a motion; "statement": a line of a stored program begins.  Raises UsageError.
+        """
+        self.pause()
+        with steps.Watch(self.bench, kind) as watch, self._on_the_way():
+            end_ns = self.bench.now + steps.MOST_S * S
+            while not (watch.seen or self._halted):
+                if not self._slice(partial(self._step, watch, end_ns)):
+                    break
+                await asyncio.sleep(0)
+            return watch.seen
 
-    def forget_rest(self):
-        pass
+    def add_break(self, sentence: str) -> Break:
+        """Stop whenever this comes true, in the middle of anything: "table.X passes 1000".  Raises UsageError."""
+        self.breaks.append(Break(sentence, self.bench, self._hit))
+        return self.breaks[-1]
 
-    async def step(self, kind):
-        return False
+    def remove_break(self, which: Break) -> None:
+        """It stops nothing any more."""
+        which.on = False
+        self.breaks.remove(which)
 
-    async def go_to(self, s):
-        pass
+    def run_until(self, sentence: str) -> None:
+        """Run until this comes true, or a break does; then it stands.  Raises UsageError."""
+        self._check_free()
+        self._aim_at(Break(sentence, self.bench, self._hit, once=True))
+        self.run()
 
-    def add_break(self, s):
-        self.breaks.append(Break(s))
+    def _step(self, watch: steps.Watch, end_ns: int, over: Callable[[], bool]) -> bool:
+        """Returns whether it may be worth while to go on."""
+        return steps.go_on(self.bench, end_ns, lambda: watch.seen or self._halted or self._caught_up or over())
 
-    def remove_break(self, b):
-        self.breaks.remove(b)
+    def _hit(self, which: Break) -> None:
+        """While something happens: that is where it stands when all has that is due then."""
+        self.pacer.stop()
+        if not self._halted:
+            self._stand(which.sentence if which.once else f"break: {which.sentence}")
 
-    def run_until(self, s):
-        pass
+    def _stand(self, why: str) -> None:
+        self.halted_by, self._halted, self._running = why, True, False
+        self._aim_at(None)
 
-    def save(self):
-        return {"scene.toml": "x"}
+    def _aim_at(self, aim: Break | None) -> None:
+        if self._aim is not None:
+            self._aim.on = False
+        self._aim = aim
 
-    def serve(self, server):
-        self.server = server
+    # Back in time
 
+    @property
+    def recorded_seconds(self) -> float:
+        """How far has been recorded; one can go back to any moment up to there."""
+        return to_seconds(self._recorded)
 
-class Break:
-    def __init__(self, s):
-        self.sentence, self.on, self.hits = s, True, 0
+    @property
+    def repeating(self) -> bool:
+        """Whether what has been recorded happens again; hosts at the ports wait meanwhile."""
+        return self._repetition is not None
+
+    async def go_to(self, seconds: float) -> None:
+        """Have everything happen again up to that moment, and stand there.  Raises UsageError for another time."""
+        time_ns = to_ns(seconds)
+        if not 0 <= time_ns <= self._recorded:
+            raise UsageError(f"{seconds:g} s has not been recorded: choose 0 to {self.recorded_seconds:.3f} s")
+        self.pause()
+        with self._on_the_way():
+            if time_ns < self.bench.now:
+                self._begin_again()
+            await self._bring_to(time_ns)
+
+    def forget_rest(self) -> None:
+        """What has been recorded of the time to come will not happen: from here on it is live."""
+        self.pacer.sync()
+        if self._repetition is not None:
+            self._repetition.forget_rest()
+            self._be_live()
+
+    @property
+    def _recorded(self) -> int:
+        ns = max(self._recorded_ns, self.bench.now)
+        full_ns = self._outside.journal.full_ns
+        return ns if full_ns is None else min(ns, max(0, full_ns - 1))
+
+    def _begin_again(self) -> None:
+        """Another bench takes the place of this one, on which nothing has happened yet."""
+        recorded_ns = self._recorded
+        if self.server is not None:
+            self.server.deaf = True
+        for controller in self.bench.controllers.values():
+            if isinstance(controller.store, FileStore):
+                controller.store.put_back()
+        self.bench = self._build()
+        for attach in self._attached:
+            attach(self.bench)
+        if self.server is not None:
+            self.server.exchange(self.bench)
+        else:
+            self.pacer.exchange(self.bench.clock)
+        self._outside.attach(self.bench)
+        self._recorded_ns = recorded_ns
+        self._repetition = Repetition(
+            self.bench.clock, self._outside.journal, self._outside.again, recorded_ns, self._catch_up
+        )
+
+    async def _bring_to(self, time_ns: int) -> None:
+        """Breaks do not count on the way."""
+        since_ns = self.bench.now
+        for each in self.breaks:
+            each.rest()
+        while not self._is_at(time_ns):
+            self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
+            self._slice(partial(steps.run_to, self.bench.clock, time_ns))
+            await asyncio.sleep(0)
+        for each in self.breaks:
+            each.go_on(self.bench)
+
+    def _is_at(self, time_ns: int) -> bool:
+        """Whether all has happened that was done by then."""
+        waits = self._repetition is not None and self._repetition.happens_by(time_ns)
+        return self.bench.now == time_ns and not waits
+
+    def _slice(self, advance: Callable[[Callable[[], bool]], bool]) -> bool:
+        return self.pacer.by_hand(advance)
+
+    @contextmanager
+    def _on_the_way(self) -> Iterator[None]:
+        """Nobody does anything meanwhile."""
+        self._busy, self._halted = True, False
+        try:
+            yield
+        finally:
+            self._busy, self.progress = False, None
+
+    def _catch_up(self) -> None:
+        """While something happens: all that was recorded has happened."""
+        self._caught_up = True
+        self.pacer.speed = self.pacer.speed  # it comes up for air
+
+    def _go_live(self) -> None:
+        if self._caught_up:
+            self._be_live()
+
+    def _be_live(self) -> None:
+        """Outside hosts are heard again; what they have missed is made up for."""
+        self._repetition, self._caught_up, self._recorded_ns = None, False, self.bench.now
+        if self.server is not None:
+            self.server.deaf = False
+
+    # Keeping it
+
+    def save(self) -> dict[str, str]:
+        """A scene that repeats all that has been recorded, by `axistwin run`: the texts of its files, by name."""
+        outside = self._outside
+        return saving.files(self._scene, self._served, self.bench, outside.journal, outside.texts)

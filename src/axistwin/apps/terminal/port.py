@@ -9,7 +9,7 @@ import serial
 from axistwin.bench import line_format
 from axistwin.errors import LinkError
 from axistwin.links.urls import parse
-from axistwin.sim.serial import UartFormat
+from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)
 QUIET_S = 0.3

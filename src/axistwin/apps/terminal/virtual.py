@@ -9,8 +9,9 @@ from axistwin.apps.conversations.host import host_of
 from axistwin.apps.conversations.visible import codec_of
 from axistwin.bench import Bench, Controller
 from axistwin.links.pacing import Pacer
-from axistwin.links.plug import Flow, Plug
-from axistwin.sim.serial import LineError
+from axistwin.links.plug import Plug
+from axistwin.sim.frames import LineError
+from axistwin.sim.serial_port import Flow
 from axistwin.units import S
 
 PATIENCE_NS = 60 * S

@@ -17,9 +17,10 @@ from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.progress import LineWatcher, Progress
-from axistwin.sim.serial import Uart, UartFormat
+from axistwin.sim.serial import Uart
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")

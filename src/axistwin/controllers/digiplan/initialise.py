@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.digiplan.serial_data import CR, LF, Frame, uart_format
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
-from axistwin.sim.serial import LineError, UartFormat
+from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
 if TYPE_CHECKING:

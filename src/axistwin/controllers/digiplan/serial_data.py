@@ -11,8 +11,9 @@ from typing import Protocol
 
 from axistwin.controllers.digiplan.faults import LineFault
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.frames import LineError, Parity, UartFormat
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import LineError, Parity, Uart, UartFormat
+from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
 CAPACITY = 64

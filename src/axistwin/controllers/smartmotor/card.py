@@ -21,9 +21,10 @@ from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.progress import LineWatcher
-from axistwin.sim.serial import Uart, UartFormat
+from axistwin.sim.serial import Uart
 
 
 class SmartMotor:

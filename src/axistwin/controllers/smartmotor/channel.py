@@ -27,7 +27,8 @@ from axistwin.controllers.smartmotor.state import (
     STATUS,
 )
 from axistwin.controllers.smartmotor.words import TERMINATORS, Words
-from axistwin.sim.serial import LineError, Uart, UartFormat
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.serial import Uart
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor

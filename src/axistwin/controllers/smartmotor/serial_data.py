@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.smartmotor import io
 from axistwin.controllers.smartmotor.channel import GLOBAL, LAST_ADDRESS, Channel, host_status
 from axistwin.controllers.smartmotor.state import ADDR
-from axistwin.sim.serial import Parity, UartFormat
+from axistwin.sim.frames import Parity, UartFormat
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor

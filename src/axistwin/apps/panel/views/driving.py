@@ -9,7 +9,7 @@ from nicegui import events, ui
 
 from axistwin.apps.panel.look import Look, Refresh, together
 from axistwin.apps.panel.sentences import stems
-from axistwin.apps.sessions.session import Break
+from axistwin.apps.sessions.breaks import Break
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
 
@@ -248,12 +248,12 @@ def _list_breaks(look: Look, those: ui.column) -> None:
                 ui.button(icon="delete", on_click=_remove(look, each)).props('flat dense aria-label="remove"')
 
 
-def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments], None]:
-    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value))) and None
+def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments[bool | None]], object]:
+    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)))
 
 
-def _remove(look: Look, each: Break) -> Callable[[], None]:
-    return lambda: look.touch(lambda: look.session.remove_break(each)) and None
+def _remove(look: Look, each: Break) -> Callable[[], object]:
+    return lambda: look.touch(lambda: look.session.remove_break(each))
 
 
 # Saving, help

@@ -16,7 +16,7 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
     setting = f"tab {name}"
     wanted = str(look.person.settings.get(setting, ""))
     first = wanted if wanted in kinds else next(iter(kinds))
-    with ui.tabs(value=first).props("dense no-caps align=left outside-arrows mobile-arrows").classes("tabs") as bar:
+    with ui.tabs().props("dense no-caps align=left outside-arrows mobile-arrows").classes("tabs") as bar:
         for kind in kinds:
             ui.tab(kind).props(f'data-test="tab {name} {kind}"')
     with ui.tab_panels(bar, value=first, animated=False).classes("tab-panels"):

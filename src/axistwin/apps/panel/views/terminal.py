@@ -112,8 +112,8 @@ def _buttons(look: Look, name: str) -> None:
         box.on("keydown.enter", lambda: _do(look, name, "line", box.value))
 
 
-def _switch(look: Look, name: str, line: str, event: events.ValueChangeEventArguments) -> None:
-    _do(look, name, line, machine.level_name(bool(event.value)))
+def _switch(look: Look, name: str, line: str, event: events.ValueChangeEventArguments[bool]) -> None:
+    _do(look, name, line, machine.level_name(event.value))
 
 
 def _do(look: Look, name: str, target: str, value: str) -> None:

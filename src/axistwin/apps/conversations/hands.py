@@ -1,0 +1,60 @@
+"""Somebody who does acts on a bench as they come: a host that says things, people who do what stands behind `!`.
+
+At a bus whole commands are said (`>`) by an attendant, who does the handshake and takes the messages from then on,
+until somebody works the registers by hand (`! write 0 33 00`): a board has one host at a time.
+"""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+
+from axistwin.apps.conversations.conversation import Do, Say
+from axistwin.apps.conversations.host import Host, host_at
+from axistwin.apps.conversations.machine import BUS_ACTS, act_at
+from axistwin.bench import Bench
+from axistwin.errors import UsageError
+
+LOAD = "load"
+Load = Callable[[str, str], Callable[[], object]]
+"""Prepares that a program is loaded: into whom, and its file.  Raises AxistwinError."""
+
+
+def no_programs(who: str, file: str) -> Callable[[], object]:
+    """Where there are none to be loaded.  Raises UsageError."""
+    raise UsageError(f"{file} cannot be loaded into {who} here: let a scene do it")
+
+
+class Hands:
+    """Does acts on one bench.  `load`: where programs come from."""
+
+    def __init__(self, bench: Bench, load: Load = no_programs) -> None:
+        self.bench, self._load = bench, load
+        self._attendants: dict[str, ExitStack] = {}
+        self._hosts: dict[str, Host] = {}
+
+    def prepare(self, act: Say | Do) -> Callable[[], object]:
+        """The act as something to call; what cannot be done is found now.  Raises AxistwinError."""
+        match act:
+            case Say():
+                return partial(self._say, act.controller, act.data)
+            case Do() if act.target == LOAD:
+                return self._load(act.controller, act.value)
+        do = act_at(self.bench, act.controller, act.target, act.value)
+        return partial(self._by_hand, act.controller, do) if act.target in BUS_ACTS else do
+
+    def leave(self, name: str) -> None:
+        """The attendant of this board, if there is one, leaves its registers alone."""
+        self._hosts.pop(name, None)
+        if name in self._attendants:
+            self._attendants.pop(name).close()
+
+    def _say(self, name: str, data: bytes) -> None:
+        if name not in self._hosts:
+            stack = self._attendants[name] = ExitStack()
+            self._hosts[name] = stack.enter_context(host_at(self.bench, name))
+            stack.callback(self._hosts[name].hear(lambda _: None))
+        self._hosts[name].write(data)
+
+    def _by_hand(self, name: str, do: Callable[[], object]) -> None:
+        self.leave(name)
+        do()
