@@ -8,6 +8,7 @@ from nicegui import Client, background_tasks, ui
 from axistwin.apps.panel.look import Look, Refresh
 from axistwin.apps.panel.views.clock import clock
 from axistwin.apps.panel.views.machines import machines
+from axistwin.apps.panel.views.program import program
 
 FRAME_S = 0.05
 """At most so often is a page brought up to date."""
@@ -36,6 +37,8 @@ def _body(look: Look) -> list[Refresh]:
             with ui.card().classes("machine"):
                 ui.label(name)
                 found.append(machines(look, name))
+                if look.bench[name].product.programs:
+                    found.append(program(look, name))
     return found
 
 
