@@ -130,8 +130,8 @@ class _Wiring:
 
 
 ORDERS = (
-    Order(":$", b":$\r", "Carry out the stored sequence from its first step"),
-    Order("#", b"#\r", "Cancel: stop every axis with deceleration, end the sequence"),
+    Order("start :$", b":$\r", "Carry out the stored sequence from its first step"),
+    Order("cancel #", b"#\r", "Cancel: stop every axis with deceleration, end the sequence"),
 )
 
 

@@ -136,7 +136,7 @@ class _View:
 
     def _order(self, order: Order) -> None:
         say = partial(self.look.session.say, self.name, order.says)
-        button = ui.button(order.label, on_click=lambda: self.look.touch(say)).props(f"{_FLAT} no-caps")
+        button = ui.button(order.label, on_click=lambda: self.look.touch(say)).props(_FLAT)
         button.mark(f"{self.name} {order.label}").tooltip(order.doc)
 
     def _power_cycle(self) -> None:
@@ -192,4 +192,4 @@ async def _read(file: FileUpload) -> str:
 
 
 _DENSE = "dense options-dense outlined"
-_FLAT = "flat dense"
+_FLAT = "flat dense no-caps"
