@@ -246,6 +246,20 @@ class BusHost(Protocol):
 
 
 @dataclass(frozen=True)
+class Order:
+    """Something that a host can say, and what comes of it."""
+
+    label: str
+    says: bytes
+    """Characters, ended as a host ends them; to a board on a bus, a whole command."""
+    doc: str
+
+
+def _no_orders(program: str) -> tuple[Order, ...]:  # noqa: ARG001  # whatever its name
+    return ()
+
+
+@dataclass(frozen=True)
 class Product:
     """One model: how to build it and what it understands."""
 
@@ -280,6 +294,8 @@ class Product:
     """What its users should know about this installation, in a line; mostly nothing."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
     """Do what would keep a host waiting later, for so many controllers at a speed (None: as fast as it goes)."""
+    orders: Callable[[str], tuple[Order, ...]] = _no_orders
+    """What a host says to have the program of this name, one of `programs`, carried out or stopped."""
     programs: tuple[str, ...] = ()
     """The programs that it can keep, by name; where there are several, each name ends in its number."""
     most_lines: int | None = None

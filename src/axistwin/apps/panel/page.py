@@ -17,6 +17,7 @@ from axistwin.apps.panel.views.front import front
 from axistwin.apps.panel.views.machines import machines
 from axistwin.apps.panel.views.people import people
 from axistwin.apps.panel.views.pins import pins
+from axistwin.apps.panel.views.program import program
 from axistwin.apps.panel.views.tabs import Kinds, tabs
 from axistwin.apps.panel.views.terminal import terminal
 
@@ -71,6 +72,8 @@ def _machine(look: Look, name: str) -> Iterator[Refresh]:
     yield front(look, name)
     yield machines(look, name)
     kinds: Kinds = {"Pins": partial(pins, look, name)}
+    if look.bench[name].product.programs:
+        kinds["Program"] = partial(program, look, name)
     kinds |= {_called(each, name): partial(terminal, look, each) for each in _reached(look, name)}
     yield tabs(look, name, kinds)
 

@@ -15,7 +15,7 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
-from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
@@ -135,6 +135,17 @@ class Card:
             self._board.begin_test()
 
 
+def _orders(program: str) -> tuple[Order, ...]:
+    """Commands 41h, 72h, 48h, 71h and 79h."""
+    return (
+        Order("perform", bytes((0x41, SEQUENCES.index(program) + 1)), f"Perform {program} from its first command"),
+        Order("suspend", b"\x72", "Wait for CONTINUE when the present command is finished"),
+        Order("continue", b"\x48", "Go on with what waits for it"),
+        Order("discontinue", b"\x71", "End the sequence when its present command is finished"),
+        Order("kill", b"\x79", "End the sequence at once, and the command in progress with it"),
+    )
+
+
 def _product(model: str, title: str, commands: CommandSet) -> Product:
     def build(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
         return Card(clock, commands, axes["motor"], options)
@@ -156,6 +167,7 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         rules=RULES,
         language=Words(commands),
         programs=SEQUENCES,
+        orders=_orders,
         attend=Host,
     )
 

@@ -14,7 +14,7 @@ from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.rules import RULES
-from axistwin.controllers.product import Listing, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
@@ -130,6 +130,12 @@ class _Wiring:
             connect(card.rts, self.cts)
 
 
+ORDERS = (
+    Order("start :$", b":$\r", "Carry out the stored sequence from its first step"),
+    Order("cancel #", b"#\r", "Cancel: stop every axis with deceleration, end the sequence"),
+)
+
+
 def _without_battery(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
     return Card(clock, axes, options, NoBattery())
 
@@ -151,6 +157,7 @@ def _product(
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
         front=FRONT,
         programs=(SEQUENCE,),
+        orders=lambda program: ORDERS,
         most_lines=MOST_STEPS,
     )
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from axistwin.controllers.product import Follower, Listing, Product, Register, Store
+from axistwin.controllers.product import Follower, Listing, Order, Product, Register, Store
 from axistwin.controllers.smartmotor import jit
 from axistwin.controllers.smartmotor.check import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
@@ -96,6 +96,10 @@ class SmartMotor:
         self.pins["brake"].set(True)
 
 
+ORDERS = (
+    Order("RUN", b"RUN\r", "Start the stored program from the top"),
+    Order("END", b"END\r", "End the program; motion goes on"),
+)
 PRODUCTS = {
     "smartmotor": Product(
         model="smartmotor",
@@ -115,5 +119,6 @@ PRODUCTS = {
         closed_level=False,
         front=FRONT,
         programs=(PROGRAM_NAME,),
+        orders=lambda program: ORDERS,
     )
 }

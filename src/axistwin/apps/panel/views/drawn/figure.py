@@ -26,7 +26,8 @@ def unit(axis: Axis) -> str:
 def readout(part: str, label: str, of: str = "") -> str:
     """A number with its name and unit; its part is called as the number, its row `row-…`."""
     told = f"<small>{escape(of)}</small>" if of else ""
-    return f'<div data-part="row-{part}"><dt>{escape(label)}</dt><dd><span data-part="{part}">\u2013</span>{told}</dd></div>'
+    value = f'<dd><span data-part="{part}">\u2013</span>{told}</dd>'
+    return f'<div data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
 
 
 def readouts(*rows: str) -> str:

@@ -33,9 +33,8 @@ class Shaft:
         self.name, self.per_rev = name, axis.per_rev or ASSUMED
         self._said = axis.per_rev is not None
         self._before, self._frames = 0, 0
-        self.drawing = (
-            Drawing(self._art(controller, axis)).classes("figure shaft").mark(f"axis {controller.name}.{name}")
-        )
+        self.drawing = Drawing(self._art(controller, axis)).classes("figure shaft")
+        self.drawing.mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Where it is, how fast, and what is the matter with it."""
@@ -147,7 +146,8 @@ _DIAL = (
               for turn in range(0, 360, 30))
 )  # fmt: skip
 _DISC = (
-    '<circle class="face" r="54"/><circle class="groove" r="44"/><circle class="hub" r="15"/><circle class="bore" r="6"/>'
+    '<circle class="face" r="54"/><circle class="groove" r="44"/><circle class="hub" r="15"/>'
+    '<circle class="bore" r="6"/>'
     '<path class="key" d="M-2 -9h4v4h-4z"/>'
     + "".join(f'<circle class="bolt" cy="-30" r="5" transform="rotate({turn})"/>' for turn in (60, 120, 180, 240, 300))
     + '<path class="index" d="M0 -53l-6 13h12z"/><path class="index line" d="M0 -40V-16"/>'
@@ -156,8 +156,11 @@ _WHEEL = (
     '<svg class="wheel" data-part="wheel" viewBox="0 0 110 150" role="img" aria-label="external encoder">'
     '<path class="link" d="M78 62C92 44 100 40 110 38"/><path class="web" d="M4 113h102"/>'
     '<g transform="translate(55 79)"><g class="moves" data-part="tyre"><circle class="rubber" r="32"/>'
-    '<circle class="rim" r="25"/><path class="spokes" d="M0 -25V25M-25 0H25M-17.7 -17.7L17.7 17.7M17.7 -17.7L-17.7 17.7"/>'
+    '<circle class="rim" r="25"/>'
+    '<path class="spokes" d="M0 -25V25M-25 0H25M-17.7 -17.7L17.7 17.7M17.7 -17.7L-17.7 17.7"/>'
     '<circle class="hub" r="7"/><path class="index" d="M0 -31l-4 8h8z"/></g></g>'
-    '<text class="figures" x="55" y="14">external encoder</text><text class="figures" x="55" y="27" data-part="sits-on"></text>'
-    '<text class="figures big" x="55" y="132" data-part="edges"></text><text class="figures" x="55" y="145">edges</text></svg>'
+    '<text class="figures" x="55" y="14">external encoder</text>'
+    '<text class="figures" x="55" y="27" data-part="sits-on"></text>'
+    '<text class="figures big" x="55" y="132" data-part="edges"></text>'
+    '<text class="figures" x="55" y="145">edges</text></svg>'
 )

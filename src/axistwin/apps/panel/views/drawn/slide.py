@@ -49,7 +49,8 @@ class Slide:
         drawing.flag("row-behind", "wrong", not isinstance(axis, ServoAxis) and behind != 0)
         if isinstance(axis, ServoAxis):
             drawing.write("temperature", f"{axis.temperature:.1f}")
-        elif axis.encoder_count is not None:
+            return
+        if axis.encoder_count is not None:
             drawing.write("encoder", grouped(axis.encoder_count))
         if axis.home is not None:
             drawing.flag("home", "lit", axis.home[0] <= axis.position <= axis.home[1])
@@ -87,11 +88,12 @@ class Slide:
             yield f'<text class="figures" x="{self._x(position):.2f}" y="80">{grouped(position)}</text>'
 
     def _home(self, axis: Axis) -> str:
-        if axis.home is None:
+        if isinstance(axis, ServoAxis) or axis.home is None:
             return ""
         low, high = (min(max(self._x(end), LEFT), RIGHT) for end in axis.home)
         bar = f'<rect x="{low - 1:.2f}" y="60" width="{high - low + 2:.2f}" height="4" rx="1"/>'
-        return f'<g class="home" data-part="home">{bar}<text class="figures" x="{(low + high) / 2:.2f}" y="12">home</text></g>'
+        word = f'<text class="figures" x="{(low + high) / 2:.2f}" y="12">home</text>'
+        return f'<g class="home" data-part="home">{bar}{word}</g>'
 
     def _switch(self, part: str, x: float) -> str:
         sign, side, anchor = ("\u2212", -1, "start") if part == "minus" else ("+", 1, "end")
@@ -111,5 +113,6 @@ _CARRIAGE = (
     '<rect class="saddle" x="-19" y="27" width="38" height="32" rx="4"/>'
     '<circle class="bolt" cx="-13" cy="33" r="2"/><circle class="bolt" cx="13" cy="33" r="2"/>'
     '<circle class="bolt" cx="-13" cy="53" r="2"/><circle class="bolt" cx="13" cy="53" r="2"/>'
-    '<path class="nut" d="M-8 43h16v8h-16z"/><path class="pointer" d="M0 66l-5 -8h10z"/><path class="cut" d="M0 27v31"/>'
+    '<path class="nut" d="M-8 43h16v8h-16z"/><path class="pointer" d="M0 66l-5 -8h10z"/>'
+    '<path class="cut" d="M0 27v31"/>'
 )

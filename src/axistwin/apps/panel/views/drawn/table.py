@@ -85,7 +85,7 @@ class Table:
         bridge = f'<rect class="beam" x="-5" y="{TOP - 5}" width="10" height="{self._high + 10:.1f}" rx="2"/>'
         x, y = self.names
         return (
-            f'<svg viewBox="0 0 {WIDTH:g} {TOP + self._high + BELOW:.0f}" role="img" aria-label="{x} and {y} from above">'
+            f'<svg viewBox="0 0 {WIDTH:g} {TOP + self._high + BELOW:.0f}" role="img" aria-label="{x}, {y} from above">'
             f'{bed}{"".join(self._grid())}{trail}<path class="places" data-part="places"/>'
             f'<g class="moves bridge" data-part="bridge">{bridge}</g><g class="moves head" data-part="head">{_HEAD}</g>'
             f'<text class="word end" x="{WIDTH - 12}" y="9" data-part="tool"></text></svg>'

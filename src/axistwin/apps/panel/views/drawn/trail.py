@@ -7,11 +7,13 @@ far off.
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 from axistwin.apps.sessions.session import Session
 from axistwin.bench import Bench, Controller
 from axistwin.plant.axes import Axis
 from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.pins import Pin
 
 POINTS = 2048
 """So many corners of the path are kept: 64 KiB at most."""
@@ -45,7 +47,7 @@ class Trail:
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
-                pin.watch(lambda pin, name=name: self._switched(name, pin.level))
+                pin.watch(partial(self._switched, name))
 
     @property
     def here(self) -> Point:
@@ -71,9 +73,9 @@ class Trail:
         self.points.append((x, y))
         self.begun += POINTS
 
-    def _switched(self, name: str, high: bool) -> None:
+    def _switched(self, name: str, pin: Pin) -> None:
         places = self.places[name]
-        if high:
+        if pin.level:
             places.pop(self.here, None)
             places[self.here] = None
             if len(places) > PLACES:

@@ -1,0 +1,92 @@
+// A listing that is put on the page once.  Its lines are then marked by class: the running one, and those with a break.
+export default {
+  template: '<div class="listing" role="group"><ol></ol></div>',
+  props: { lines: Array, silent: Array, label: String },
+  mounted() {
+    this.build();
+    this.$el.addEventListener("keydown", (event) => this.key(event));
+    this.$el.addEventListener("click", (event) => {
+      const button = event.target.closest("button");
+      if (button) this.$emit("toggle", { line: Number(button.dataset.line) });
+    });
+  },
+  watch: {
+    lines() {
+      this.build();
+    },
+  },
+  methods: {
+    build() {
+      const list = document.createElement("ol");
+      const silent = new Set(this.silent);
+      this.rows = this.lines.map((text, index) => {
+        const row = document.createElement("li");
+        const number = document.createElement("button");
+        const code = document.createElement("code");
+        number.type = "button";
+        number.dataset.line = index;
+        number.textContent = index + 1;
+        number.tabIndex = index === 0 ? 0 : -1;
+        number.disabled = silent.has(index);
+        number.setAttribute("aria-pressed", "false");
+        number.setAttribute("aria-label", `break at line ${index + 1}: ${text}`);
+        code.textContent = text;
+        row.append(number, code);
+        list.append(row);
+        return row;
+      });
+      this.$el.setAttribute("aria-label", this.label);
+      this.$el.replaceChildren(list);
+      this.running = null;
+      this.$emit("ready");
+    },
+    // The line that runs, or null; `follow`: bring it into view.
+    run(index, follow) {
+      if (this.running) {
+        this.running.classList.remove("running");
+        this.running.removeAttribute("aria-current");
+      }
+      this.running = index === null ? null : (this.rows[index] ?? null);
+      if (!this.running) return;
+      this.running.classList.add("running");
+      this.running.setAttribute("aria-current", "step");
+      if (follow) this.reveal(this.running);
+    },
+    // Lines with a break, and those where it is switched off.
+    breaks(on, off) {
+      for (const row of this.$el.querySelectorAll(".break, .asleep")) this.pin(row, false, false);
+      for (const index of on) this.pin(this.rows[index], true, false);
+      for (const index of off) this.pin(this.rows[index], true, true);
+    },
+    pin(row, there, asleep) {
+      if (!row) return;
+      row.classList.toggle("break", there && !asleep);
+      row.classList.toggle("asleep", asleep);
+      row.firstChild.setAttribute("aria-pressed", String(there));
+    },
+    reveal(row) {
+      const box = this.$el;
+      const above = row.offsetTop - box.scrollTop;
+      if (above < 0 || above + row.offsetHeight > box.clientHeight) box.scrollTop = row.offsetTop - box.clientHeight / 2;
+    },
+    // Arrow keys go from number to number; Enter and the space bar press it, as any button.
+    key(event) {
+      const from = event.target.closest("button");
+      if (!from) return;
+      const last = this.rows.length - 1;
+      const page = Math.max(1, Math.floor(this.$el.clientHeight / this.rows[0].offsetHeight) - 1);
+      const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -last, End: last };
+      if (!(event.key in steps)) return;
+      event.preventDefault();
+      const way = Math.sign(steps[event.key]);
+      let index = Math.min(Math.max(Number(from.dataset.line) + steps[event.key], 0), last);
+      while (this.rows[index]?.firstChild.disabled) index += Math.abs(steps[event.key]) === last ? -way : way;
+      const to = this.rows[index]?.firstChild;
+      if (!to) return;
+      from.tabIndex = -1;
+      to.tabIndex = 0;
+      to.focus({ preventScroll: true });
+      this.reveal(this.rows[index]);
+    },
+  },
+};
