@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import pytest
 
+from axistwin.errors import UsageError
 from axistwin.units import MS
 
 from .driving import about, cruise, rising, sequence, steps
@@ -343,3 +344,26 @@ def test_triggers_are_read(bench, board):
             board.pins[f"trigger{trigger}"].drive(bool(mask >> trigger & 1))
         bench.run(5 * MS / 1_000_000_000)
         assert ask(bench, board, 0x94) == bytes([0x94, mask]).ljust(16, b"\0")
+
+
+def test_the_stick_moves_the_motor_both_ways_once_the_joystick_is_enabled(bench, board):
+    """11h with one axis of an 852: 5,000 pulses/s clockwise, then 1,000 counter-clockwise; 80h tells of the latter."""
+    tell(bench, board, 0x11)
+    bench.run(0.02)
+    board.joystick.deflect(5000)
+    bench.run(0.104)
+    board.joystick.deflect(0)
+    bench.run(0.05)
+    there = position(bench, board)
+    assert there == pytest.approx(500, abs=5)
+    board.joystick.deflect(-1000)
+    bench.run(0.108)
+    board.joystick.deflect(0)
+    bench.run(0.05)
+    assert position(bench, board, 0x80) == pytest.approx(-100, abs=3)
+    assert position(bench, board) == there + position(bench, board, 0x80)
+
+
+def test_a_controller_without_a_joystick_says_so(bench):
+    with pytest.raises(UsageError, match="takes no joystick"):
+        _ = bench.add("if1").joystick

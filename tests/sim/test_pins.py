@@ -200,3 +200,14 @@ def test_no_voltage_that_destroys_it(user_pin, volts):
     with pytest.raises(UsageError, match="would destroy a user pin: give 0 to 5 V"):
         user_pin.drive(volts)
     assert user_pin.volts == 5.0
+
+
+def test_a_pin_tells_what_it_is_and_who_decides_about_it(clock):
+    output, target = Pin(clock, "output1", output=True), Pin(clock, "input1")
+    assert (output.is_output, target.is_output, target.wired, target.held) == (True, False, False, False)
+    connect(output, target)
+    assert target.wired
+    let_go = target.hold(True)
+    assert target.held
+    let_go()
+    assert not target.held

@@ -1,4 +1,4 @@
-"""A view on a page as NiceGUI simulates one for tests: no web server, no browser, and as many frames as one asks for."""
+"""A view on a page as NiceGUI simulates one: no web server, no browser, and as many frames as one asks for."""
 
 import asyncio
 

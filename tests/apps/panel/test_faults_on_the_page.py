@@ -30,7 +30,7 @@ PLACES = {
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
 def test_a_fault_of_every_kind_is_put_in_and_mended(kind):
-    place = "if1.X" if kind.name in ("drive_fault",) else PLACES[kind.on]
+    place = "if1.X" if kind.name == "drive_fault" else PLACES[kind.on]
 
     def play(visit):
         visit.choose("fault-kind", kind.name)

@@ -1,0 +1,162 @@
+"""Every lamp on the front of an 1811 in the situation in which the manual says that it is lit, and beside it."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.units import US
+
+from ..fronts import lamps, shown  # noqa: TID252
+from .driving import cruise
+from .talking import CONTROL, ENABLE, ready, tell, write
+
+STATUS, BOARD, MOVE, OUTPUTS = "Status byte", "Board", "Move status 88h", "Outputs"
+INPUTS, JOYSTICK = "Limits and triggers", "Joystick"
+
+
+def command(*values):
+    return lambda bench, board: (tell(bench, board, *values), bench.run(0.01))
+
+
+def drive(pin, level):
+    return lambda bench, board: board.pins[pin].drive(level)
+
+
+def interrupted(bench, board):
+    """Interrupts enabled, and a message that is ready."""
+    board.bus.write(CONTROL, ENABLE)
+    write(board, 0x84, control=ENABLE)
+    bench.run(0.02)
+
+
+def failed(bench, board):
+    """FFh: 5 s one way, 5 s the other, and then the board monitor alarm."""
+    tell(bench, board, 0xFF)
+    bench.run(10.1)
+
+
+def moving_minus(bench, board):
+    cruise(bench, board, minus=1)
+
+
+def decelerating(bench, board):
+    cruise(bench, board)
+    tell(bench, board, 0x70)
+    bench.run(0.01)
+
+
+def accelerating(bench, board):
+    cruise(bench, board)
+    tell(bench, board, 0x31, 0, 0, *(20_000).to_bytes(4, "big"), *(10_000).to_bytes(4, "big"))
+    tell(bench, board, 0x32, 0)
+    bench.run(0.05)
+
+
+def at_a_pulse(bench, board):
+    """STEP is high for half a period of 546 kHz."""
+    cruise(bench, board)
+    for _ in range(300):
+        bench.clock.run_to(bench.now + US // 2)
+        if board.terminals["step"].level:
+            return
+
+
+def joystick_enabled(bench, board):
+    board.pins["at_zero"].drive(True)
+    command(0x11)(bench, board)
+
+
+def stick(bench, board):
+    board.joystick.deflect(1000)
+    bench.run(0.02)
+
+
+SITUATIONS = {
+    (STATUS, "7"): interrupted,
+    (STATUS, "5"): failed,
+    (STATUS, "3"): command(0x84),
+    (STATUS, "2"): command(0x09, 2),
+    (STATUS, "1"): command(0x09, 1),
+    (STATUS, "0"): command(0x09, 0),
+    (BOARD, "ALARM"): failed,
+    (BOARD, "INT"): interrupted,
+    (MOVE, "+"): drive("cw_limit", True),
+    (MOVE, "−"): drive("ccw_limit", True),
+    (MOVE, "DIR −"): moving_minus,
+    (MOVE, "MOV"): cruise,
+    (MOVE, "CONST"): cruise,
+    (MOVE, "ACC"): accelerating,
+    (MOVE, "DEC"): decelerating,
+    (OUTPUTS, "RPS"): command(0x12, 1),
+    (OUTPUTS, "CW"): cruise,
+    (OUTPUTS, "STEP"): at_a_pulse,
+    (INPUTS, "CW"): drive("cw_limit", True),
+    (INPUTS, "CCW"): drive("ccw_limit", True),
+    (JOYSTICK, "ACK"): joystick_enabled,
+}
+"""What lights a lamp that is dark on a board that is ready and has nothing to do."""
+LIT_WHEN_READY = {
+    (STATUS, "6"): lambda bench, board: board.bus.write(CONTROL, ENABLE),
+    (STATUS, "4"): lambda bench, board: write(board, 0x00),
+    (MOVE, "HOME"): drive("home", False),
+    (OUTPUTS, "1"): command(0x0C, 1),
+    (OUTPUTS, "2"): command(0x0C, 2),
+    **{(INPUTS, f"{n}"): drive(f"trigger{n}", False) for n in range(1, 7)},
+    (JOYSTICK, "REQ"): drive("remote_enable", False),
+    (JOYSTICK, "ZERO"): stick,
+}
+"""What puts out a lamp that is lit there."""
+
+
+@pytest.mark.parametrize("lamp", SITUATIONS, ids=" ".join)
+def test_a_lamp_is_lit_when_the_manual_says_so(bench, board, lamp):
+    assert shown(board, *lamp) is False
+    SITUATIONS[lamp](bench, board)
+    assert shown(board, *lamp) is True
+
+
+@pytest.mark.parametrize("lamp", LIT_WHEN_READY, ids=" ".join)
+def test_a_lamp_that_is_lit_when_it_is_ready_goes_out(bench, board, lamp):
+    assert shown(board, *lamp) is True
+    LIT_WHEN_READY[lamp](bench, board)
+    assert shown(board, *lamp) is False
+
+
+@pytest.mark.parametrize("model", ["1810", "1811"])
+def test_there_is_no_lamp_without_a_situation(model):
+    assert lamps(Bench().add(model)) == SITUATIONS.keys() | LIT_WHEN_READY.keys()
+
+
+def test_the_status_byte_from_bit_7_to_bit_0_is_what_the_host_reads(bench, board):
+    for situation in (command(0x08, 5), interrupted):
+        situation(bench, board)
+        byte = "".join(str(int(shown(board, STATUS, f"{bit}"))) for bit in range(7, -1, -1))
+        assert int(byte, 2) == board.bus.read(CONTROL)
+
+
+@pytest.mark.parametrize(
+    ("act", "label", "word"),
+    [
+        (command(0x50), "mode", "50h indexer"),
+        (command(0x51, 1, 4, 0, 0, 0, 0), "mode", "51h velocity-distance streaming"),
+        (command(0x52, 1, 4, 0, 0, 0, 0, 0, 10), "mode", "52h velocity-time streaming"),
+        (command(0x53, 1, 4, 0, 0, 0, 0, 0, 10), "mode", "53h distance-time streaming"),
+        (cruise, "motion", "constant, non-zero velocity"),
+        (decelerating, "motion", "decelerating"),
+        (lambda bench, board: board.power(False), "mode", "no power"),
+        (lambda bench, board: board.power(False), "motion", "no power"),
+        (command(0x84), "ODB", "84 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00"),
+        (lambda bench, board: board.bus.write(0, 0x84), "IDB", "84"),
+        (command(0x00), "IDB", "empty"),
+    ],
+)
+def test_what_the_board_says_in_words(bench, board, act, label, word):
+    act(bench, board)
+    assert shown(board, BOARD, label) == word
+
+
+def test_commands_that_wait_are_counted(bench):
+    """While it waits for its reply (4 ms by default, here 1 s) three more commands are taken."""
+    board = ready(bench, reply_ms=1000.0)
+    for _ in range(4):
+        tell(bench, board, 0x84)
+    assert shown(board, BOARD, "commands waiting") == "3"
