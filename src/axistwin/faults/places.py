@@ -11,12 +11,13 @@ from difflib import get_close_matches
 from functools import partial
 from typing import Any, Protocol
 
-from axistwin.controllers.product import Product
+from axistwin.controllers.product import Listing, Product
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
+from axistwin.sim.progress import LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import SerialPort
 
@@ -40,6 +41,13 @@ class Machine(Protocol):
     @property
     def alarms(self) -> Alarms | None:
         """Where it tells its fault flags."""
+
+    @property
+    def programs(self) -> Mapping[str, Listing]:
+        """What is stored in it."""
+
+    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+        """Have somebody told when a line begins."""
 
     def power(self, on: bool) -> None:
         """Switch it."""

@@ -6,6 +6,8 @@ r"""What a fault may wait for, as a sentence.
     table hears X1000           the device has received these characters; a board on a bus, this command in hex
     table says U\r              the host has received these
     motor raises Be             a fault flag of the device; the names are its manual's
+    motor runs 12               line 12 of its program begins, or step 12 of its sequence; they count from 1
+    board runs 3:2              command 2 of sequence 3
     cable begins                another fault, by its name; ends
 
 Names need not have the controller's before them where it is clear whose they are.
@@ -15,9 +17,10 @@ import re
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
+from axistwin.controllers.product import Listing
 from axistwin.errors import UsageError
 from axistwin.faults import places
-from axistwin.faults.places import Find, Spot, World
+from axistwin.faults.places import Find, Machine, Spot, World
 from axistwin.plant.axes import Axis
 from axistwin.sim.pins import Pin
 
@@ -30,6 +33,7 @@ Arm = Callable[[Callable[[], None]], Unwatch]
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
 _POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?")
+_LINE = re.compile(r"(?:(?P<program>\d+):)?(?P<line>\d+)", re.ASCII)
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
 _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
@@ -183,6 +187,50 @@ def _raises(wish: _Wish) -> Arm:
     return lambda happens: alarms.watch(lambda name: happens() if wish.what in ("", name) else None)
 
 
+def _runs(wish: _Wish) -> Arm:
+    machine = wish.spot(places.controllers(wish.world), "controller").machine
+    names = machine.product.programs
+    if not names:
+        raise UsageError(f"{machine.name} runs nothing by itself: a {machine.product.model} keeps no programs")
+    found = _LINE.fullmatch(wish.what)
+    if found is None or (len(names) > 1) != bool(found["program"]):
+        raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
+    name = _program(machine, found["program"])
+    line = int(found["line"])
+    _check_line(machine, name, line)
+
+    def arm(happens: Callable[[], None]) -> Unwatch:
+        return machine.watch_lines(lambda program, index: happens() if (program, index) == (name, line - 1) else None)
+
+    return arm
+
+
+def _program(machine: Machine, number: str | None) -> str:
+    """The one that is meant; where there are several, their names end in their numbers."""
+    names = machine.product.programs
+    found = next((name for name in names if number is None or name.split()[-1] == number), None)
+    if found is None:
+        raise UsageError(f"{machine.name} has no program {number}: there are {names[0]} to {names[-1]}")
+    return found
+
+
+def _check_line(machine: Machine, name: str, line: int) -> None:
+    """It need not be there yet, but it must be possible."""
+    most = machine.product.most_lines
+    if line < 1 or (most is not None and line > most):
+        raise UsageError(f"{machine.name} runs no line {line}: they count from 1" + (f" to {most}" if most else ""))
+    listing = machine.programs.get(name)
+    if listing is not None and line - 1 in listing.silent:
+        raise UsageError(f"{machine.name} never runs line {line}: {_silence(listing, line)}")
+
+
+def _silence(listing: Listing, line: int) -> str:
+    """Why a line never runs, and the next one that does."""
+    after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
+    remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
+    return f"{listing.lines[line - 1]} takes no time{remedy}"
+
+
 def _other_fault(wish: _Wish) -> Arm:
     known = dict.fromkeys((*wish.faults.names, *wish.faults.announced))
     if wish.who not in known:
@@ -194,5 +242,5 @@ def _other_fault(wish: _Wish) -> Arm:
 
 _VERBS: dict[str, Callable[[_Wish], Arm]] = {
     "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _hears, "says": _says,
-    "raises": _raises, "begins": _other_fault, "ends": _other_fault,
+    "raises": _raises, "runs": _runs, "begins": _other_fault, "ends": _other_fault,
 }  # fmt: skip

@@ -1,0 +1,326 @@
+"""The stored sequence as lines, the step that is being carried out, and when each step begins."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.language import parse
+from axistwin.controllers.digiplan.listing import listed, typed
+from axistwin.units import MS
+
+from .helpers import number
+from .talking import ready, tell
+
+
+def stored(controller: Controller) -> tuple[str, ...]:
+    return controller.programs["sequence"].lines
+
+
+def running(controller: Controller) -> int | None:
+    """The step in execution, from 1."""
+    index = controller.programs["sequence"].running
+    return None if index is None else index + 1
+
+
+def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
+    """A list that grows with each step: when it begins, in ns from the first one, and which it is, from 1."""
+    found: list[tuple[int, int]] = []
+    first: list[int] = []
+
+    def watch(program: str, index: int) -> None:
+        assert program == "sequence"
+        assert running(controller) == index + 1
+        first.append(bench.now)
+        found.append((bench.now - first[0], index + 1))
+
+    controller.watch_lines(watch)
+    return found
+
+
+# Lines
+
+
+@pytest.mark.parametrize(
+    ("sequence", "lines"),
+    [
+        (":X1000@200:Y:X-:Y-:$", ("X1000@200", "Y", "X-", "Y-")),
+        (": S2 : H13 L2 Z100 @ 40 S4 R1 : P2,50 : Y100@200 : $", ("S2", "H13L2Z100@40S4R1", "P2,50", "Y100@200")),
+        (":S1:X400@100:Y:=5,2:R1:Z50:=24,1:$", ("S1", "X400@100", "Y", "=5,2", "R1", "Z50", "=24,1")),
+        (":X@1000G:H1A:$", ("X@1000G", "H1A")),
+        (":XG:H3A=2,1:$", ("XG", "H3A=2,1")),
+        (":Y400:%:Y-:$", ("Y400", "%", "Y-")),
+        (":B-20:X1000B:B+50:Y-400B:$", ("B-20", "X1000B", "B+50", "Y-400B")),
+        (":X2000/Y500@1000:YZ/X-:$", ("X2000/Y500@1000", "YZ/X-")),
+        (":X1000Y-2000:$", ("XY-2000",)),
+        (":H2=10,1:$", ("H2=10,1",)),
+        (":P0:P4,20:$", ("P0", "P4,20")),
+        ("", ()),
+    ],
+)
+def test_each_step_is_a_line_as_it_is_typed(sequence, lines):
+    """Programming a sequence and what follows: the manual's own examples; of two distances the last one counts."""
+    assert listed(sequence) == lines
+
+
+def optional(pieces):
+    return st.one_of(st.just(""), pieces)
+
+
+numbers = st.integers(0, 999_999_999).map(str)
+axis_names = st.permutations(["X", "Y", "Z"]).flatmap(lambda axes: st.integers(1, 3).map(lambda n: axes[:n]))
+
+
+@st.composite
+def axes(draw, names):
+    """Some of these axes, each with a sign or none, and perhaps a distance."""
+    return "".join(name + draw(st.sampled_from(["", "+", "-"])) + draw(optional(numbers)) for name in names)
+
+
+@st.composite
+def moves(draw):
+    """Axes and what goes with them, in any order that may be typed."""
+    names = draw(axis_names)
+    minor = len(names) > 1 and draw(st.booleans())
+    named = draw(axes(names[:1] if minor else names)) + (f"/{draw(axes(names[1:]))}" if minor else "")
+    ending = draw(optional(st.just("G"))) if minor else draw(st.sampled_from(["", "G", "B"]))
+    speed = draw(optional(st.integers(1, 99_999).map(lambda speed: f"@{speed}")))
+    before, behind = draw(st.permutations([speed, ""]))
+    return before + named + ending + behind
+
+
+lines_of = st.lists(st.integers(1, 3), min_size=1, max_size=3).map(lambda found: "".join(map(str, found)))
+outputs = st.lists(st.integers(1, 5), min_size=1, max_size=5).map(lambda found: "".join(map(str, found)))
+backlashes = st.integers(-255, 255).map(lambda distance: f"B{distance:+}")
+
+
+@st.composite
+def steps(draw):
+    """A step of a sequence in the manual's order, with anything that may stand in it."""
+    waits = draw(optional(lines_of.map("H{}".format))) + draw(optional(lines_of.map("L{}".format)))
+    if draw(st.booleans()):
+        repeat = f"={draw(st.integers(0, 255))},1"
+        return waits + draw(st.sampled_from(["A", "A" + repeat, repeat]))
+    ends = draw(
+        st.one_of(
+            st.tuples(optional(outputs.map("S{}".format)), optional(outputs.map("R{}".format))).map("".join),
+            st.tuples(st.integers(0, 5), optional(st.integers(1, 99).map(",{}".format))).map(
+                lambda p: f"P{p[0]}{p[1]}"
+            ),
+        )
+    )
+    return waits + draw(optional(backlashes)) + draw(optional(moves())) + ends or "%"
+
+
+@given(steps())
+def test_a_line_read_again_is_the_same_step(text):
+    """Also the order of the axes, since the first one decides on the correction of backlash."""
+    message = parse(f":{text}:$", COMMANDS)
+    assert message.problems == []
+    (step,) = message.steps
+    (again,) = parse(f":{typed(step)}:$", COMMANDS).steps
+    assert again == step
+    assert [*again.major.items(), *again.minor.items()] == [*step.major.items(), *step.minor.items()]
+    assert typed(again) == typed(step)
+
+
+@pytest.mark.parametrize("text", [">3<10^100X500@9000S1", "D5>4", "B-7XB"])
+def test_a_direct_message_can_be_written_as_well(text):
+    """Speed to Acceleration rate: parameters that may not stand in a sequence."""
+    (step,) = parse(text, COMMANDS).steps
+    assert parse(typed(step), COMMANDS).steps == [step]
+
+
+# Running
+
+
+def test_nothing_is_stored_in_an_interface_that_was_just_switched_on(bench, if1):
+    assert stored(if1) == ()
+    assert running(if1) is None
+    assert if1.programs["sequence"].silent == frozenset()
+
+
+def test_every_step_begins_when_the_one_before_has_ended(bench, if1):
+    """S and R take the interface's cycle of 1 ms, 3 steps at the start/stop speed of 400 7.5 ms, `P0,5` 50 ms."""
+    found = begun(bench, if1)
+    tell(if1, ":S1:X3@400:P0,5:R1:Y2@100:$")
+    bench.run(0.2)
+    assert found == [(0, 1), (1 * MS, 2), (8 * MS + 500_000, 3), (58 * MS + 500_000, 4), (59 * MS + 500_000, 5)]
+    assert running(if1) is None
+    assert if1.registers["step"].read() == 0
+    assert number(bench, if1, "O") == 5, "O stays at the last step"
+
+
+def test_the_running_step_is_that_of_now(bench, if1):
+    """2 steps at 100 steps/s are 20 ms."""
+    found = begun(bench, if1)
+    tell(if1, ":Y2@100:S1:$")
+    bench.run_until(lambda: found, 1)
+    bench.run(0.0199)
+    assert (running(if1), if1.registers["step"].read()) == (1, 1)
+    bench.run(0.0001)
+    assert running(if1) == 2
+    bench.run(0.0009)
+    assert running(if1) == 2
+    bench.run(0.0001)
+    assert running(if1) is None
+
+
+def test_repeats_begin_their_steps_again(bench, if1):
+    """Repeating: `=2,2` is two more passes from step 2; 4 steps at 400 steps/s take 10 ms, the repeat 1 ms."""
+    found = begun(bench, if1)
+    tell(if1, ":S1:X4@400:=2,2:R1:$")
+    bench.run(0.1)
+    times = [0, 1, 11, 12, 22, 23, 33, 34]
+    assert found == list(zip((time * MS for time in times), [1, 2, 3, 2, 3, 2, 3, 4], strict=True))
+
+
+def test_a_nested_repeat_starts_afresh(bench, if1):
+    """Repeating: the inner repeat on each pass of the outer one; every step takes 1 ms here."""
+    found = begun(bench, if1)
+    tell(if1, ":S1:=1,1:R1:=1,1:$")
+    bench.run(0.1)
+    assert [step for _, step in found] == [1, 2, 1, 2, 3, 4, 1, 2, 1, 2, 3, 4]
+    assert [time for time, _ in found] == [n * MS for n in range(12)]
+
+
+def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
+    """Combining inputs and outputs: H1 waits for a level."""
+    times: list[int] = []
+    if1.watch_lines(lambda program, index: times.append(bench.now))
+    tell(if1, ":H1:S1:$")
+    bench.run(5.0)
+    assert running(if1) == 1
+    if1.pins["input1"].drive(True)
+    raised_ns = bench.now
+    bench.run(0.5)
+    assert times[1:] == [raised_ns]
+
+
+def test_cancel_ends_the_step_at_once(bench, if1):
+    """Index mode: `#` stops with deceleration and ends the sequence; nothing of it runs while the motor slows down."""
+    tell(if1, ":X9999@2000:Y:$")
+    bench.run(1.0)
+    assert running(if1) == 1
+    tell(if1, "#")
+    assert bench.run_until(lambda: running(if1) is None, 0.1)
+    assert if1.axes["X"].velocity > 0
+    assert stored(if1) == ("X9999@2000", "Y")
+
+
+def test_the_host_in_control_leaves_the_step_running(bench, if1):
+    """Controller intervention: `%` is a step until the host sends % in its turn."""
+    found = begun(bench, if1)
+    tell(if1, ":%:S1:$")
+    bench.run(0.2)
+    tell(if1, "X10$")
+    bench.run(1.0)
+    assert [step for _, step in found] == [1]
+    assert running(if1) == 1
+    tell(if1, "%")
+    bench.run(0.1)
+    assert [step for _, step in found] == [1, 2]
+
+
+def test_a_direct_message_is_no_step(bench, if1):
+    found = begun(bench, if1)
+    tell(if1, "X100@100$")
+    bench.run(0.5)
+    assert running(if1) is None
+    assert found == []
+
+
+def test_a_run_goes_on_when_its_sequence_has_ended(bench, if1):
+    """Run mode: the step is over when the run has begun; the sequence when there are no more steps."""
+    tell(if1, ":X@500G:S1:$")
+    bench.run(0.5)
+    assert running(if1) is None
+    assert if1.axes["X"].velocity == 500
+
+
+@pytest.mark.parametrize("pin", ["estop", "limit_plus", "x_fault"])
+def test_a_fault_ends_it(bench, if1, pin):
+    """Repeating: "Once a sequence has been terminated, it can only be restarted from the beginning"."""
+    found = begun(bench, if1)
+    tell(if1, ":X99999@1000:Y:$")
+    bench.run(0.5)
+    if1.pins[pin].drive(False)
+    bench.run(0)
+    assert running(if1) is None
+    bench.run(1.0)
+    assert [step for _, step in found] == [1]
+    assert stored(if1) == ("X99999@1000", "Y")
+
+
+def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
+    """A message with `$` is held while the interface is busy: until then the old steps are stored and run."""
+    found = begun(bench, if1)
+    tell(if1, ":X20@100:Y20:$")
+    bench.run(0.1)
+    tell(if1, ":S1:$")
+    bench.run(0.25)
+    assert (stored(if1), running(if1)) == (("X20@100", "Y20"), 2)
+    bench.run(0.5)
+    assert (stored(if1), running(if1)) == (("S1",), None)
+    assert [step for _, step in found] == [1, 2, 1]
+
+
+def test_what_is_wrong_is_not_stored(bench, if1):
+    """Motion status: a message with a data fault is ignored."""
+    tell(if1, ":S1:$")
+    bench.run(0.1)
+    tell(if1, ":S1:Q:$")
+    bench.run(0.1)
+    assert stored(if1) == ("S1",)
+
+
+def test_an_if1_forgets_its_sequence_with_the_power(bench, if1):
+    tell(if1, ":H1:X100:$")
+    bench.run(0.5)
+    assert running(if1) == 1
+    if1.power(False)
+    assert (stored(if1), running(if1), if1.registers["step"].read()) == ((), None, 0)
+    if1.power(True)
+    assert stored(if1) == ()
+
+
+def test_an_if2_that_is_locked_keeps_it(bench):
+    """Using the battery backup: with DSR low the stored sequence starts when the self-test is over."""
+    if2 = ready(bench, "U61", "if2")
+    tell(if2, ":H1:X100:$")
+    bench.run(0.1)
+    tell(if2, "[")
+    bench.run(0.1)
+    if2.power(False)
+    assert (stored(if2), running(if2)) == (("H1", "X100"), None)
+    found = begun(bench, if2)
+    if2.serial.host.dtr = False
+    if2.power(True)
+    bench.run(0.9)
+    assert (stored(if2), running(if2)) == (("H1", "X100"), None), "the LED is on: it tests itself"
+    bench.run(0.2)
+    assert running(if2) == 1
+    assert found == [(0, 1)]
+    if2.power(False)
+    assert running(if2) is None
+
+
+def test_an_if2_that_is_not_locked_forgets_it(bench):
+    if2 = ready(bench, "U61", "if2")
+    tell(if2, ":S1:$")
+    bench.run(0.1)
+    if2.power_cycle()
+    assert stored(if2) == ()
+
+
+def test_whoever_has_seen_enough_is_told_no_more(bench, if1):
+    found = []
+    look_away = if1.watch_lines(lambda program, index: found.append(index))
+    tell(if1, ":S1:R1:$")
+    bench.run(0.1)
+    look_away()
+    tell(if1, ":$")
+    bench.run(0.1)
+    assert found == [0, 1]
