@@ -1,13 +1,13 @@
 """What axes have done, as changes of signals.
 
 The pulses of a stepper are worked out from its train when they are to be written; a servo tells its samples, which wait
-here as far as they bring a change.
+here.
 """
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from axistwin.apps.traces.batch import Part
+from axistwin.apps.traces.batch import Part, Rows
 from axistwin.motion.train import Stroke, Train
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
@@ -139,8 +139,7 @@ class ServoTrace:
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
         self._last = {"position": axis.position, "commanded": axis.position}  # at rest it is where it should be
-        self._changes: dict[str, list[tuple[NDArray[np.int64], NDArray[np.int64]]]] = {name: [] for name in places}
-        self.waiting = 0
+        self.rows = Rows(3)
 
     def first(self, name: str) -> int:
         """What a signal is to begin with."""
@@ -150,27 +149,21 @@ class ServoTrace:
         """What has been."""
         import numpy as np
 
-        for name in self._places:
-            given = samples.positions if name == "position" else samples.commanded
-            values = np.asarray(given, np.int64)
-            changed = np.flatnonzero(np.diff(values, prepend=self._last[name]))
-            if len(changed):
-                self._changes[name].append((samples.start_ns + samples.period_ns * changed, values[changed]))
-                self._last[name] = int(values[-1])
-                self.waiting += len(changed)
+        times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)
+        self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
         """What has changed before a time."""
-        return [Part(place, *self._taken(name, before_ns)) for name, place in self._places.items()]
+        times, positions, commanded = self.rows.take(before_ns)
+        if not len(times):
+            return []
+        values = {"position": positions, "commanded": commanded}
+        return [self._part(name, times, values[name]) for name in self._places]
 
-    def _taken(self, name: str, before_ns: int) -> "tuple[NDArray[np.int64], NDArray[np.int64]]":
+    def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
+        """The samples that bring a change."""
         import numpy as np
 
-        nothing = np.empty(0, np.int64)
-        times, values = (
-            np.concatenate(column) for column in zip((nothing, nothing), *self._changes[name], strict=True)
-        )
-        due = int(np.searchsorted(times, before_ns))
-        self._changes[name] = [(times[due:], values[due:])]
-        self.waiting -= due
-        return times[:due], values[:due]
+        changed = np.diff(values, prepend=self._last[name]) != 0
+        self._last[name] = int(values[-1])
+        return Part(self._places[name], times[changed], values[changed])

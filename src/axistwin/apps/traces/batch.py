@@ -75,6 +75,34 @@ class Waiting:
         return Part(signal, np.array(times, np.int64), values)
 
 
+class Rows:
+    """Numbers that have been told in order of time, and wait to be written: columns, the first of them the times."""
+
+    def __init__(self, columns: int) -> None:
+        self._told: list[tuple[NDArray[np.int64], ...]] = []
+        self._columns = columns
+        self.waiting = 0
+
+    def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
+        """Some more."""
+        import numpy as np
+
+        self._told.append(tuple(np.asarray(column, np.int64) for column in columns))
+        self.waiting += len(columns[0])
+
+    def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
+        """Those before a time; they wait no longer."""
+        import numpy as np
+
+        if not self._told:
+            return [np.empty(0, np.int64)] * self._columns
+        columns = [np.concatenate(column) for column in zip(*self._told, strict=True)]
+        due = int(np.searchsorted(columns[0], before_ns))
+        self.waiting -= due
+        self._told = [tuple(column[due:] for column in columns)] if self.waiting else []
+        return [column[:due] for column in columns]
+
+
 def merged(parts: Sequence[Part], texts: Sequence[bytes]) -> Batch:
     """All of them in order."""
     import numpy as np

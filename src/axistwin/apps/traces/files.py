@@ -5,7 +5,7 @@ Each kind says in its own way what it is a trace of (`provenance.py`): comments,
 """
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Provenance = Mapping[str, str]
 ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
+WAVES = ".vcd"
+"""Here step pulses are drawn; elsewhere a pulse is a change of `pulses`, and that is enough."""
 
 
 class Output:
@@ -79,23 +81,17 @@ class CsvSink:
     ) -> None:
         self._output, self._signals = output, signals
         self._names = [f",{csv_field(signal.full)}," for signal in signals]
-        written = [(n, signal) for n, signal in enumerate(signals) if signal.kind != STEP]
         lines = [f"# {key}: {value}" for key, value in provenance.items()]
-        lines += [f"# signal: {signal.full} {signal.kind}" for _, signal in written]
+        lines += [f"# signal: {signal.full} {signal.kind}" for signal in signals]
         lines.append("time_ns,signal,value")
-        lines += [f"{now_ns}{self._names[n]}{_csv_value(first[n])}" for n, _ in written]
+        lines += [f"{now_ns}{name}{_csv_value(value)}" for name, value in zip(self._names, first, strict=True)]
         output.append(("\n".join(lines) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """A row for each change; of step pulses there are none."""
-        import numpy as np
-
-        steps = [n for n, signal in enumerate(self._signals) if signal.kind == STEP]
-        wanted = ~np.isin(batch.signals, steps)
-        signals = batch.signals[wanted]
-        values = decoded(batch, signals, batch.values[wanted], self._signals, _csv_value)
+        """A row for each change."""
+        values = decoded(batch, batch.signals, batch.values, self._signals, _csv_value)
         names = self._names
-        rows = zip(batch.times[wanted].tolist(), signals.tolist(), values, strict=True)
+        rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
         self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
 
     def flush(self) -> None:
@@ -244,7 +240,7 @@ def _parquet(*arguments: object) -> Sink:
 
 
 MakeSink = Callable[[Output, Sequence[Signal], Sequence[Value], int, Provenance], Sink]
-SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, ".vcd": VcdSink, ".parquet": _parquet}
+SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, ".parquet": _parquet}
 
 
 def sink_for(path: Path) -> MakeSink:
@@ -257,3 +253,8 @@ def sink_for(path: Path) -> MakeSink:
 
         need_pyarrow()
     return SINKS[path.suffix]
+
+
+def kept(path: Path, signals: Iterable[Signal]) -> list[Signal]:
+    """Those that this kind of file keeps."""
+    return [signal for signal in signals if signal.kind != STEP or path.suffix == WAVES]

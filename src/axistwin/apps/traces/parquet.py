@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from axistwin.apps.conversations.visible import CHARACTERS
 from axistwin.apps.traces.batch import Batch, Value, Waiting, merged
 from axistwin.apps.traces.files import Output, Provenance
-from axistwin.apps.traces.signals import REAL, STEP, TEXT, Signal
+from axistwin.apps.traces.signals import REAL, TEXT, Signal
 from axistwin.errors import MissingExtraError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ TAIL = 8
 GROUP, MOST = 1 << 16, 1 << 20
 """Rows in a group; in a long trace more and more, so that the table of contents stays small."""
 GROWS_AFTER = 64
-NOTHING = bytes(1 << 24)
+NOTHING = memoryview(bytes(1 << 24))
 SIGNALS, END = "axistwin.signals", "end"
 INTEGER, NUMBER, WORDS, NONE = range(4)
 KINDS = {REAL: NUMBER, TEXT: WORDS}
@@ -61,8 +61,7 @@ class ParquetSink:
 
         self._output, self._signals = output, signals
         self._names = pa.array([*(signal.full for signal in signals), END], pa.string())
-        self._steps = [n for n, signal in enumerate(signals) if signal.kind == STEP]
-        kinds = {signal.full: signal.kind for signal in signals if signal.kind != STEP}
+        kinds = {signal.full: signal.kind for signal in signals}
         self._about = {**provenance, SIGNALS: json.dumps(kinds)}
         self._batches: list[pa.Table] = []
         self._rows = self._groups = 0
@@ -129,11 +128,10 @@ class ParquetSink:
         import numpy as np
         import pyarrow as pa
 
-        wanted = ~np.isin(batch.signals, self._steps)
-        signals, values = batch.signals[wanted], batch.values[wanted]
+        signals, values = batch.signals, batch.values
         kinds = np.array([*(KINDS.get(signal.kind, INTEGER) for signal in self._signals), NONE], np.int8)[signals]
         columns = [
-            pa.array(batch.times[wanted]),
+            pa.array(batch.times),
             pa.DictionaryArray.from_arrays(pa.array(signals.astype(np.int32)), self._names),
             pa.array(values, mask=kinds != INTEGER),
             pa.array(values.view(np.float64), mask=kinds != NUMBER),
@@ -164,7 +162,7 @@ class ParquetSink:
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
         while (missing := self._place - file.tell()) > 0:  # so that the addresses are those in the whole file
             file.write(NOTHING[:missing])
-        tail.parts.clear()
+        tail.parts = []
         writer.write_table(table)
         writer.close()
         data = b"".join(tail.parts)
@@ -178,18 +176,17 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file of which only what comes last is kept."""
+    """A file of which only what comes last is kept: what is written while there are `parts`."""
 
     def __init__(self) -> None:
-        self.parts: list[bytes] = []
+        self.parts: list[bytes] | None = None
 
     def writable(self) -> bool:
         return True
 
     def write(self, data: Any) -> int:
-        self.parts.append(bytes(data))
-        if len(data) == len(NOTHING):
-            self.parts.clear()
+        if self.parts is not None:
+            self.parts.append(bytes(data))
         return len(data)
 
 

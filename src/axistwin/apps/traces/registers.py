@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from axistwin.apps.traces.batch import Part, Value
+from axistwin.apps.traces.batch import Part, Rows, Value
 from axistwin.controllers.product import Register
 
 if TYPE_CHECKING:
@@ -35,31 +35,19 @@ class Followed:
     def __init__(self, places: Sequence[int], registers: Mapping[str, Register]) -> None:
         self._places = places
         self._known = [register.read() for register in registers.values()]
-        self._told: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]] = []
-        self.waiting = 0
-
-    def take(self, times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
-        """The controller tells."""
-        import numpy as np
-
-        self._told.append((np.array(times, np.int64), np.array(which, np.int64), np.array(values, np.int64)))
-        self.waiting += len(times)
+        self.rows = Rows(3)
+        """What the controller tells: times, which of the registers, their values from then on."""
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
         """What has changed before a time."""
         import numpy as np
 
-        if not self._told:
+        times, which, values = self.rows.take(before_ns)
+        if not len(times):
             return []
-        times, which, values = (np.concatenate(column) for column in zip(*self._told, strict=True))
-        due = int(np.searchsorted(times, before_ns))
-        self._told = [(times[due:], which[due:], values[due:])] if due < len(times) else []
-        self.waiting = len(times) - due
-        if not due:
-            return []
-        order = np.argsort(which[:due], kind="stable")
+        order = np.argsort(which.astype(np.int16), kind="stable")  # so short that it is sorted by counting
         numbers, begins = np.unique(which[order], return_index=True)
-        spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), due], strict=True)
+        spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:

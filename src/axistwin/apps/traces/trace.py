@@ -22,8 +22,8 @@ from typing import Self
 from axistwin.apps.conversations import partners
 from axistwin.apps.conversations.events import terminals
 from axistwin.apps.traces.axes import ServoTrace, StepperTrace
-from axistwin.apps.traces.batch import Value, Waiting, merged
-from axistwin.apps.traces.files import Output, Sink, sink_for
+from axistwin.apps.traces.batch import Rows, Value, Waiting, merged
+from axistwin.apps.traces.files import Output, Sink, kept, sink_for
 from axistwin.apps.traces.provenance import provenance
 from axistwin.apps.traces.registers import Followed, Looked, written
 from axistwin.apps.traces.signals import DEFAULT, FAULTS, TEXT, Signal, catalogue, choose, pin_signal
@@ -61,7 +61,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self.bench, self.path, self._tell = bench, path, tell
         self._make = sink_for(path)
         self._flushed_s = 0.0
-        self._chosen = choose(catalogue(bench), patterns)
+        self._chosen = kept(path, choose(catalogue(bench), patterns))
 
     def __enter__(self) -> Self:
         if self.path.exists() and not self.path.is_file():
@@ -131,6 +131,8 @@ class Tracer:
         """Whose controllers compute ahead of the clock."""
         self._registers: list[Looked] = []
         self._followed: list[Followed] = []
+        self._rows: list[Rows] = []
+        """What servos and followed registers have told."""
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -244,12 +246,13 @@ class Tracer:
 
         def follow(stack: ExitStack) -> None:
             followed = Followed(tuple(places.values()), registers)
-            end = controller.follow(tuple(registers), followed.take)
+            end = controller.follow(tuple(registers), followed.rows.add)
             if end is None:
                 looked = (Looked(places[key], register, self._waiting.add) for key, register in registers.items())
                 self._registers += looked
             else:
                 self._followed.append(followed)
+                self._rows.append(followed.rows)
                 self._ahead += [axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)]
                 stack.callback(end)
 
@@ -269,6 +272,7 @@ class Tracer:
 
     def _add_servo(self, scope: str, trace: ServoTrace) -> None:
         self._servos.append(trace)
+        self._rows.append(trace.rows)
         self._ahead.append(trace.axis)
         self._first |= {f"{scope}.{name}": trace.first(name) for name in ("position", "commanded")}
         self._begin.append(lambda stack: stack.callback(trace.axis.watch(trace.take)))
@@ -282,10 +286,8 @@ class Tracer:
         """A nanosecond in which something has happened is over."""
         self._look_at_registers()
         much = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
-        for servo in self._servos:
-            much |= servo.waiting >= CHUNK
-        for followed in self._followed:
-            much |= followed.waiting >= CHUNK
+        for rows in self._rows:
+            much |= rows.waiting >= CHUNK
         if much and self.sink is not None:
             try:
                 self._write(self.bench.now + 1)

@@ -79,7 +79,8 @@ class Core:
         self.f = array("d", bytes(8 * FLOATS))
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
         self.i[HOST_SIZE] = len(self.ring)
-        self.log, self._look_at = log.empty(), log.Look(())
+        self.log = log.empty()
+        self._look_at = log.Look(self.log)
         self.listeners: list[Listener] = []
         self.running = True
         self.one_by_one: Callable[[], None] | None = None
@@ -177,7 +178,8 @@ class Core:
         """
         if self.running:
             self.catch_up()
-        self.log, self._look_at = log.following(numbers, self.i, self.v), log.Look(numbers)
+        self.log = log.following(numbers, self.i, self.v)
+        self._look_at = log.Look(self.log)
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
@@ -201,8 +203,8 @@ class Core:
             if samples:
                 import numpy as np  # late: only for who follows
 
-                times = (self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)).tolist()
-                self._follower(times, which, values)
+                times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
+                self._follower(array("q", times.tobytes()), which, values)
 
     # Blocks
 

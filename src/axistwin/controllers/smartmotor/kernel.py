@@ -12,7 +12,7 @@ from axistwin.controllers.smartmotor.cam import cam
 from axistwin.controllers.smartmotor.host_mode import EXIT, LAST, UNDERFLOW, host
 from axistwin.controllers.smartmotor.interpreter import statement
 from axistwin.controllers.smartmotor.jit import sampled
-from axistwin.controllers.smartmotor.log import FOLLOWED, USED, note, room
+from axistwin.controllers.smartmotor.log import FOLLOWED, MOVING, USED, note, room
 from axistwin.controllers.smartmotor.machine import Floats, Ints
 from axistwin.controllers.smartmotor.position import position
 from axistwin.controllers.smartmotor.servo import ideal, overloaded, rotate
@@ -104,11 +104,11 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
         result = statement(i, v, stack, code)
         if result == 3:  # FETCH
             return VALUE_WAITS
+        if result == 2:  # HELD
+            break
         i[BUDGET] -= 1
         if result == 1:  # TRAP
             return STATEMENT_WAITS
-        if result == 2:  # HELD
-            break
     return ALL_DONE
 
 
@@ -270,12 +270,14 @@ def advance(
     why = ALL_DONE
     log[USED] = 0
     while why == ALL_DONE and i[SAMPLE] - first < most and room(log):
+        budget = i[BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
+            stated = i[BUDGET] != budget or i[SAMPLE] == first  # before the first sample Python may have done something
             why = sample(i, v, f, ring, told)
             n = i[SAMPLE] - first - 1
             shaft[n] = i[SHAFT] + i[SLIPPED]
             commanded[n] = i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
             if log[FOLLOWED]:
-                note(i, v, log)
+                note(i, v, log, log[FOLLOWED] if stated else log[MOVING])
     return why

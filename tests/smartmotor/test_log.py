@@ -1,0 +1,93 @@
+"""What is followed inside the motor: what is told afterwards is what one finds after each sample."""
+
+import ast
+import inspect
+
+from axistwin import Bench
+from axistwin.controllers.smartmotor import jit, log, state
+from axistwin.controllers.smartmotor.core import SAMPLE_NS
+from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.registers import numbers
+
+SAMPLES = 600
+PROGRAM = b"C1 a=a+1 P=a*90 E=900+a ab[3]=a G TWAIT IF a&1 WAIT=2 ENDIF GOSUB5 GOTO1 C5 bbb=@P RETURN "
+
+
+def at_work() -> Bench:
+    """A motor that runs a program, and has done a sample just now."""
+    bench = Bench()
+    motor = bench.add("smartmotor", "motor", shaft={"motor": "frame23"})
+    bench.run(5000 * SAMPLE_NS / 1e9)
+    motor.serial.write(b"UCI UDI ZS A=900 V=900000 MP O=7 LOAD ")
+    data = PROGRAM + b"\xff\xff"
+    for at in range(0, len(data), 8):
+        bench.run(500 * SAMPLE_NS / 1e9)
+        motor.serial.write(data[at : at + 8])
+    bench.run(500 * SAMPLE_NS / 1e9)
+    motor.serial.write(b" RUN ")
+    bench.run(100 * SAMPLE_NS / 1e9)
+    assert motor.registers["Ra"].read() > 0
+    return bench
+
+
+def told(bench: Bench) -> dict[str, list[tuple[int, int]]]:
+    """What a follower is told of each register: when, and what it is from then on."""
+    names, found = tuple(numbers()), {}
+
+    def follower(times, which, values):
+        for time_ns, k, value in zip(times, which, values, strict=True):
+            found.setdefault(names[k], []).append((time_ns, value))
+
+    end = bench["motor"].follow(names, follower)
+    bench.run(SAMPLES * SAMPLE_NS / 1e9)
+    end()
+    return found
+
+
+def looked_at(bench: Bench) -> dict[str, list[tuple[int, int]]]:
+    """What one finds who looks at all of them after each sample."""
+    registers, found = bench["motor"].registers, {}
+    known = {name: register.read() for name, register in registers.items()}
+    for _ in range(SAMPLES):
+        bench.run(SAMPLE_NS / 1e9)
+        for name, register in registers.items():
+            if (value := register.read()) != known[name]:
+                found.setdefault(name, []).append((bench.now, value))
+                known[name] = value
+    return found
+
+
+def test_what_is_told_is_what_one_finds_after_each_sample():
+    found = told(at_work())
+    assert found == looked_at(at_work())
+    assert found.keys() > {"Ra", "Rbbb", "Raa", "P", "RE", "RP", "RV", "RBt", "RW"}
+
+
+def test_a_sample_without_statements_leaves_alone_what_is_not_looked_at_then():
+    """No function but the interpreter's stores a variable or a buffered parameter."""
+    stored = set()
+    for function in jit._sampled.values():
+        if not function.__module__.endswith((".interpreter", ".log")):
+            stored |= stores(function)
+    assert {("i", "BX"), ("i", "COMMANDED"), ("f", "WINDING_C")} <= stored
+    for array, place in stored:
+        assert array != "v"
+        assert array != "i" or log.moving(SLOT, getattr(state, place)), place
+
+
+def stores(function) -> set[tuple[str, str]]:
+    """Into which array it stores, and the first name of the index."""
+    found = set()
+    for node in ast.walk(ast.parse(inspect.getsource(function))):
+        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
+            names = [part.id for part in ast.walk(node.slice) if isinstance(part, ast.Name)]
+            found.add((ast.unparse(node.value), names[0] if names else ""))
+    return found
+
+
+def test_those_that_move_come_first():
+    given = [(VARIABLE, 3), (SLOT, state.P), (SLOT, state.BT), (COMPUTED, 0), (VARIABLE, 0)]
+    made = log.following(given, [0] * state.INTS, [0] * state.VARIABLES)
+    assert made[log.MOVING] == 2
+    entries = made[log.HEAD : log.head(made).stop]
+    assert list(entries[3 :: log.NUMBER]) == [3, 2, 1, 0, 4]
