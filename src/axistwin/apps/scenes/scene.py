@@ -32,7 +32,7 @@ All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `S
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.apps.scenes import toml_places
 from axistwin.apps.scenes.build import Builder, shared_lines
@@ -41,12 +41,16 @@ from axistwin.apps.scenes.tables import SceneFile
 from axistwin.bench import Bench
 from axistwin.links.urls import parse as parse_url
 
+if TYPE_CHECKING:
+    from axistwin.apps.scenes.copying import Copy
+
 
 class Scene:
     """A scene that has been read and checked.  `build` puts it on a bench."""
 
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
+        self._texts: dict[str, str] = {}
         self._check_names()
         self._check_ports()
         self._check_wires()
@@ -76,11 +80,15 @@ class Scene:
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     def build(self, *, served: bool = False) -> Bench:
-        """A new bench with everything on it; the controllers have just been switched on.
+        """A new bench with everything on it, the same each time; the controllers have just been switched on.
 
         `served`: hosts come from outside to controllers with ports, so that their `host` stays away.
         """
-        return Builder(self._contents, self._source, served).build()
+        return Builder(self._contents, self._source, served, self._texts).build()
+
+    def copied(self, copy: "Copy", served: bool, note: str) -> str:
+        """Its text, with the hosts and the script that `copy` has; the files it needs are put there, too."""
+        return copy.of_scene(self._contents, self._source, served, note)
 
     # What a table by itself cannot tell
 

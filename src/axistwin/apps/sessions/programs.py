@@ -21,7 +21,9 @@ def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[st
     """
     file, controller = Path(filename), bench[name]
     if file.suffix.lower() not in (STORED, *KINDS):
-        raise UsageError(f"{filename} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x")
+        raise UsageError(
+            f"{filename} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
+        )
     check_kind(file, controller.product)
     if controller.product.attend is None and name not in bench.ports:
         raise UsageError(f"{name} shares its line with others: it cannot be loaded into")
