@@ -127,7 +127,7 @@ class Pacer:
             return
         if self._speed is not None and self._loop is not None:
             self._advance(self._loop.time())
-        if self.clock.peek() <= self.clock.now:
+        if not self.clock.done:
             self._pass(self._finish)
 
     def work(self) -> None:
@@ -145,7 +145,7 @@ class Pacer:
             self._slice()
 
     def by_hand(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """While virtual time stands still otherwise: have the bench advanced by `advance(over)`, and hand over its words.
+        """While virtual time stands still: have the bench advanced by `advance(over)`, and hand over its words.
 
         It ends with a nanosecond, and soon after `over()` says that it is the sockets' turn.  Returns what it returns.
         """
