@@ -89,3 +89,14 @@ def test_it_sits_on_a_shaft(clock):
 def test_no_such_move(clock, arguments):
     with pytest.raises(UsageError, match=r"move\("):
         Master(clock).move(*arguments)
+
+
+def test_its_ratio_is_told(clock):
+    class Shaft:
+        position = 0
+        on_motion: ClassVar[list] = []
+
+    master = Master(clock)
+    assert master.ratio == 1
+    master.follow(Shaft, Fraction(2000, 400))
+    assert master.ratio == 5

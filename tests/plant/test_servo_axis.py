@@ -1,6 +1,7 @@
 """The axis of a servo motor: what a person sees of it, whoever calculates where the shaft is."""
 
 from array import array
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from axistwin.errors import UsageError
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.counts import Samples
+from axistwin.plant.servo import FRAME23
 from axistwin.plant.servo_axis import FAR, ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
@@ -216,3 +218,11 @@ def test_a_data_sheet_by_its_name(clock):
     axis = servo_axis(clock, "shaft", {"motor": "frame23", "load": {"inertia_kg_m2": 1e-5}}, 100)
     assert (axis.motor.counts_per_rev, axis.load_data.inertia_kg_m2) == (2000, 1e-5)
     assert servo_axis(clock, "shaft", {}, 100).motor is None
+
+
+def test_its_travel_and_the_counts_of_a_turn_are_told():
+    clock = Clock()
+    axis = servo_axis(clock, "shaft", {"limits": (-100, 5000), "motor": {**asdict(FRAME23), "counts_per_rev": 4000}}, 100)
+    assert (axis.limits, axis.per_rev) == ((-100, 5000), 4000)
+    ideal = servo_axis(clock, "shaft", {}, 100)
+    assert (ideal.limits, ideal.per_rev, ideal.setpoint) == (None, 2000, 0)

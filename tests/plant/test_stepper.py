@@ -6,6 +6,7 @@ import pytest
 
 from axistwin.errors import UsageError
 from axistwin.motion.profile import Profile, Segment
+from axistwin.plant.axes import stepper_axis
 from axistwin.plant.encoder import EncoderData
 from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.torque import Load, StepperMotor
@@ -161,3 +162,48 @@ def test_a_pushed_load_is_seen_by_the_encoder_only(clock):
 def test_asking_for_an_encoder_that_is_not_there_says_how_to_add_one(clock):
     with pytest.raises(UsageError, match=r'axis X has no encoder: add one with X=\{"encoder": \{\}\}'):
         _ = axis_with(clock).encoder
+
+
+def test_what_the_motor_has_lost_and_whether_it_is_out_of_step(clock):
+    """At 1750 pulses/s it stands for 101 pulses, and catches at the thirteenth tooth of 8: 104 pulses behind."""
+    axis = axis_with(clock, motor=MOTOR, load=Load(torque=0.5))
+    axis.start(rates((400, 40), (1750, 100), (400, 40)), +1)
+    clock.run_to(S // 20)
+    assert (axis.lost, axis.stalled) == (0, False)
+    clock.run_to(S // 8)
+    assert axis.stalled
+    assert axis.lost == axis.pulses - axis.position > 0
+    clock.run_to(S)
+    assert (axis.lost, axis.stalled) == (104, False)
+
+
+def test_a_jammed_shaft_is_out_of_step_while_pulses_go_out(clock):
+    axis = axis_with(clock)
+    axis.jam()
+    assert not axis.stalled
+    axis.start(rates((100, 50)), -1)
+    clock.run_to(S // 10)
+    assert (axis.stalled, axis.lost) == (True, -10)
+    clock.run_to(S)
+    assert (axis.stalled, axis.lost) == (False, -50)
+
+
+@pytest.mark.parametrize(
+    ("options", "per_rev"),
+    [
+        ({}, None),
+        ({"motor": MOTOR}, 400),
+        ({"encoder": EncoderData(counts_per_rev=4000, pulses_per_rev=25_000)}, 25_000),
+        ({"motor": MOTOR, "encoder": EncoderData(pulses_per_rev=25_000)}, 400),
+    ],
+)
+def test_how_many_pulses_are_a_turn(clock, options, per_rev):
+    """The data sheet of the motor says, or that of the encoder; otherwise nobody."""
+    assert axis_with(clock, **options).per_rev == per_rev
+
+
+def test_its_travel_and_its_encoder_are_told(clock):
+    axis = stepper_axis(clock, "X", {"limits": [-100, 5000], "home": [0, 20], "encoder": {"backlash": 3}}, 10)
+    assert (axis.limits, axis.home, axis.encoder.data) == ((-100, 5000), (0, 20), EncoderData(backlash=3))
+    bare = stepper_axis(clock, "X", {}, 10)
+    assert (bare.limits, bare.home) == (None, None)

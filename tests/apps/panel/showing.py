@@ -5,7 +5,7 @@ import asyncio
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Bench
-from axistwin.apps.panel.look import Look
+from axistwin.apps.panel.look import Common, Look
 from axistwin.apps.panel.people import People
 from axistwin.apps.sessions.session import Session
 
@@ -84,7 +84,7 @@ def show(build, view, play):
 
     async def simulated():
         session, people = Session(build, None), People()
-        look, made = Look(session, people, people["somebody"]), []
+        look, made = Look(Common(session), people, people["somebody"]), []
         async with user_simulation(lambda: made.append(view(look))) as user:
             await user.open("/")
             visit = Visit(user, look, made[-1])

@@ -40,7 +40,7 @@ class _View:
                 self._choice = ui.select([], label="program", on_change=self._chosen).props(_DENSE)
                 self._choice.mark(f"{name} which")
                 self._title = ui.label().classes("quiet").mark(f"{name} title")
-                self._state = ui.label().classes("running-line").props("role=status").mark(f"{name} runs")
+                self._state = ui.label().classes("running-line").mark(f"{name} runs")
                 self._follow = ui.checkbox("follow", value=self._follows, on_change=self._set_follow).props("dense")
                 self._follow.mark(f"{name} follow")
             self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
@@ -99,9 +99,9 @@ class _View:
     def _toggle(self, index: int) -> None:
         """A break at this line is made, or taken away."""
         session, sentence = self.look.session, f"{self.name} runs {self._place(index)}"
-        there = [each for each in session.breaks if each.sentence == sentence]
-        if there:
-            self.look.touch(lambda: [session.remove_break(each) for each in there])
+        there = next((each for each in session.breaks if each.sentence == sentence), None)
+        if there is not None:
+            self.look.touch(partial(session.remove_break, there))
         else:
             self.look.touch(lambda: session.add_break(sentence))
 

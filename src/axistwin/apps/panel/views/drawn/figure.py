@@ -8,7 +8,7 @@ from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
-STATES = '<p class="states" role="status" data-part="states"></p>'
+STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 
 class Figure(Protocol):

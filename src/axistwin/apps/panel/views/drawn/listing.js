@@ -54,13 +54,13 @@ export default {
     },
     // Lines with a break, and those where it is switched off.
     breaks(on, off) {
-      for (const row of this.$el.querySelectorAll(".break, .asleep")) this.pin(row, false, false);
+      for (const row of this.$el.querySelectorAll(".has-break, .asleep")) this.pin(row, false, false);
       for (const index of on) this.pin(this.rows[index], true, false);
       for (const index of off) this.pin(this.rows[index], true, true);
     },
     pin(row, there, asleep) {
       if (!row) return;
-      row.classList.toggle("break", there && !asleep);
+      row.classList.toggle("has-break", there && !asleep);
       row.classList.toggle("asleep", asleep);
       row.firstChild.setAttribute("aria-pressed", String(there));
     },

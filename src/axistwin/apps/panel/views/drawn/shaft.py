@@ -33,7 +33,7 @@ class Shaft:
         self.name, self.per_rev = name, axis.per_rev or ASSUMED
         self._said = axis.per_rev is not None
         self._before, self._frames = 0, 0
-        self.drawing = Drawing(self._art(controller, axis)).classes("figure shaft")
+        self.drawing = Drawing(self._art(controller, axis)).classes("drawing shaft")
         self.drawing.mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
@@ -148,7 +148,7 @@ _DIAL = (
 _DISC = (
     '<circle class="face" r="54"/><circle class="groove" r="44"/><circle class="hub" r="15"/>'
     '<circle class="bore" r="6"/>'
-    '<path class="key" d="M-2 -9h4v4h-4z"/>'
+    '<path class="keyway" d="M-2 -9h4v4h-4z"/>'
     + "".join(f'<circle class="bolt" cy="-30" r="5" transform="rotate({turn})"/>' for turn in (60, 120, 180, 240, 300))
     + '<path class="index" d="M0 -53l-6 13h12z"/><path class="index line" d="M0 -40V-16"/>'
 )

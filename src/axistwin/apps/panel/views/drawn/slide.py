@@ -23,7 +23,7 @@ class Slide:
         axis = controller.axes[name]
         assert axis.limits is not None, "it has travel"
         self.name, self.limits = name, axis.limits
-        self.drawing = Drawing(self._art(axis)).classes("figure slide").mark(f"axis {controller.name}.{name}")
+        self.drawing = Drawing(self._art(axis)).classes("drawing slide").mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Where it is, how fast, and what is the matter with it."""
@@ -101,7 +101,7 @@ class Slide:
         body = f'<rect x="{x - 9:.2f}" y="5" width="18" height="11" rx="2"/><circle cx="{x:.2f}" cy="10.5" r="3.4"/>'
         label = f'<text class="figures" x="{x + 13 * side:.2f}" y="14">{sign}</text>'
         word = f'<text class="word {anchor}" x="{x - 13 * side:.2f}" y="14" data-part="{part}-word"></text>'
-        return f'<g class="switch" data-part="{part}">{lever}{body}{label}{word}</g>'
+        return f'<g class="limit" data-part="{part}">{lever}{body}{label}{word}</g>'
 
 
 _BED = (

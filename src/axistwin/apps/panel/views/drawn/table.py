@@ -32,7 +32,7 @@ class Table:
         self._high = min(max(self._wide * span_y / span_x, LEAST), MOST)
         self._trail: Trail | None = None
         self._piece, self._shown = 0, (0, (0, 0))
-        self.drawing = Drawing(self._art()).classes("figure top-view").props(f'data-test="table {controller.name}"')
+        self.drawing = Drawing(self._art()).classes("drawing top-view").props(f'data-test="table {controller.name}"')
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
         """Where the tool is, whether it is down, and its trail."""
@@ -112,6 +112,6 @@ def _share(position: float, limits: tuple[int, int]) -> float:
 
 
 _HEAD = (
-    '<rect class="saddle" x="-9" y="-9" width="18" height="18" rx="3"/><circle class="lamp" r="5.5"/>'
+    '<rect class="saddle" x="-9" y="-9" width="18" height="18" rx="3"/><circle class="light" r="5.5"/>'
     '<path class="cross" d="M-14 0h28M0 -14v28"/>'
 )

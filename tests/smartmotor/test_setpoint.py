@@ -1,0 +1,65 @@
+"""Where the trajectory would have the shaft, in the machine's own coordinates, looked at whenever one likes."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+
+from .talking import ask, ready, tell
+
+DATA = {"motor": "frame23", "load": {"inertia_kg_m2": 1e-4}}
+SAMPLE_S = 245_760e-9
+
+
+def moving(origin="", **options):
+    bench = Bench()
+    motor = ready(bench, shaft=DATA, **options)
+    tell(bench, motor, f"{origin}V=200000 A=500 P=4000 MP G ")
+    return bench, motor
+
+
+@settings(deadline=None, max_examples=12)
+@given(looks=st.lists(st.integers(1, 150), min_size=1, max_size=8), origin=st.sampled_from(["", "O=123 ", "F=2 "]))
+def test_it_is_what_is_published_sample_by_sample(looks, origin):
+    """And looking at it changes nothing of what the motor does."""
+    bench, motor = moving(origin)
+    axis, published = motor.axes["shaft"], {}
+
+    def note(samples):
+        for number in range(len(samples)):
+            published[samples.time_ns(number)] = int(samples.commanded[number])
+
+    axis.watch(note)
+    seen = {}
+    for samples in looks:
+        bench.run(samples * SAMPLE_S)
+        seen[bench.now] = axis.setpoint
+    axis.catch_up()
+    for time_ns, setpoint in seen.items():
+        done = [at for at in published if at <= time_ns]
+        assert not done or setpoint == published[max(done)]
+    other, same = moving(origin)
+    other.run((bench.now - other.now) / 1e9)
+    assert same.axes["shaft"].position == axis.position
+
+
+def test_it_less_the_position_is_the_following_error():
+    bench, motor = moving("O=500 ")
+    bench.run(0.05)
+    axis = motor.axes["shaft"]
+    error = axis.setpoint - axis.position
+    assert error > 0
+    motor.axes["shaft"].jam()
+    bench.run(0.002)
+    assert axis.setpoint - axis.position > error
+    assert abs(int(ask(bench, motor, "RPE ")) - (axis.setpoint - axis.position)) < 60  # a few samples later
+
+
+def test_with_the_servo_off_it_is_where_the_shaft_is():
+    bench, motor = moving()
+    bench.run(2.0)
+    tell(bench, motor, "OFF ")
+    motor.axes["shaft"].encoder.displace(300)
+    bench.run(0.1)
+    axis = motor.axes["shaft"]
+    assert axis.setpoint == axis.position == axis.encoder.count
