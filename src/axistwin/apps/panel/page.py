@@ -7,6 +7,7 @@ from nicegui import Client, background_tasks, ui
 
 from axistwin.apps.panel.look import Look, Refresh
 from axistwin.apps.panel.views.clock import clock
+from axistwin.apps.panel.views.scope import scope
 
 FRAME_S = 0.05
 """At most so often is a page brought up to date."""
@@ -34,6 +35,7 @@ def _body(look: Look) -> list[Refresh]:
         for name in look.bench.controllers:
             with ui.card().classes("machine"):
                 ui.label(name)
+    found.append(scope(look))
     return found
 
 
