@@ -18,6 +18,7 @@ from axistwin.apps.panel.views.machines import machines
 from axistwin.apps.panel.views.people import people
 from axistwin.apps.panel.views.pins import pins
 from axistwin.apps.panel.views.program import program
+from axistwin.apps.panel.views.scope import scope
 from axistwin.apps.panel.views.tabs import Kinds, tabs
 from axistwin.apps.panel.views.terminal import terminal
 
@@ -61,6 +62,7 @@ def _body(look: Look) -> Iterator[Refresh]:
         with ui.card().classes("machine"):
             ui.label("Faults").classes("title")
             yield faults(look)
+    yield scope(look)
 
 
 def _machine(look: Look, name: str) -> Iterator[Refresh]:

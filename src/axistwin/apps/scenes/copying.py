@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from axistwin.apps.scenes import toml_places
-from axistwin.apps.scenes.build import shared_lines
 from axistwin.apps.scenes.hosting import program_text
 from axistwin.apps.scenes.source import Source
-from axistwin.apps.scenes.tables import SceneFile
+from axistwin.apps.scenes.tables import SceneFile, shared_lines
 from axistwin.apps.scenes.toml_text import table_text, tables, toml_value
 from axistwin.bench import Bench
 from axistwin.storage import FileStore
