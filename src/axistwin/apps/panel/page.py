@@ -59,10 +59,11 @@ def _body(look: Look) -> Iterator[Refresh]:
             with ui.card().classes("machine").props(f'data-test="machine {name}"'):
                 ui.label(name).classes("machine-name")
                 yield terminal(look, name)
-        with ui.card().classes("machine"):
-            ui.label("Faults").classes("title")
-            yield faults(look)
-    yield scope(look)
+        with ui.element("div").classes("beside" if len(look.bench.controllers) == 1 else "beside wide"):
+            yield scope(look)
+            with ui.card().classes("machine"):
+                ui.label("Faults").classes("machine-name")
+                yield faults(look)
 
 
 def _machine(look: Look, name: str) -> Iterator[Refresh]:
