@@ -78,7 +78,7 @@ def scope(look: Look, _name: str = "") -> Refresh:
     key = look.person.key
     screen = all_.come(key)
     ui.context.client.on_delete(lambda: all_.go(key))
-    with ui.card().classes("scope").mark("scope"):
+    with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
         return _Scope(screen, all_).refresh
 
 
