@@ -136,6 +136,7 @@ class Panel:
 
     def begin(self):
         """At the beginning, where nothing has been recorded; it stands, and is quick when it does not."""
+        self.page.keyboard.press("Escape")
         self.pause()
         if self.seconds > 0:
             self.go_to(0)
