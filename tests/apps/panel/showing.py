@@ -73,6 +73,15 @@ class Visit:
         """Those of the keys that are pressed."""
         return [mark for mark in marks if self.found(mark).props["aria-pressed"] == "true"]
 
+    async def until(self, came_true):
+        """Frames, until this is true; the loop has its turn in between."""
+        for _ in range(1000):
+            if came_true():
+                return
+            await asyncio.sleep(0)
+            self.frame()
+        raise AssertionError("it never came true")
+
     @property
     def messages(self):
         """What has been told."""
@@ -80,7 +89,7 @@ class Visit:
 
 
 def show(build, view, play):
-    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives."""
+    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives.  It may be asynchronous."""
 
     async def simulated():
         session, people = Session(build, None), People()
@@ -89,6 +98,8 @@ def show(build, view, play):
             await user.open("/")
             visit = Visit(user, look, made[-1])
             visit.frame()
-            play(visit)
+            played = play(visit)
+            if played is not None:  # it waits for something
+                await played
 
     asyncio.run(simulated())

@@ -4,7 +4,6 @@ import asyncio
 from collections.abc import Iterator
 from functools import partial
 from importlib import resources
-from itertools import chain
 
 from nicegui import Client, background_tasks, ui
 
@@ -33,11 +32,17 @@ async def page(look: Look) -> None:
     """Everything there is, for one person; called for each visit.  The bench has its turn between two views."""
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
-    views = []
-    for view in chain(_header(look), _body(look)):
-        views.append(view)
+    made = []
+    for view in views(look):
+        made.append(view)
         await asyncio.sleep(0)
-    background_tasks.create(_keep_showing(ui.context.client, look, views), name="panel")
+    background_tasks.create(_keep_showing(ui.context.client, look, made), name="panel")
+
+
+def views(look: Look) -> Iterator[Refresh]:
+    """All of them, each when it is asked for."""
+    yield from _header(look)
+    yield from _body(look)
 
 
 def _header(look: Look) -> Iterator[Refresh]:

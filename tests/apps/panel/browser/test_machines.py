@@ -102,7 +102,10 @@ def test_the_external_encoder_is_turned(panel):
     pins.get_by_role("spinbutton", name="counts").fill("-300")
     pins.get_by_role("spinbutton", name="in seconds").fill("0.01")
     panel.button("turn the external encoder of knife").click()
-    panel.message("")
+    panel.speed("5")
+    panel.run()
+    expect(panel.region("knife").locator('[data-part="edges"]')).to_have_text("−300")
+    panel.pause()
 
 
 def test_the_temperature_around_a_motor(panel):

@@ -25,14 +25,14 @@ def test_what_host_and_controller_say_appears(panel):
     _, _, said = ready(panel)
     if panel.machine == "cut-to-length":
         _, said = terminal(panel, "feeder")
-    expect(said).to_contain_text("velocity_time" if panel.machine == "winder" else "U61<CR>")
+    expect(said).to_contain_text("velocity-time data" if panel.machine == "winder" else "U61<CR>")
 
 
 def test_a_line_is_typed_and_answered(panel):
     who, tab, said = ready(panel)
     panel.speed("5")
     panel.say(panel.field(f"say to {who}"), panel.facts.says)
-    expect(said).to_contain_text(f"> {panel.facts.says}" if panel.machine != "winder" else "> 84")
+    expect(said).to_contain_text(f"> {panel.facts.says}" if panel.machine != "winder" else "> 83")
     panel.run()
     expect(said).to_contain_text(re.compile(r"< .*" + re.escape(panel.facts.answer)))
     panel.pause()
