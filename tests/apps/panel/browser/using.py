@@ -59,7 +59,8 @@ FACTS = {
     ),
     "cut-to-length": Facts(
         who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="<CR>",
-        program=("turn.sms", "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"), line="4", start="RUN", stop="END",
+        program=("turn.sms", "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"),
+        line="4", start="RUN", stop="END",
         faults=(
             ("lose", "serial line", {"count, characters": "3"}), STUCK, ("load", "axis", {"torque, N·m": "0.1"}),
             ("overheat", "controller", {}),
