@@ -127,3 +127,8 @@ def test_two_runs_are_identical():
         return if1.serial.read(), if1.axes["X"].pulse_times().tobytes(), bench.now
 
     assert run() == run()
+
+
+def test_a_state_directory_that_cannot_be(bench):
+    with pytest.raises(UsageError, match=r"no state directory 'a\\x00b': embedded null"):
+        bench.add("if2", state="a\0b")

@@ -30,6 +30,8 @@ class FileStore:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise UsageError(f"no state directory {path.parent}: {(error.strerror or str(error)).lower()}") from None
+        except ValueError as error:  # a NUL
+            raise UsageError(f"no state directory {str(path.parent)!r}: {error}") from None
 
     def __str__(self) -> str:
         return str(self.path)

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Self
 
@@ -67,9 +68,13 @@ class Client:
         place = {"line": line, "character": character}
         return self.ask(f"textDocument/{method}", {"textDocument": {"uri": uri}, "position": place})
 
-    def _send(self, message: dict[str, Any]) -> None:
-        body = json.dumps(message).encode()
-        self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+    def tell_all(self, method: str, many: Iterable[object]) -> None:
+        """All at once."""
+        self._send(*({"jsonrpc": "2.0", "method": method, "params": params} for params in many))
+
+    def _send(self, *messages: dict[str, Any]) -> None:
+        bodies = [json.dumps(message).encode() for message in messages]
+        self.process.stdin.write(b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies))
         self.process.stdin.flush()
 
     def _receive(self) -> dict[str, Any]:

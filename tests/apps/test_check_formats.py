@@ -8,8 +8,11 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import __version__
+from axistwin.apps.checks import codes
 from axistwin.apps.cli import axistwin
 from axistwin.errors import SceneError, UsageError
+
+from . import sarif
 
 FILES = {
     "a b.if1": "x1000$\n@3000 X 5%5$\n",
@@ -170,3 +173,46 @@ def test_what_cannot_be_checked(check, arguments, error, message):
     Path("whose.talk").write_text("> X\n", encoding="utf-8")
     with pytest.raises(error, match=message):
         check(*arguments)
+
+
+def test_sarif_of_everything_that_can_be_found_is_valid(check):
+    """Each rule's example, fixes and ends of lines included; names that are no URIs as they stand."""
+    names = []
+    for title, table in codes.tables().items():
+        for rule in table:
+            suffix, model = codes.suffix_of(rule), codes.FAMILIES.get(title, ("if1",))[0]
+            head = "" if suffix in (".toml", ".sms") or "model:" in rule.example else f"; model: {model}\n"
+            names.append(f"{rule.code} é#?%.x{suffix}")
+            Path(names[-1]).write_text(head + rule.example, encoding="utf-8")
+    log = json.loads(check(*names, "--format", "sarif").stdout)
+    assert sarif.problems(log) == []
+    results, rules = log["runs"][0]["results"], log["runs"][0]["tool"]["driver"]["rules"]
+    assert all(rules[each["ruleIndex"]]["id"] == each["ruleId"] for each in results)
+    assert any("fixes" in each for each in results)
+    assert {name[:5] for name in names} <= {each["ruleId"] for each in results}
+
+
+def test_sarif_of_nothing_is_valid(check):
+    log = json.loads(check("fine.if1", "--format", "sarif").stdout)
+    assert sarif.problems(log) == []
+    assert log["runs"][0]["results"] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "problem"),
+    [
+        (("version",), "2.0.0", "$.version: '2.0.0' is not one of"),
+        (("runs", 0, "results", 0, "level"), "fatal", "$.runs[0].results[0].level: 'fatal' is not one of"),
+        (("runs", 0, "results", 0, "message"), {}, "$.runs[0].results[0].message: message has no text"),
+        (("runs", 0, "colour"), 3, "$.runs[0]: run knows no colour"),
+    ],
+)
+def test_the_look_at_sarif_finds_what_is_wrong(check, path, value, problem):
+    log = json.loads(check("a b.if1", "--format", "sarif").stdout)
+    *way, last = path
+    place = log
+    for key in way:
+        place = place[key]
+    place[last] = value
+    (found,) = sarif.problems(log)
+    assert found.startswith(problem)

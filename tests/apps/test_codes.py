@@ -102,3 +102,10 @@ def test_codes_are_explained_by_how_they_begin_or_all():
 def test_a_code_that_is_none():
     with pytest.raises(UsageError, match="no code 'DP310': did you mean DP30"):
         explain("--codes", "DP310")
+
+
+@pytest.mark.parametrize("form", ["sarif", "github"])
+def test_codes_are_no_findings(form):
+    """What is found in files can be told so, a table of codes cannot."""
+    with pytest.raises(UsageError, match=f"--codes is told as text or json: leave out --format {form}"):
+        explain("--codes", "CM4", "--format", form)

@@ -188,3 +188,19 @@ def test_a_clock_that_is_none_is_told_with_its_line(time):
 def test_seconds_that_are_none(replay, option, seconds):
     with pytest.raises(click.BadParameter):
         replay(READY, "--model", "if1", option, seconds)
+
+
+@pytest.mark.parametrize(
+    ("recording", "model", "words"),
+    [
+        ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "if1 has a serial line, and 1811 is on a bus"),
+        ("; model: 1811\n> 50\n", "if2", "1811 is on a bus, and if2 has a serial line"),
+    ],
+)
+def test_what_was_said_on_a_line_is_not_for_a_bus(replay, recording, model, words):
+    with pytest.raises(UsageError, match=rf"a\.talk is of another model: {words}: name one such as "):
+        replay(recording, "--model", model)
+
+
+def test_a_recording_of_one_model_may_be_replayed_as_another(replay):
+    assert replay("; model: if1\n" + READY, "--model", "if2", "--brief")[0] == 0

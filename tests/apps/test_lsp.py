@@ -51,6 +51,40 @@ def test_diagnostics_come_while_somebody_types(client):
     client.tell("textDocument/didClose", {"textDocument": {"uri": uri}})
 
 
+def test_of_what_is_typed_quickly_only_the_newest_is_looked_at(client):
+    uri, last = "file:///bench/quick.sms", 40
+    client.open(uri, "END\n")
+    changes = (
+        {"textDocument": {"uri": uri, "version": version}, "contentChanges": [{"text": f"A{version}\n"}]}
+        for version in range(2, last + 1)
+    )
+    client.tell_all("textDocument/didChange", changes)
+    assert spans(client.diagnostics(uri, last)) == [("SM103", 0, 0, 3)]
+    told = [message for message in client.notified if message.get("params", {}).get("uri") == uri]
+    assert len(told) < last / 4
+
+
+def test_a_text_that_is_too_long_is_left_to_check(client):
+    uri = "file:///bench/long.sms"
+    (told,) = client.open(uri, "A100\n" * 30_000)
+    assert told["message"] == "more than 131,072 characters: not looked at while you type; use axistwin check"
+    assert told["severity"] == 3
+    assert client.at("hover", uri, 0, 0) is None
+    client.tell(
+        "textDocument/didChange", {"textDocument": {"uri": uri, "version": 2}, "contentChanges": [{"text": ""}]}
+    )
+    assert client.diagnostics(uri, 2) == []
+
+
+def test_who_ends_it_without_a_word_is_told_by_the_exit_code():
+    """ "The server should exit with success code 0 if the shutdown request has been received before; otherwise 1"."""
+    client = Client()
+    client.tell("exit", None)
+    client.process.stdin.close()
+    assert client.process.wait(timeout=20) == 1
+    client.process.stdout.close()
+
+
 def test_a_fix_is_offered_and_is_the_preferred_one_if_it_is_sure(client):
     uri = "file:///bench/fix.if1"
     client.open(uri, "X100$\n:X100:Y\n")

@@ -486,10 +486,10 @@ def test_a_scene_with_a_chain_and_a_line(scene):
 
 WRONG = {
     "a key of a servo axis": (
-        SCENE.replace("limits =", "limit ="), "4:1: axis shaft has no option 'limit': it takes limits, motor, load",
+        SCENE.replace("limits =", "limit ="), "4:16: axis shaft has no option 'limit': it takes limits, motor, load",
     ),
-    "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:1: axis shaft: motor"),
-    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:1: axis shaft: load"),
+    "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:39: axis shaft: motor"),
+    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: axis shaft: load"),
     "a motor that is not there": (SCENE.replace('["left",', '["middle",'), "11:11: no controller 'middle': there are"),
     "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: left is on 'this line' already"),
     "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),

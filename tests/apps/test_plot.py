@@ -10,7 +10,8 @@ import pytest
 from axistwin import Bench
 from axistwin.apps.drawing import curves
 from axistwin.apps.drawing.curves import Curve
-from axistwin.apps.drawing.history import History, watching
+from axistwin.apps.drawing.history import Fault, History, watching
+from axistwin.apps.drawing.history_chart import of_history
 from axistwin.apps.plot import draw
 from axistwin.errors import UsageError
 from axistwin.units import S
@@ -43,6 +44,28 @@ def test_svg_has_axes_levels_and_words(tmp_path, history):
     assert r"> X100@1000Y-$\r" in found
     assert not any(text.startswith("Z") for text in found)
     assert "output3" not in found
+
+
+def test_faults_are_marked_from_beginning_to_end(tmp_path):
+    bench = Bench()
+    if1 = bench.add("if1", X={"encoder": {}})
+    bench.faults.add("stuck", "if1.input3", level="high", name="since_before")
+    bench.faults.add("jam", "if1.X", when="if1.X passes 50", duration=0.1)
+    bench.faults.add("push", "if1.X", counts=3, when="jam begins")
+    bench.faults.add("load", "if1.X", torque=0.1, at=100)
+    with watching(bench) as history:
+        for message, seconds in (("", 1.5), ("(", 0.1), ("U61\r", 1.2), ("X100@1000$\r", 1.0)):
+            if1.serial.write(message.encode())
+            bench.run(seconds)
+    jam, push = bench.faults["jam"], bench.faults["push"]
+    assert of_history(history).faults == [
+        Fault("since_before", 0, None),
+        Fault("jam", jam.began_ns, jam.began_ns + S // 10),
+        Fault("push", push.began_ns, push.began_ns),
+    ]
+    draw(history, tmp_path / "a.svg")
+    assert {"since_before", "jam", "push"} <= set(texts(tmp_path / "a.svg"))
+    assert "load" not in texts(tmp_path / "a.svg")
 
 
 def test_png(tmp_path, history):

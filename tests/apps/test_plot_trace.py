@@ -8,6 +8,7 @@ import pytest
 from axistwin import Bench
 from axistwin.apps import cli
 from axistwin.apps.drawing import picture
+from axistwin.apps.drawing.history import Fault
 from axistwin.apps.drawing.trace_chart import messages, of_trace
 from axistwin.apps.traces.differences import Tolerance, compare
 from axistwin.apps.traces.reading import Track, read
@@ -104,6 +105,24 @@ def test_a_chart_has_the_whole_course(directory):
     assert 1 < max(map(abs, error.values)) < 100
     assert chart.states["if1.state"][-1].text == "ready"
     assert "motor.RBt" in chart.lanes
+
+
+def test_faults_are_marked_and_are_no_lane(tmp_path):
+    bench = Bench()
+    bench.add("if1", X={"encoder": {}})
+    bench.faults.add("stuck", "if1.input3", level="high")
+    with tracing(bench, tmp_path / "a.csv"):
+        bench.faults.add("power_cut", "if1", at=1.0, duration=0.5)
+        bench.faults.add("push", "if1.X", counts=3, at=1.25)
+        bench.run(2)
+    chart = of_trace(read(tmp_path / "a.csv"), from_ns=0)
+    assert chart.faults == [
+        Fault("stuck", 0, None),
+        Fault("power_cut", 1 * S, 1 * S + 500 * MS),
+        Fault("push", 1 * S + 250 * MS, 1 * S + 250 * MS),
+    ]
+    assert not any("faults" in name for name in chart.states)
+    assert not of_trace(read(tmp_path / "a.csv"), ("if1.led",)).faults, "only if one asks for them"
 
 
 def test_messages_are_told_whole():

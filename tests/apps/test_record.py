@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 
 import pytest
@@ -208,9 +209,52 @@ def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
             host.bytesize, host.parity, host.stopbits = 5, "M", 1.5
             host.send_break(0.02)
             host.bytesize, host.parity, host.stopbits = 8, "N", 2
+            host.bytesize, host.parity, host.stopbits = 5, "M", 1.5
+            host.bytesize, host.parity, host.stopbits = 8, "N", 2
             host.write(b"(")
             assert host.read(2) == b"U\r"
         program.send_signal(signal.SIGTERM)
         _, words = program.communicate(timeout=PATIENCE_S)
     assert program.returncode == 0
-    assert f"{device} cannot do 9600 5M1.5: invalid argument" in words
+    assert words.count(f"{device} cannot do 9600 5M1.5: invalid argument") == 1, "once is enough"
+
+
+def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
+    """A twin would see a break that the hardware has not seen."""
+    path = tmp_path / "a.talk"
+    with hardware() as (_, url), recorder("--serial", url, "--rfc2217", ":0", "-o", path) as (program, port):
+        with serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host:
+            host.send_break(0.02)
+            host.rts = False
+            host.rts = True
+            host.parity = "E"
+            host.parity = "N"
+            host.send_break(0.02)
+            host.write(b"(")
+            assert host.read(2) == b"U\r"
+        program.send_signal(signal.SIGTERM)
+        _, words = program.communicate(timeout=PATIENCE_S)
+    assert program.returncode == 0
+    assert words.count(f"{url} carries characters only: no line format, control lines or breaks are passed on") == 1
+    assert not [act for act in load(path).acts if isinstance(act, Do)]
+    told = re.findall(r"^; (\w+) (\S+).* by the host did not reach the controller$", path.read_text(), re.MULTILINE)
+    assert [what for what, _ in told if what != "line"] == ["break", "rts", "rts", "break"]
+
+
+def test_hardware_that_does_not_answer_holds_up_neither_the_host_nor_the_recording(tmp_path):
+    """Each thing that it is asked for takes seconds; a host that negotiates with the recorder waits for none."""
+    path, answers = tmp_path / "a.talk", threading.Event()
+    with (
+        hardware("rfc2217://127.0.0.1:0") as (served, url),
+        recorder("--serial", url, "--rfc2217", ":0", "-o", path) as (program, port),
+        serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host,
+    ):
+        served.later(lambda: answers.wait(PATIENCE_S))
+        for parity in ("E", "N"):  # pyserial gives up after three seconds
+            host.rts = parity == "N"
+            host.parity = parity
+        answers.set()
+        host.write(b"(")
+        assert host.read(2) == b"U\r"
+        assert ended(program) == 0
+    assert [act.target for act in load(path).acts if isinstance(act, Do)] == ["rts", "rts"]

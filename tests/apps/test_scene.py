@@ -232,11 +232,82 @@ WRONG = {
         controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),
         "3:1: controller.axes.X.motor: the torques of the curve are 0 N·m or more",
     ),
+    "a wire into an output": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
+        "5:1: if1.output1 is an output, to which no wire can lead: lead it to an input, or away from if1.output1",
+    ),
+    "a wire into a brake": (
+        controllers("if1", "smartmotor", more="[[wire]]\nfrom = 'if1.led'\nto = 'smartmotor.brake'"),
+        "7:1: smartmotor.brake is an output",
+    ),
+    "a wire into a board's pulses": (
+        controllers("if1", "1811", more="[[wire]]\nfrom = 'if1.led'\nto = '1811.step'"),
+        "7:1: 1811.step is an output",
+    ),
+    "a wire from a board's pulses": (
+        controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
+        "6:1: no wire can follow the pulses of 1810.step",
+    ),
+    "a motor in a chain with a port": (
+        controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
+        "3:1: smartmotor is in [[chain]] 'chain': its host is at the `ports` of that, leave these out",
+    ),
+    "a motor on a shared pair with a port": (
+        controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
+        "3:1: smartmotor is in [[rs485]] 'rs485': its host",
+    ),
+    "an address twice": (
+        controllers("if1", more="ports = ['tcp://:5001']\n")
+        + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
+        "8:1: bus://localhost:5001 is tcp://:5001 already: choose another one",
+    ),
+    "a link twice": (
+        controllers("if1", more="ports = ['pty:/tmp/x', 'pty:/tmp/x']"),
+        "3:24: pty:/tmp/x is pty:/tmp/x already: choose another one",
+    ),
+    "a board on a line": (
+        controllers("1811", more="ports = ['tcp://:5001']"),
+        "3:10: tcp://:5001: an 1810 or 1811 is on a bus: write it like bus://127.0.0.1:1811",
+    ),
+    "a motor on a bus": (
+        controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
+        "5:10: bus://:1811: only an 1810 or 1811 is on a bus: write it like tcp://127.0.0.1:5001",
+    ),
+    "a state that is no name": (
+        controllers("if2", more='state = "a\\u0000b"'),
+        '3:1: controller.state: no file\'s name has a NUL in it, not "a\\u0000b"',
+    ),
+    "a link that is no name": (
+        controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
+        "3:10: no port 'pty:/tmp/\\x00b': there is a NUL in it",
+    ),
     "a delay into the past": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),
         "6:1: wire.delay_ms: input should be greater than or equal to 0, not -1",
     ),
 }
+
+
+def test_ports_that_do_not_meet(scene):
+    """Of port 0 there are many; a number may be that of two machines."""
+    made = scene(
+        controllers("if1", more="ports = ['tcp://:0', 'tcp://:0', 'pty:', 'pty:', 'tcp://:5001']\n")
+        + controllers("if2", more="ports = ['tcp://127.0.0.2:5001', 'serial:///dev/ttyS0']\n")
+    )
+    assert len(made.ports) == 7
+
+
+def test_what_may_be_an_input_may_hang_on_a_wire(scene):
+    """User pins are what their motor makes of them, and so are the inputs of the others."""
+    bench = scene(
+        controllers("if1", "1811", "smartmotor")
+        + "".join(
+            f'[[wire]]\nfrom = "if1.output1"\nto = "{to}"\n'
+            for to in ("smartmotor.G", "1811.cw_limit", "1811.step_in", "if1.estop")
+        )
+    ).build()
+    bench["if1"].pins["output1"].drive(True)
+    assert all(bench[name].pins[pin].level for name, pin in (("smartmotor", "G"), ("1811", "cw_limit")))
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG.values(), ids=WRONG.keys())
@@ -268,6 +339,16 @@ def test_the_schema_is_json_and_knows_all_tables():
     assert set(schema["properties"]) == {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script"}
     assert {"model", "ports", "axes"} <= set(schema["$defs"]["ControllerTable"]["properties"])
     assert "from" in schema["$defs"]["WireTable"]["properties"]
+
+
+def test_the_schema_knows_the_keys_of_either_kind_of_axis():
+    axes = Scene.schema()["$defs"]["ControllerTable"]["properties"]["axes"]["additionalProperties"]["anyOf"]
+    assert axes[0] == {"$ref": "#/$defs/AxisTable"}
+    assert set(axes[1]["properties"]) == {"limits", "motor", "load"}
+    values, names = axes[1]["properties"]["motor"]["anyOf"]
+    assert names["enum"] == ["frame17", "frame23", "frame34"]
+    assert values["properties"]["kp"] == {"type": "integer"}
+    assert not values["additionalProperties"]
 
 
 def test_places_in_a_file():

@@ -14,6 +14,7 @@ from axistwin.errors import AxistwinError, SceneError, UsageError
 from axistwin.faults import KINDS
 
 IF1 = '[[controller]]\nmodel = "if1"\n'
+SHAFT = '[[controller]]\nmodel = "smartmotor"\naxes.shaft = '
 MOTOR = '[[controller]]\nmodel = "smartmotor"\nname = "knife"\n'
 
 
@@ -40,6 +41,42 @@ def test_faults_begin_and_end(scene):
     bench.run(5)
     assert levels == [(2.0, True), (3.0, False)]
     assert bench.faults["nut"].spot.name == "if1.X"
+
+
+def test_a_fault_may_wait_for_one_further_down_or_in_the_script(scene):
+    bench = scene(
+        IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "later begins"\n'
+        '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "stuck-2 ends"\n'
+        '[[fault]]\nkind = "stuck"\non = "input1"\nlevel = "high"\nname = "later"\nat = 2\n'
+        '[[fault]]\nkind = "stuck"\non = "input2"\nlevel = "high"\nwhen = "hand begins"\nduration = 1\n'
+        '[[fault]]\nkind = "stuck"\non = "input3"\nlevel = "high"\nat = 1\nduration = 2\n'
+        "[[script]]\nat = 4\ndo = \"fault load X 0.1 when='press begins' name=hand\"\n"
+        '[[script]]\nat = 5\ndo = "fault load Y 0.1 name=press"\n'
+    ).build()
+    begun = {}
+    bench.faults.watch(lambda fault, what: begun.setdefault((fault.name, what), bench.seconds))
+    bench.run(10)
+    assert [name for name, what in begun if what == "begins"] == [
+        "stuck-2",
+        "later",
+        "jam",
+        "jam-2",
+        "press",
+        "hand",
+        "stuck",
+    ]
+    assert (begun["jam", "begins"], begun["jam-2", "begins"], begun["stuck", "begins"]) == (2, 3, 5)
+
+
+def test_faults_that_wait_for_one_another_are_told(scene):
+    """None of them would ever begin."""
+    text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
+    with pytest.raises(
+        SceneError, match=r"s\.toml:6:1: a waits for itself, by way of b: let it wait for something else"
+    ):
+        scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()
+    with pytest.raises(SceneError, match=r"s\.toml:6:1: no fault 'b' here: there are a"):
+        scene(text).build()
 
 
 def test_the_scene_s_seed_is_that_of_all_its_faults(scene):
@@ -121,6 +158,28 @@ def test_a_master_on_another_axis(scene):
         ('[[fault]]\nkind = "stuck"\non = "input1"\nlevel = "up"\n', "6:1: level='up': give high or low"),
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "X leaps"\n', "6:1: when='X leaps': write it like"),
         ('[[fault]]\nkind = "jam"\non = "X"\nat = -1\n', "6:1: fault.at: input should be greater than or equal to 0"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "W passes 1"\n', "6:1: no axis 'W' here: there are if1.X"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n', "6:1: if1 raises no flag 'Q': there are"),
+        (
+            '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
+            "5:1: fault flip: probability=0.5 leaves it to chance, which",
+        ),
+        ('[[fault]]\nkind = "lose"\nat = 1e300\n', "5:1: at: 1e+300 s is too long: give less than 292 years"),
+        ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: give seconds, 0 or more"),
+        ('[[fault]]\nkind = "push"\non = "X"\nduration = 1\ncounts = 3\n', "5:1: axis X has no encoder: add one with"),
+        ('[[fault]]\nkind = "encoder_dead"\non = "X"\n', "5:1: axis X has no encoder: add one with"),
+        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: that is for SmartMotors"),
+        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break happens at once: leave out `duration`"),
+        ('[[fault]]\nkind = "lose"\nname = "a"\n' * 2, "8:1: there is a fault 'a' already: mend it, or choose another"),
+        (SHAFT + "{ limit = [0, 1] }", "5:16: axis shaft has no option 'limit': it takes limits, motor, load"),
+        (SHAFT + "{ limits = [0] }", "5:16: axis shaft: limits=[0]: give two positions"),
+        (SHAFT + '{ motor = "frame99" }', "5:16: axis shaft: motor='frame99': choose one of frame17"),
+        (SHAFT + "{ motor = { kq = 1 } }", "5:26: axis shaft: motor: there is no kq; choose from"),
+        (SHAFT + "{ motor.ks = 70000 }", "5:16: axis shaft: motor: ks=70000: give a number from"),
+        (
+            SHAFT.replace("axes.shaft = ", "[controller.axes.shaft]\n") + "load = { inertia_kg_m2 = 'x' }",
+            "6:10: axis shaft: load: inertia_kg_m2='x': give a number",
+        ),
         ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: nothing called 'input9' here: there are"),
         ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: a name and a value are wanted"),
         ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: no fault 'it' here: there are none"),

@@ -245,3 +245,38 @@ def test_afterwards_one_is_told_that_it_is_over():
 def test_a_kind_of_port_that_there_is_not():
     with pytest.raises(UsageError, match="no kind of port 'udp': there are tcp, rfc2217, pty"):
         axistwin.serve("if1", scheme="udp")
+
+
+@pytest.mark.parametrize("what", ["if1", {"controller": [{"model": "if1"}]}])
+def test_fixed_ports_that_nobody_has_named_are_told(what):
+    """Else nothing would be served, in silence."""
+    with pytest.raises(UsageError, match="fixed_ports=True is for a scene that names ports"):
+        axistwin.serve(what, fixed_ports=True)
+
+
+def test_a_speed_that_there_is_not_is_told_when_it_is_asked_for():
+    with pytest.raises(UsageError, match=r"no speed 'fast': .* or max, or \"manual\"$"):
+        axistwin.serve("if1", speed="fast")
+
+
+@pytest.mark.parametrize(
+    "use",
+    [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
+)
+def test_before_the_with_block_one_is_told_to_enter_it(use):
+    with pytest.raises(UsageError, match="not served yet: enter it first"):
+        use(axistwin.serve("if1", speed="manual"))
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"nmae": "left"}, r"the scene, controller\[1\]\.nmae: unknown key 'nmae': did you mean 'name'\?"),
+        ({"axes": {"X": {"limits": [5, 0]}}}, r"the scene, controller\[1\]\.axes\.X\.limits: .*the lower position"),
+        ({"ports": ["tcp:nowhere"]}, r"the scene, controller\[1\]\.ports\[0\]: no address and port"),
+    ],
+)
+def test_what_is_wrong_with_a_scene_in_a_dict_is_told_with_its_keys(changed, words):
+    """There is no file and no line."""
+    with pytest.raises(axistwin.AxistwinError, match=f"^{words}"):
+        axistwin.serve({"controller": [{"model": "1811"}, {"model": "if1", **changed}]})

@@ -83,6 +83,17 @@ def test_a_message(message, words):
     assert explain_message(bytes.fromhex(message).ljust(16, b"\0")) == words
 
 
+def test_a_streamed_velocity_has_a_direction():
+    """ "The most significant bit is the sign bit, 1 = CCW motion and 0 = CW motion"."""
+    pairs = "8008 0064 7FFF 0001 8000 0000"
+    assert WORDS.explain(bytes.fromhex(f"E0 {pairs}")) == "velocity-distance data: " + ", ".join(
+        f"velocity {velocity} effective clock/65536, distance {distance} pulses"
+        for velocity, distance in (("CCW 8", 100), ("32767", 1), ("CCW 0", 0))
+    )
+    command = WORDS.commands.get(0xE1)
+    assert str(command.fields[0]) == "velocity 0…32767 effective clock/65536, CCW 32768 more"
+
+
 def test_names_are_different_and_no_hex():
     names = [name_of(command) for command in WORDS.commands if isinstance(command, Opcode)]
     assert len(set(names)) == len(names) == len(WORDS.commands)

@@ -225,6 +225,36 @@ def test_a_load_step(motor):
     assert axis.outside_torque == pytest.approx(0)
 
 
+@pytest.mark.parametrize("name", ["if1", "smartmotor"])
+def test_what_somebody_does_meanwhile_and_a_fault_stand_beside_each_other(name, bench, motor):
+    """Mending takes away what the fault has brought, and nothing else."""
+    controller = {"if1": bench["if1"], "smartmotor": motor}[name]
+    ((axis_name, axis), *_), faults = controller.axes.items(), controller.bench.faults
+    load = faults.add("load", f"{name}.{axis_name}", torque=0.3)
+    axis.load(0.0)
+    assert axis.outside_torque == 0.3, "it is still there"
+    axis.load(0.1)
+    assert axis.outside_torque == pytest.approx(0.4)
+    load.mend()
+    assert axis.outside_torque == 0.1
+    jam = faults.add("jam", f"{name}.{axis_name}")
+    axis.jam(False)
+    assert axis.jammed, "that is not what holds it"
+    axis.jam(True)
+    jam.mend()
+    assert axis.jammed
+    axis.jam(False)
+    assert not axis.jammed
+
+
+def test_what_somebody_sets_while_it_is_hot_is_there_afterwards(motor):
+    hot = motor.bench.faults.add("overheat", "smartmotor", celsius=90)
+    motor.ambient = 40.0
+    assert motor.ambient == 90
+    hot.mend()
+    assert motor.ambient == 40
+
+
 def test_a_push(bench):
     bench.faults.add("push", "if1.X", counts=25)
     assert bench["if1"].axes["X"].encoder.count == 25

@@ -48,6 +48,10 @@ class Served:
 
         return asyncio.run_coroutine_threadsafe(act(), self._loop).result(PATIENCE_S)
 
+    def later(self, action: Callable[[], object]) -> None:
+        """The same, without waiting for it."""
+        self._loop.call_soon_threadsafe(action)
+
     def act(self, action: Callable[[], object]) -> None:
         """Do something to a controller, and let happen what comes of it."""
 

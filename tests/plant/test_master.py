@@ -72,6 +72,7 @@ def test_it_sits_on_a_shaft(clock):
         on_motion: ClassVar[list] = []
         resting = False
         foreseen = False
+        follows = None
 
     master = Master(clock)
     master.move(7, 0)

@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Bench
+from axistwin.errors import UsageError
 
 SAMPLE_NS = 245_760
 RATIOS = (Fraction(1), Fraction(5), Fraction(-7, 3))
@@ -77,3 +78,18 @@ def test_an_axis_that_loses_steps_is_followed_too():
     bench.run(3)
     assert feeder.axes["X"].pulses == 2000
     assert knife.axes["shaft"].position == 2 * feeder.axes["X"].position
+
+
+def test_masters_do_not_sit_on_one_another_in_a_circle():
+    """Nobody would move first; a scene that says so is refused, too."""
+    bench = Bench()
+    first, second, third = (bench.add("smartmotor") for _ in range(3))
+    with pytest.raises(UsageError, match="that is that motor's own: let it follow another axis"):
+        first.master.follow(first.axes["shaft"])
+    second.master.follow(first.axes["shaft"])
+    third.master.follow(second.axes["shaft"])
+    with pytest.raises(UsageError, match="that follows that motor: let it follow another axis"):
+        first.master.follow(third.axes["shaft"])
+    assert first.master.followed is None
+    second.master.stop()
+    first.master.follow(third.axes["shaft"])  # now it goes no further than there

@@ -139,6 +139,8 @@ def _summary(found: Iterable[Diagnostic]) -> str:
 
 
 def _explain(code: str, form: str) -> None:
+    if form not in ("text", "json"):
+        raise UsageError(f"--codes is told as text or json: leave out --format {form}")
     found = codes.select(code)
     if form == "json":
         click.echo(json.dumps([codes.as_dict(rule) for rule in found], ensure_ascii=False))

@@ -9,7 +9,7 @@ from axistwin.errors import MissingExtraError
 
 
 @click.command(short_help="The language server, for editors.")
-def lsp() -> None:
+def lsp() -> int:
     """Talk the Language Server Protocol over standard input and output, until the editor ends it.
 
     In programs (.sms, .if1, .181x), conversations (.talk) and scenes (.toml) an editor then shows what `axistwin check`
@@ -17,7 +17,7 @@ def lsp() -> None:
     place, fixes, and the labels, sequences and moves of a program.  docs/editors.md has the lines to paste for
     VS Code, Neovim, Helix and Emacs.
 
-    Needs the extra lsp: pip install "axistwin[lsp]".
+    Needs the extra lsp: pip install "axistwin[lsp]".  Exit code 1 if the editor ends it without a `shutdown`.
 
     \b
     Example, in Helix's languages.toml:
@@ -32,4 +32,6 @@ def lsp() -> None:
             raise
         raise MissingExtraError("pygls", "lsp") from None
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
-        make().start_io(heard, said)  # it closes them
+        server = make()
+        server.start_io(heard, said)  # it closes them
+    return 0 if server.asked_to_end else 1

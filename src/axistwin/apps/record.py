@@ -81,7 +81,8 @@ def record(
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
     relay = Relay(device, name, fmt)
     try:
-        with recording_to(relay.bench, path, _headers(device, model, fmt, on_for), grain_ns=GRAIN_NS) as recorder:
+        headers = _headers(device, model, fmt, on_for)
+        with recording_to(relay.bench, path, headers, grain_ns=GRAIN_NS, raw=relay.raw) as recorder:
             _record_lines(relay, name, recorder)
             code = asyncio.run(_relay(relay, name, urls or [parse(ANY_PORT)], Flow(flow), recorder, path))
     finally:

@@ -53,7 +53,7 @@ def replay(
     model = model or conversation.headers.get("model")
     if not model:
         raise UsageError(f"{file} does not say which model it is of: add --model, such as --model if1")
-    given = () if model.endswith(".toml") else programs.options(conversation)
+    given = () if model.endswith(".toml") else programs.options(conversation, model)
     bench = bench_for(model, (*given, *options))
     bench.run(_on_for(conversation) if on_for is None else on_for)
     comparison = compare(conversation, bench, patience)

@@ -18,12 +18,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from axistwin.apps.conversations import partners
-from axistwin.apps.scenes.toml_text import toml, toml_value
+from axistwin.apps.scenes.toml_text import toml_value
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
 from axistwin.links.hand import ManualClock, ServedClock
@@ -89,6 +88,14 @@ class HostCall:
         return self._clock.attend(self._thread, timeout)
 
 
+class _Service(NamedTuple):
+    """What serves a twin while its `with` block lasts."""
+
+    loop: LoopThread
+    server: Server
+    clock: ServedClock
+
+
 class Twin:
     """A bench on real ports, between entering and leaving a `with` block.  Made by `serve`."""
 
@@ -101,23 +108,32 @@ class Twin:
         """Where each controller, second channel and line of motors is reached, by name."""
         self._wanted, self._speed, self._writers = wanted, speed, writers
         self._written = ExitStack()
+        self._served: _Service | None = None
+
+    @property
+    def clock(self) -> ServedClock:
+        """Virtual time."""
+        return self._service.clock
+
+    @property
+    def _service(self) -> _Service:
+        if self._served is None:
+            raise UsageError("this twin is not served yet: enter it first, `with axistwin.serve(…) as twin:`")
+        return self._served
 
     def __enter__(self) -> Self:
         manual = self._speed == "manual"
         pacer = ManualPacer(self.bench) if manual else Pacer(self.bench.clock, read_speed(str(self._speed)))
-        self._loop = LoopThread()
-        self.clock = (
-            ManualClock(self._loop, pacer) if isinstance(pacer, ManualPacer) else ServedClock(self._loop, pacer)
-        )
-        """Virtual time."""
-        self._server = Server(self.bench, pacer=pacer)
+        loop = LoopThread()
+        clock = ManualClock(loop, pacer) if isinstance(pacer, ManualPacer) else ServedClock(loop, pacer)
+        self._served = _Service(loop, Server(self.bench, pacer=pacer), clock)
         try:
             for writer in self._writers:
                 self._written.enter_context(writer(self.bench))
             for name, url in self._wanted:
-                found = self._loop.run(self._server.open(name, url))
+                found = loop.run(self._served.server.open(name, url))
                 self.ports.setdefault(name, _url(found))
-            self.do(self._server.start)
+            self.do(self._served.server.start)
         except BaseException:
             self._close()
             raise
@@ -132,13 +148,13 @@ class Twin:
                 self.do(lambda controller=controller: controller.power(False))  # type: ignore[misc]
         finally:
             self._close()
-        for problem in self._loop.problems:
+        for problem in self._service.loop.problems:
             if error is None and not isinstance(problem.get("exception"), OSError):
                 raise problem.get("exception") or RuntimeError(problem["message"])
 
     def _close(self) -> None:
-        self.do(self._server.close)
-        self._loop.stop()
+        self.do(self._service.server.close)
+        self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
         """With `speed="manual"`: let so much virtual time pass.  What hosts have sent before is heard first."""
@@ -171,10 +187,11 @@ class Twin:
 
         def act() -> T:
             result = action()
-            self._server.pacer.work()
+            service.server.pacer.work()
             return result
 
-        return self._loop.do(act)
+        service = self._service
+        return service.loop.do(act)
 
 
 def serve(
@@ -195,16 +212,27 @@ def serve(
     the scene names.  `record`, `trace`: files that are written meanwhile.  `options`: of the model, as `Bench.add` has
     them.  Raises UsageError, SceneError; LinkError on entering.
     """
-    with ExitStack() as made:
-        bench, named = _bench(what, options, made)
-        wanted = [(name, parse(url)) for name, url in named]
-        if not fixed_ports:
-            wanted = _free(bench, wanted, scheme)
-        return Twin(bench, wanted, speed, tuple(_writers(record, trace, _headers(what, options))))
+    _check_speed(speed)
+    bench, named = _bench(what, options)
+    wanted = [(name, parse(url)) for name, url in named]
+    if not fixed_ports:
+        wanted = _free(bench, wanted, scheme)
+    elif not wanted:
+        raise UsageError("fixed_ports=True is for a scene that names ports, and this has none: leave it out")
+    return Twin(bench, wanted, speed, tuple(_writers(record, trace, _headers(what, options))))
+
+
+def _check_speed(speed: Speed) -> None:
+    """Raises UsageError if there is no such speed."""
+    if speed != "manual":
+        try:
+            read_speed(str(speed))
+        except UsageError as error:
+            raise UsageError(f'{error}, or "manual"') from None
 
 
 def _bench(
-    what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any], made: ExitStack
+    what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
     """The bench, and the ports that its scene names."""
     if isinstance(what, str) and not what.endswith(".toml"):
@@ -217,11 +245,7 @@ def _bench(
         return what, []
     from axistwin.apps.scenes.scene import Scene  # late: brings pydantic along
 
-    if isinstance(what, Mapping):
-        path = Path(made.enter_context(TemporaryDirectory())) / "scene.toml"
-        path.write_text(toml(what), encoding="utf-8")
-        what = path
-    scene = Scene.load(what)
+    scene = Scene.given(what) if isinstance(what, Mapping) else Scene.load(what)
     return scene.build(served=True), scene.ports
 
 

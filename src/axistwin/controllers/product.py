@@ -227,6 +227,8 @@ class Product:
     """The level of those pins while their switches are closed."""
     drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
     """By axis, the pin that is low while its drive has a fault."""
+    output_pins: tuple[str, ...] = ()
+    """Terminals whose level it decides about itself, so that no wire can lead there."""
     home_pin: str | None = None
     language: Language | None = None
     """How its commands are written, where they are not characters on a line."""

@@ -7,7 +7,7 @@
 The kinds are in `kinds`, what a fault may wait for in `triggers`.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -46,8 +46,8 @@ class Terms:
 
     def __post_init__(self) -> None:
         for what, given in (("at", self.at), ("duration", self.duration)):
-            if given is not None and (isinstance(given, bool) or not 0 <= given < float("inf")):
-                raise UsageError(f"{what}={given!r}: give seconds, 0 or more")
+            if given is not None:
+                _check_seconds(what, given)
         if type(self.nth) is not int or self.nth < 1:
             raise UsageError(f"nth={self.nth!r}: give a whole number, 1 or more")
         if self.seed is not None and type(self.seed) is not int:
@@ -137,6 +137,8 @@ class Faults:
     def __init__(self, world: World) -> None:
         self.world = world
         self._those: dict[str, Fault] = {}
+        self.announced: tuple[str, ...] = ()
+        """Names of faults that somebody is going to add, so that others can wait for them."""
         self._listeners: list[Listener] = []
 
     def __iter__(self) -> Iterator[Fault]:
@@ -184,7 +186,7 @@ class Faults:
         _check_chance(chosen, values, terms.seed)
         if chosen.at_once and terms.duration is not None:
             raise UsageError(f"fault {kind} happens at once: leave out `duration`")
-        arm = None if terms.when is None else triggers.read(terms.when, self.world, self, terms.here)
+        arm = self.trigger(terms.when, terms.here)
 
         def do() -> Fault:
             terms.check_at(self.world.clock.now)
@@ -194,6 +196,10 @@ class Faults:
             return fault
 
         return do
+
+    def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
+        """What a fault is to wait for, if it is.  Raises UsageError if there is no such thing."""
+        return None if when is None else triggers.read(when, self.world, self, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
         """Where a fault of this kind is to act.  Raises UsageError if there is nothing of this name."""
@@ -267,10 +273,15 @@ class Faults:
         taken = {name for name, fault in self._those.items() if fault.state is not State.OVER}
         if wanted is not None and wanted in taken:
             raise UsageError(f"there is a fault {wanted!r} already: mend it, or choose another name")
-        candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
-        name = wanted or next(name for name in candidates if name not in taken)
+        name = wanted or free_name(kind, taken)
         self._those.pop(name, None)
         return name
+
+
+def free_name(kind: str, taken: Collection[str]) -> str:
+    """What a fault of this kind is called if nobody says."""
+    candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
+    return next(name for name in candidates if name not in taken)
 
 
 class _NthTime:
@@ -285,8 +296,19 @@ class _NthTime:
             self._action()
 
 
+def _check_seconds(what: str, given: float) -> None:
+    if isinstance(given, bool) or not 0 <= given < float("inf"):
+        raise UsageError(f"{what}={given!r}: give seconds, 0 or more")
+    try:
+        to_ns(given)
+    except UsageError as error:
+        raise UsageError(f"{what}: {error}") from None
+
+
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
     """What is left to chance needs a seed, so that it can be repeated."""
-    by_chance = values.get("probability", 1) < 1 or values.get("jitter", 0) > 0 or values.get("mask", 1) == 0
-    if by_chance and seed is None:
-        raise UsageError(f"fault {kind.name}: with chance in it it needs a seed, such as seed=1")
+    chances: dict[str, Callable[[Any], bool]]
+    chances = {"probability": lambda p: p < 1, "jitter": lambda s: s > 0, "mask": lambda bits: bits == 0}
+    by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))
+    if seed is None and (name := next(by_chance, None)):
+        raise UsageError(f"fault {kind.name}: {name}={values[name]:g} leaves it to chance, which needs a seed: seed=1")

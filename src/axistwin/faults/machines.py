@@ -170,16 +170,12 @@ def stall(case: Case) -> Mend:
 
 def jam(case: Case) -> Mend:
     """The shaft cannot turn."""
-    axis = _axis(case)
-    axis.jam(True)
-    return lambda: axis.jam(False)
+    return _axis(case).seize()
 
 
 def load(case: Case) -> Mend:
     """A torque comes on to the shaft, beside what is there."""
-    axis, torque = _axis(case), case.values["torque"]
-    axis.load(axis.outside_torque + torque)
-    return lambda: axis.load(axis.outside_torque - torque)
+    return _axis(case).burden(case.values["torque"])
 
 
 def push(case: Case) -> Mend:
@@ -225,9 +221,7 @@ def _fault_pin(spot: Spot) -> str:
 
 def overheat(case: Case) -> Mend:
     """It has become hot around the motor."""
-    axis = _servo(case.spot)
-    before, axis.ambient = axis.ambient, case.values["celsius"]
-    return lambda: setattr(axis, "ambient", before)
+    return _servo(case.spot).heat(case.values["celsius"])
 
 
 def supply_dip(case: Case) -> Mend:

@@ -34,6 +34,12 @@ _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
 _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
+def other_fault(text: str | None) -> str | None:
+    """The name of the fault that this sentence waits for, if it is one."""
+    found = _SENTENCE.fullmatch((text or "").strip())
+    return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
+
+
 def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
     """What this sentence waits for.  Raises UsageError if there is no such thing."""
     found = _SENTENCE.fullmatch(text.strip())
@@ -178,8 +184,9 @@ def _raises(wish: _Wish) -> Arm:
 
 
 def _other_fault(wish: _Wish) -> Arm:
-    if wish.who not in wish.faults.names:
-        raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(wish.faults.names) or 'none yet'}")
+    known = dict.fromkeys((*wish.faults.names, *wish.faults.announced))
+    if wish.who not in known:
+        raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(known) or 'none yet'}")
     return lambda happens: wish.faults.watch(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )

@@ -5,18 +5,21 @@ works, and whoever observes the bench, such as a recorder, sees what is said and
 to here takes no time; the characters take theirs on the real wire.
 
 The real device is whatever pyserial opens: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  A thread listens to it, and
-looks at its control lines meanwhile; everything else happens in the event loop.
+looks at its control lines meanwhile; another does at the device what the host wants, in order, as hardware on a network
+that does not answer takes seconds for each thing.  Everything else happens in the event loop.
 
     host ── port ── Plug ── SerialPort ── Through ── pyserial ── controller
 
 The host's line format, DTR, RTS and breaks are passed on; the controller's DTR and RTS (the device's DSR and CTS, the
-cable being crossed) are shown to the host.  A break begins when the host has ended it, and is as long.
+cable being crossed) are shown to the host.  A break begins when the host has ended it, and is as long.  Hardware on raw
+TCP (`socket://`) gets characters and nothing else.
 """
 
 import asyncio
 import termios
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from functools import partial
 from logging import getLogger
 from threading import Thread
 from typing import TYPE_CHECKING
@@ -36,6 +39,12 @@ log = getLogger("axistwin.links")
 
 LOOK_S = 0.01
 """So often the control lines are looked at while nothing is said; nothing tells when they change."""
+
+
+MOST_WAITING = 1000
+"""A device that has left so many things undone is given up."""
+LAST_WORDS_S = 1.0
+"""So long what is still to be done at the end may take."""
 
 
 class Through(Uart):
@@ -66,6 +75,12 @@ class Relay:
         self._closing = False
         self._lines: Lines | None = None
         self._thread: Thread | None = None
+        self.raw = url.startswith("socket://")
+        """Whether the device can be told nothing but characters."""
+        self._hands = ThreadPoolExecutor(1, "axistwin-device")
+        self._latest: Future[None] | None = None
+        self._asked, self._done = 0, 0
+        self._told: set[str] = set()
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
         """From now on pass on; `lost` is told when the device is gone.  Within the event loop of the pacer."""
@@ -86,6 +101,9 @@ class Relay:
         self._closing = True
         if self._thread is not None:
             self._thread.join()  # which looks up often
+        if self._latest is not None:
+            wait([self._latest], LAST_WORDS_S)
+        self._hands.shutdown(wait=False, cancel_futures=True)
         self._device.close()
 
     # From the host
@@ -98,38 +116,67 @@ class Relay:
         """The bench has been advanced: what has come from the host goes out, in the format that the host has now."""
         if self.port.host.format != self._applied:
             self._applied = self._through.format = self.port.host.format
-            with self._at_the_device(f"do {self._applied}"):
-                self._device.apply_settings(settings_of(self._applied))
+            settings = settings_of(self._applied)
+            self._at_the_device(f"do {self._applied}", partial(self._device.apply_settings, settings))
         if self._outgoing:
             data, self._outgoing = bytes(self._outgoing), bytearray()
-            try:
-                self._device.write(data)
-            except (OSError, ValueError, termios.error) as error:
-                self._gone(error)
+            self._soon(partial(self._write, data))
 
     def _drive(self) -> None:
         if self._lines is not None:
-            with self._at_the_device("set DTR and RTS"):
-                self._lines.dtr, self._lines.rts = self.port.host.dtr, self.port.host.rts
+            host = self.port.host
+            self._at_the_device("set DTR and RTS", partial(_set_lines, self._lines, host.dtr, host.rts))
 
     def _break(self, seconds: float) -> None:
         self._pass_on()
-        with self._at_the_device("send a break"):
-            self._device.break_condition = True
+        self._at_the_device("send a break", partial(setattr, self._device, "break_condition", True))
         self._loop.call_later(seconds, self._end_break)
 
     def _end_break(self) -> None:
-        if self._device.is_open:
-            with self._at_the_device("end a break"):
-                self._device.break_condition = False
+        self._at_the_device("end a break", partial(setattr, self._device, "break_condition", False))
 
-    @contextmanager
-    def _at_the_device(self, what: str) -> Iterator[None]:
+    def _at_the_device(self, what: str, do: Callable[[], object]) -> None:
+        if self.raw:
+            self._tell_once("carries characters only: no line format, control lines or breaks are passed on")
+        else:
+            self._soon(partial(self._try, what, do))
+
+    def _soon(self, do: Callable[[], None]) -> None:
+        """Have it done at the device after all that has been asked for before; nobody waits for it."""
+        self._asked += 1
+        if self._asked - self._done > MOST_WAITING:
+            self._gone(TimeoutError("it does not answer"))
+        elif not self._closing:
+            self._latest = self._hands.submit(self._counted, do)
+            asyncio.wrap_future(self._latest)  # tells of a bug
+
+    # At the device, in a thread
+
+    def _counted(self, do: Callable[[], None]) -> None:
+        try:
+            do()
+        finally:
+            self._done += 1
+
+    def _write(self, data: bytes) -> None:
+        try:
+            self._device.write(data)
+        except (OSError, ValueError, termios.error) as error:
+            if not self._closing:
+                self._loop.call_soon_threadsafe(self._gone, error)
+
+    def _try(self, what: str, do: Callable[[], object]) -> None:
         """What the device cannot do is told, and the recording goes on.  That it is gone, `_listen` finds out."""
         try:
-            yield
+            do()
         except (OSError, ValueError, termios.error) as error:
-            log.warning("%s cannot %s: %s", self.url, what, why(error))
+            if not self._closing:
+                self._tell_once(f"cannot {what}: {why(error)}")
+
+    def _tell_once(self, words: str) -> None:
+        if words not in self._told:
+            self._told.add(words)
+            log.warning("%s %s", self.url, words)
 
     # From the device.  `_listen` is the thread.
 
@@ -167,6 +214,10 @@ class Relay:
 
     def _gone(self, error: Exception) -> None:
         self._lost(LinkError(f"{self.url} is gone: {error}"))
+
+
+def _set_lines(lines: Lines, dtr: bool, rts: bool) -> None:
+    lines.dtr, lines.rts = dtr, rts
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":

@@ -54,6 +54,8 @@ class PortUrl:
 def parse(text: str) -> PortUrl:
     """Read a port's URL.  Raises UsageError."""
     scheme, colon, rest = text.partition(":")
+    if "\0" in text:
+        raise UsageError(f"no port {text!r}: there is a NUL in it")
     if scheme not in EXAMPLES or not colon:
         raise UsageError(f"no port {text!r}: write it like {', '.join(EXAMPLES.values())}")
     rest = rest.removeprefix("//")

@@ -29,6 +29,10 @@ class Followed(Protocol):
     def foreseen(self) -> bool:
         """Whether `positions_at` can tell its course up to the next call of `on_motion`."""
 
+    @property
+    def follows(self) -> "Followed | None":
+        """The axis that its own motor's master sits on, if it has one."""
+
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
         """Where it will stand at these times, in order, as things are now."""
 
@@ -63,10 +67,11 @@ class Master:
     """What is wired to pins A and B: a quadrature encoder, or a step source of so many steps.
 
     There are no events for edges; who needs them calculates the count.  The levels of A and B do not show them.
+    `own`: the axis of the motor that it is wired to.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        self.clock = clock
+    def __init__(self, clock: Clock, own: Followed | None = None) -> None:
+        self.clock, self._own = clock, own
         self.run = Run(clock.now, 0, 0, 0)
         """The latest run, perhaps over."""
         self.followed: Followed | None = None
@@ -121,13 +126,25 @@ class Master:
         self._change(Run(self.clock.now, count, counts, to_ns(seconds)), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
-        """From now on it sits on the shaft of this axis, and counts `ratio` for each of that axis's units."""
+        """From now on it sits on the shaft of this axis, and counts `ratio` for each of that axis's units.
+
+        Raises UsageError if that axis is its own motor's, or follows that one: nobody would move first.
+        """
+        self._check_no_circle(axis)
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unwatch()
         self._ratio = Fraction(ratio)
         axis.on_motion.append(self._moves)
         self._unwatch = lambda: axis.on_motion.remove(self._moves)
         self._change(Run(self.clock.now, base, 0, 0), axis)
+
+    def _check_no_circle(self, axis: Followed) -> None:
+        below: Followed | None = axis
+        while below is not None:
+            if below is self._own:
+                way = "is that motor's own" if axis is self._own else "follows that motor"
+                raise UsageError(f"a motor's master cannot sit on an axis that {way}: let it follow another axis")
+            below = below.follows
 
     def stop(self) -> None:
         """It stands still, and sits on no axis."""

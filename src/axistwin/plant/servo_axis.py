@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
-from axistwin.plant.master import Master
-from axistwin.plant.weakness import Weaknesses
+from axistwin.plant.layers import Layers
+from axistwin.plant.master import Followed, Master
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -156,20 +156,20 @@ class ServoAxis:
         """The state of the physics, which belongs to the machine; whoever calculates it fills it."""
         self.shaft = 0
         """The position while there is no source but rest."""
-        self.outside_torque, self.jammed = 0.0, False
-        """What `load` and `jam` have made of it, for the source."""
         self.counts_of, self.counts_out_of = 1, 1
         """So many counts the encoder makes for so many: 9 of 10, -1 of 1, 0 of 1."""
-        self._torque = Weaknesses(self._replan, self._catch_up)
-        self._supply = Weaknesses(self._replan, self._catch_up)
-        self.master = Master(clock)
+        self._outside = Layers(0.0, self._replan, self._catch_up)
+        self._jams = Layers(False, self._replan, self._catch_up)
+        self._torque = Layers(1.0, self._replan, self._catch_up)
+        self._supply = Layers(1.0, self._replan, self._catch_up)
+        self._ambient = Layers(AMBIENT, self._replan, self._catch_up)
+        self.master = Master(clock, self)
         """What is wired to pins A and B."""
         self.encoder = EncoderView(self)
         self.on_motion: list[Callable[[], None]] = []
         """Of those who sit on this shaft; they look at it sample by sample, so that nothing is told here."""
         self.window_low, self.window_high = -FAR, FAR
         """Positions, both included, between which no switch changes; see `left_window`."""
-        self._ambient = AMBIENT
         self._edges: list[int] = []
         self._looks: list[Callable[[], None]] = []
         self._listeners: list[Listener] = []
@@ -235,6 +235,11 @@ class ServoAxis:
         """Its course is that of its own samples, which nobody knows in advance."""
         return False
 
+    @property
+    def follows(self) -> Followed | None:
+        """The axis that its master sits on."""
+        return self.master.followed
+
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Nobody can tell."""
         raise AssertionError(f"the course of a servo is not foreseen, not at {times_ns}")
@@ -250,33 +255,49 @@ class ServoAxis:
 
     @property
     def ambient(self) -> float:
-        """Around the motor, in degrees Celsius."""
-        return self._ambient
+        """Around the motor, in degrees Celsius; of what is set and what defects bring, the latest defect counts."""
+        return self._ambient.values[-1]
 
     @ambient.setter
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
             raise UsageError(f"ambient={celsius!r}: give a temperature from {COLDEST:g} to {HOTTEST:g} °C")
-        self._source.catch_up()
-        self._ambient = float(celsius)
-        self._source.replan()
+        self._ambient.set(float(celsius))
+
+    def heat(self, celsius: float) -> Callable[[], None]:
+        """A defect makes it so hot, or cold, around the motor.  Returns what ends it."""
+        return self._ambient.add(celsius)
+
+    @property
+    def outside_torque(self) -> float:
+        """The torque on the shaft from outside, in N·m."""
+        return sum(self._outside.values)
+
+    @property
+    def jammed(self) -> bool:
+        """Whether the shaft cannot turn."""
+        return any(self._jams.values)
 
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
-        self._source.catch_up()
-        self.outside_torque = float(newton_metres)
-        self._source.replan()
+        self._outside.set(float(newton_metres))
+
+    def burden(self, newton_metres: float) -> Callable[[], None]:
+        """A defect brings one more torque from outside.  Returns what ends it."""
+        return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
         """A shaft that cannot turn, while the trajectory goes on."""
-        self._source.catch_up()
-        self.jammed = bool(on)
-        self._source.replan()
+        self._jams.set(bool(on))
+
+    def seize(self) -> Callable[[], None]:
+        """A defect keeps the shaft from turning, whoever else does.  Returns what ends it."""
+        return self._jams.add(True)
 
     @property
     def strength(self) -> float:
         """What is left of the motor's torque, 0 to 1."""
-        return self._torque.left
+        return min(self._torque.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
         """So much is left of the motor's torque, 0 to 1.  Returns what ends it."""
@@ -285,7 +306,7 @@ class ServoAxis:
     @property
     def supply(self) -> float:
         """What is left of the supply voltage, 0 to 1."""
-        return self._supply.left
+        return min(self._supply.values)
 
     def sag(self, left: float) -> Callable[[], None]:
         """So much is left of the supply voltage, 0 to 1.  Returns what ends it."""

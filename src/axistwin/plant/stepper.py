@@ -11,8 +11,8 @@ from axistwin.errors import UsageError
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
+from axistwin.plant.layers import Layers
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips
-from axistwin.plant.weakness import Weaknesses
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -73,8 +73,9 @@ class StepperAxis:
         """Called when the load has been pushed."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
-        self._outside_torque, self._jammed = 0.0, False
-        self._weaknesses = Weaknesses(self._reconsider)
+        self._outside = Layers(0.0, self._reconsider)
+        self._jams = Layers(False, self._reconsider)
+        self._torque_left = Layers(1.0, self._reconsider)
         self._slips: list[Slip] = []
         self._lost = 0  # net pulses lost in strokes that are over
 
@@ -118,6 +119,11 @@ class StepperAxis:
         """Whether its course is known up to the next stroke; a motor that loses steps is looked at instead."""
         return not self._slips
 
+    @property
+    def follows(self) -> None:
+        """A stepper's controller takes no external encoder."""
+        return
+
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
         """Where the motor stands at these times from the latest stroke on, in order, while no steps are lost."""
         import numpy as np
@@ -158,36 +164,48 @@ class StepperAxis:
     def encoder(self) -> EncoderView:
         """The encoder, if the axis was given one: `encoder={"counts_per_rev": ...}`."""
         if self._encoder is None:
-            raise UsageError(f'axis {self.name} has no encoder: add one with {self.name}={{"encoder": {{}}}}')
+            ways = f'{self.name}={{"encoder": {{}}}}, in a scene axes.{self.name}.encoder = {{}}'
+            raise UsageError(f"axis {self.name} has no encoder: add one with {ways}")
 
         return self._encoder
 
     @property
     def outside_torque(self) -> float:
         """The torque on the shaft from outside, in N·m."""
-        return self._outside_torque
+        return sum(self._outside.values)
 
     @property
     def jammed(self) -> bool:
         """Whether the shaft cannot turn."""
-        return self._jammed
+        return any(self._jams.values)
+
+    @property
+    def strength(self) -> float:
+        """What is left of the motor's torque, 0 to 1: of several defects the worst counts."""
+        return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
         """So much is left of the motor's torque, 0 to 1: with 0 the rotor stands, an ideal motor knows only 0 and 1.
 
         Returns what ends it.
         """
-        return self._weaknesses.add(left)
+        return self._torque_left.add(left)
 
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
-        self._outside_torque = newton_metres
-        self._reconsider()
+        self._outside.set(newton_metres)
+
+    def burden(self, newton_metres: float) -> Callable[[], None]:
+        """A defect brings one more torque from outside.  Returns what ends it."""
+        return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
         """A shaft that cannot turn, while pulses go on."""
-        self._jammed = on
-        self._reconsider()
+        self._jams.set(on)
+
+    def seize(self) -> Callable[[], None]:
+        """A defect keeps the shaft from turning, whoever else does.  Returns what ends it."""
+        return self._jams.add(True)
 
     # The machine
 
@@ -223,20 +241,20 @@ class StepperAxis:
     def _find_slips(self, elapsed_ns: int, out_of_step: bool) -> list[Slip]:
         motor = self._motor
         if motor is None:
-            if not self._jammed and self._weaknesses.left:
+            if not self.jammed and self.strength:
                 return []
             motor = StepperMotor(torque=((0.0, 0.0),), pulses_per_rev=1, rotor_teeth=1)
         return slips(motor, self._torque_needed, self.train.stroke.profile, elapsed_ns, out_of_step)
 
     def _torque_needed(self, acceleration: float) -> float:
-        if self._jammed or not self._weaknesses.left:
+        if self.jammed or not self.strength:
             return float("inf")
         if self._motor is None:
             return 0.0
         inertia = self._motor.inertia + self._load.inertia
-        outside = self._outside_torque * self.train.stroke.direction
+        outside = self.outside_torque * self.train.stroke.direction
         needed = abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
-        return needed / self._weaknesses.left
+        return needed / self.strength
 
     def _reconsider(self) -> None:
         """The course or the load has changed: what has happened stays, what will happen is found anew."""

@@ -16,7 +16,7 @@ from axistwin.apps.conversations.operator import command_strings, language_of, s
 from axistwin.apps.conversations.player import Difference, open_channels, play
 from axistwin.apps.conversations.stored import load_source, only_motor, store_program
 from axistwin.apps.conversations.typist import command_lines, settle, type_lines
-from axistwin.bench import Bench, Controller
+from axistwin.bench import FAMILIES, Bench, Controller, product
 from axistwin.controllers.diagnostics import Severity
 from axistwin.errors import UsageError
 from axistwin.units import S
@@ -51,7 +51,7 @@ def load(path: Path, target: str = "") -> Program:
         case ".talk":
             conversation = parse(load_text(path), str(path), model=target)
             prepare = partial(open_channels, conversation)
-            return Program(partial(_converse, conversation), options(conversation), prepare)
+            return Program(partial(_converse, conversation), options(conversation, target), prepare)
         case ".if1":
             return Program(partial(_type, tuple(command_lines(load_text(path), str(path))), str(path)))
         case ".181x":
@@ -74,11 +74,26 @@ def no_program(path: Path) -> UsageError:
     return UsageError(f"{path} is no kind of program: {kinds}")
 
 
-def options(conversation: Conversation) -> tuple[str, ...]:
-    """The `NAME=VALUE` words in its `; options:` and `; line:` headers."""
+def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
+    """The `NAME=VALUE` words in its `; options:` and `; line:` headers.  Raises UsageError if `target` cannot be meant.
+
+    A conversation on a serial line is none with a board on a bus, nor the other way round.
+    """
     headers = conversation.headers
+    of = headers.get("model", "")
+    if {of.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(of) is not _on_a_line(target):
+        ways = f"{of} {_reached(of)}, and {target} {_reached(target)}"
+        raise UsageError(f"{conversation.file} is of another model: {ways}: name one such as {of}")
     line = (f"line={headers['line']}",) if "line" in headers else ()
     return (*shlex.split(headers.get("options", "")), *line)
+
+
+def _on_a_line(model: str) -> bool:
+    return product(model).line is not None
+
+
+def _reached(model: str) -> str:
+    return "has a serial line" if _on_a_line(model) else "is on a bus"
 
 
 def _converse(conversation: Conversation, bench: Bench, until_ns: int | None) -> Outcome:

@@ -42,7 +42,8 @@ class Recorder:
     """Makes acts of what happens.
 
     `add` is given each of them; None: they are kept in `acts`, which grows with what is said.  `grain_ns`: times are
-    told in whole multiples of it.
+    told in whole multiples of it.  `raw`: the controller gets characters only, so that what the host does with its line
+    else is no act, but a comment.
     """
 
     def __init__(
@@ -52,8 +53,9 @@ class Recorder:
         add: Callable[[Act], object] | None = None,
         *,
         grain_ns: int = 1,
+        raw: bool = False,
     ) -> None:
-        self.bench, self.grain_ns = bench, grain_ns
+        self.bench, self.grain_ns, self.raw = bench, grain_ns, raw
         self.acts: list[Act] = []
         self._add = add or self.acts.append
         for key, value in headers.items():
@@ -80,9 +82,7 @@ class Recorder:
                 self._act(event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller)))
             case Broke():
                 seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
-                self._act(
-                    event.time_ns, event.controller, Do("break", seconds, controller=self._name(event.controller))
-                )
+                self._act(event.time_ns, event.controller, self._with_the_line(event.controller, "break", seconds))
             case Failed():
                 self._told()
                 self._wait_until(event.time_ns)
@@ -188,7 +188,16 @@ class Recorder:
     def _do(self, event: Changed | Turned, value: str) -> None:
         self._told()
         self._wait_until(event.time_ns)
-        self._add(Do(event.pin.removeprefix("host."), value, controller=self._name(event.controller)))
+        if event.pin.startswith("host."):
+            self._add(self._with_the_line(event.controller, event.pin.removeprefix("host."), value))
+        else:
+            self._add(Do(event.pin, value, controller=self._name(event.controller)))
+
+    def _with_the_line(self, controller: str, target: str, value: str) -> Act:
+        """What the host does with its end of the line, beside saying something."""
+        if self.raw:
+            return Comment(f"{target} {value} by the host did not reach the controller")
+        return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
         """The format that a player's host will have."""
@@ -199,7 +208,7 @@ class Recorder:
         present = self.bench.port(name).host.format
         if present != self._formats[name]:
             self._formats[name] = present
-            self._add(Do("line", str(present), controller=self._name(name)))
+            self._add(self._with_the_line(name, "line", str(present)))
 
     def _pass_silence(self, until_ns: int) -> None:
         """A player waits for the controller, but not for ever: most of a long silence is told."""
@@ -273,7 +282,7 @@ def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterato
 
 @contextmanager
 def recording_to(
-    bench: Bench, path: Path, headers: Mapping[str, str] | None = None, *, grain_ns: int = 1
+    bench: Bench, path: Path, headers: Mapping[str, str] | None = None, *, grain_ns: int = 1, raw: bool = False
 ) -> Iterator[Recorder]:
     """Record into the file at `path`, act by act.  Raises UsageError if it cannot be written.
 
@@ -281,7 +290,8 @@ def recording_to(
     """
     file = TalkFile(path)
     try:
-        recorder = Recorder(bench, _headers(bench) if headers is None else headers, file.add, grain_ns=grain_ns)
+        headers = _headers(bench) if headers is None else headers
+        recorder = Recorder(bench, headers, file.add, grain_ns=grain_ns, raw=raw)
         file.codec = recorder.codec
         with observing(bench, recorder.take):
             yield recorder

@@ -1,11 +1,12 @@
 """What a picture shows, before it is drawn: panels with curves, lanes with levels, words, on one time axis."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from axistwin.apps.drawing.curves import Curve
+from axistwin.apps.drawing.history import Fault
 from axistwin.units import MS, S
 
 if TYPE_CHECKING:
@@ -65,6 +66,13 @@ class Chart:
     """What was said, by who said it."""
     marks: list[Word] = field(default_factory=list)
     """Moments to be pointed out."""
+    faults: list[Fault] = field(default_factory=list)
+    """What was wrong meanwhile; what was over before or begins after it is left out."""
+
+    def add_faults(self, faults: Iterable[Fault]) -> None:
+        """Those that are there in the time that is drawn."""
+        seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
+        self.faults += sorted(seen, key=lambda fault: fault.begin_ns)
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:

@@ -4,7 +4,7 @@ import re
 from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from axistwin.apps.conversations import partners
@@ -96,6 +96,15 @@ class Move:
             yield start_ns, segment.rate
 
 
+@dataclass(frozen=True)
+class Fault:
+    """A fault, from when to when it was there; `end_ns` None: it still is."""
+
+    name: str
+    begin_ns: int
+    end_ns: int | None = None
+
+
 AnyMove = Move | ServoMove
 
 
@@ -113,6 +122,8 @@ class History:
     """Voltages that somebody has put on a terminal."""
     servos: list[ServoRecord] = field(default_factory=list)
     """What the servo axes have done."""
+    faults: list[Fault] = field(default_factory=list)
+    """Those that were there at the beginning or have begun since."""
     _open: dict[tuple[str, bool], Utterance] = field(default_factory=dict)
 
     def take(self, event: Event) -> None:
@@ -130,6 +141,15 @@ class History:
         elif isinstance(event, Said):
             for line in [event.data] if self._on_a_bus(event) else _LINES.findall(event.data):
                 self._say(event, line, by_host=True)
+
+    def failed(self, name: str, what: str) -> None:
+        """A fault "begins", or "ends"."""
+        if what == "begins":
+            self.faults.append(Fault(name, self.bench.now))
+            return
+        place = next((n for n, fault in enumerate(self.faults) if fault.name == name and fault.end_ns is None), None)
+        if place is not None:
+            self.faults[place] = replace(self.faults[place], end_ns=self.bench.now)
 
     @property
     def complete(self) -> bool:
@@ -193,7 +213,11 @@ def watching(bench: Bench) -> Iterator[History]:
         for name, pin in terminals(controller).items()
     }
     history = History(bench, bench.now, levels)
+    history.faults += [
+        Fault(fault.name, fault.began_ns) for fault in bench.faults if fault.began_ns is not None and fault.on
+    ]
     with ExitStack() as stack:
         history.listen(stack)
+        stack.callback(bench.faults.watch(lambda fault, what: history.failed(fault.name, what)))
         stack.enter_context(observing(bench, history.take))
         yield history

@@ -29,6 +29,7 @@ class _Drawn:
             if len(servo.points()):
                 self._add_servo(self._name(servo.controller, servo.name), servo, next(colours))
         self.chart.lanes = self._lanes()
+        self.chart.add_faults(history.faults)
         self._add_words()
 
     def _name(self, controller: str, name: str) -> str:

@@ -25,6 +25,8 @@ WIDTH, LANE, WORDS = 10, 0.24, 0.38
 """Width of the picture, height of a lane, and of what one says, in inches."""
 WORDS_SIZE, ROWS = 7.5, 2
 """Words: font size, rows of text for each speaker."""
+FAULT_LEVELS, FAULT_LEVEL = 4, 12
+"""So many faults at once have their names shown; the points that each takes up."""
 LABEL, MARGIN = 0.072, 0.85
 """Inches that a character of a label takes up, and what else is beside the axes."""
 FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
@@ -89,13 +91,15 @@ class _Picture:
         heights = [panel.height for panel in chart.panels] + [0.2 + LANE * lanes] * bool(lanes)
         if chart.words or not heights:
             heights.append(max(min(WORDS * len(chart.words), ALL_WORDS), WORDS))
-        figure.set_size_inches(WIDTH, sum(heights) + 0.16 * len(heights) + 0.9)
+        levels = len({level for *_, level, _ in self._packed()})
+        figure.set_size_inches(WIDTH, sum(heights) + 0.16 * len(heights) + 0.9 + levels * FAULT_LEVEL / 72)
         figure.set_layout_engine(ConstrainedLayoutEngine(hspace=0.02, h_pad=0.05, w_pad=0.12))
         grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)
         rows = list(grid[:, 0])
         rows[0].set_xlim(*self.edges)
         rows[-1].set_xlabel("seconds")
         self._draw_marks(rows)
+        self._draw_faults(rows)
         for panel in chart.panels:
             self._draw_panel(rows.pop(0), panel)
         if lanes:
@@ -115,6 +119,39 @@ class _Picture:
                 mark.text, (mark.time_ns / S, 1), xytext=(3, 2), xycoords=("data", "axes fraction"),
                 textcoords="offset points", color=ALARM, fontsize=8, annotation_clip=False, parse_math=False,
             )  # fmt: skip
+
+    def _draw_faults(self, rows: Sequence["Axes"]) -> None:
+        """A hairline where one begins, another where it ends; above all, a bar as long as it lasts, with its name."""
+        for begin_ns, end_ns, level, name in self._packed():
+            for row in rows:
+                for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
+                    if self.chart.from_ns < at_ns < self.chart.edge_ns:
+                        row.axvline(at_ns / S, color=ALARM, linewidth=0.7, alpha=0.55, linestyle=style, zorder=1.9)
+            if level is not None:
+                self._draw_bar(rows[0], begin_ns, end_ns, level, name)
+
+    def _draw_bar(self, row: "Axes", begin_ns: float, end_ns: float, level: int, name: str) -> None:
+        from matplotlib.transforms import ScaledTranslation
+
+        up = 3 + FAULT_LEVEL * level
+        place = row.get_xaxis_transform() + ScaledTranslation(0, up / 72, row.figure.dpi_scale_trans)
+        bar: dict[str, Any] = {"transform": place, "clip_on": False, "solid_capstyle": "butt", "linewidth": 2}
+        row.plot([begin_ns / S, end_ns / S], [1, 1], color=ALARM, alpha=0.35, scalex=False, scaley=False, **bar)
+        row.annotate(
+            name, (begin_ns / S, 1), xytext=(1, up + 2), xycoords=("data", "axes fraction"),
+            textcoords="offset points", color=ALARM, fontsize=WORDS_SIZE, annotation_clip=False, parse_math=False,
+        )  # fmt: skip
+
+    def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
+        """Faults as they are drawn: from when to when, and on which level there is room for the name, if on any."""
+        chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
+        for fault in chart.faults:
+            begin_ns = max(fault.begin_ns, chart.from_ns)
+            end_ns = chart.edge_ns if fault.end_ns is None else min(fault.end_ns, chart.edge_ns)
+            level = next((n for n in range(FAULT_LEVELS) if free_ns[n] <= begin_ns), None)
+            if level is not None:
+                free_ns[level] = max(end_ns, begin_ns + (len(fault.name) + 1) * self._character_ns)
+            yield begin_ns, end_ns, level, fault.name
 
     def _draw_panel(self, row: "Axes", panel: Panel) -> None:
         colour = COLOURS[panel.colour % len(COLOURS)]
@@ -168,7 +205,7 @@ class _Picture:
         chart = self.chart
         labels = (*(line for panel in chart.panels for line in panel.label.split("\n")), *chart.lanes, *chart.words)
         inches = WIDTH - MARGIN - LABEL * max(map(len, (*labels, *chart.states)), default=0)
-        return (chart.edge_ns - chart.from_ns) / inches * 0.62 * WORDS_SIZE / 72
+        return (chart.edge_ns - chart.from_ns) / inches * 0.66 * WORDS_SIZE / 72
 
     def _draw_words(self, row: "Axes") -> None:
         """What was said, where there is room for it; a tick where there is none."""

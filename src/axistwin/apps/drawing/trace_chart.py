@@ -1,13 +1,14 @@
 """A chart of a trace: its axes, levels, registers and words in a span of time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from axistwin.apps.drawing import chart
 from axistwin.apps.drawing.chart import BACKGROUND, FLAT, TALL, UNSEEN, Chart, Line, Panel, Word
 from axistwin.apps.drawing.curves import Curve
+from axistwin.apps.drawing.history import Fault
 from axistwin.apps.drawing.history_chart import servo_panels, speaker
 from axistwin.apps.traces.reading import Trace, Track
-from axistwin.apps.traces.signals import COUNT, EVERYTHING, LEVEL, REAL, TEXT
+from axistwin.apps.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
 
 SAYS = ("host_says", "controller_says")
 AXIS = ("pulses", "velocity", "position", "commanded")
@@ -89,6 +90,8 @@ class _Drawn:
         last = name.rpartition(".")[2]
         if last in SAYS:
             self._add_words(name, track)
+        elif last == FAULTS:
+            self.chart.add_faults(faults(track))
         elif last in AXIS or not self._changes(track) or (self._all and last in UNSEEN):
             return
         elif track.kind == LEVEL or (track.kind == COUNT and set(track.values) <= {0, 1}):
@@ -114,6 +117,17 @@ def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
+
+
+def faults(track: Track) -> Iterator[Fault]:
+    """Those that are in a list of names in turn."""
+    there: dict[str, int] = {}
+    for time_ns, text in zip(track.times, track.values, strict=True):
+        names = [name for name in str(text).split(", ") if name]
+        for name in [name for name in there if name not in names]:
+            yield Fault(name, there.pop(name), time_ns)
+        there = dict.fromkeys(names, time_ns) | there
+    yield from (Fault(name, begin_ns) for name, begin_ns in there.items())
 
 
 def messages(track: Track) -> list[Word]:

@@ -3,6 +3,7 @@
 Columns there are of UTF-16, lines count from 0; the protocol's own position codec converts.
 """
 
+import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,8 +23,10 @@ from axistwin.apps.editing.talk import Conversations
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Severity
 from axistwin.errors import UsageError
 
-LIMIT = 1 << 20
-"""Characters of a text that are looked at while somebody types."""
+LIMIT = 1 << 17
+"""Characters of a text that are looked at while somebody types: that takes a second or two."""
+PAUSE_S = 0.2
+"""What is wrong is told when nobody has typed for so long."""
 _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", " "))
 """What ends a line for Python and not for the protocol."""
 SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
@@ -60,7 +63,9 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """Who answers for this kind of text."""
+        """Who answers for this kind of text, unless it would take long."""
+        if self.too_long:
+            return None
         match self.path.suffix.lower():
             case ".if1":
                 return CommandLines()
@@ -74,10 +79,15 @@ class Text:
                 return Scenes()
         return None
 
+    @property
+    def too_long(self) -> bool:
+        """Whether one would wait for what there is to say about it."""
+        return len(self.text) > LIMIT
+
     def diagnose(self) -> list[Diagnostic]:
         """What is wrong with it.  A TOML file that has no [[controller]] is somebody else's."""
         suffix = self.path.suffix.lower()
-        if len(self.text) > LIMIT or self.editing is None:
+        if self.editing is None:
             return []
         if suffix == SCENE:
             return diagnose_scene(self.path, self.text) if "[[controller]]" in self.text else []
@@ -109,6 +119,9 @@ class Server(LanguageServer):
 
     def __init__(self) -> None:
         super().__init__("axistwin", __version__)
+        self.asked_to_end = False
+        self._due: dict[str, asyncio.TimerHandle] = {}
+        self._told: dict[str, tuple[str, list[Diagnostic]]] = {}
 
     def text(self, uri: str) -> Text:
         """The document as it is now."""
@@ -117,9 +130,32 @@ class Server(LanguageServer):
     def publish(self, uri: str) -> None:
         """Tell the editor what is wrong with a document."""
         text = self.text(uri)
-        found = [_diagnostic(text, each) for each in text.diagnose()]
+        self._told[uri] = text.text, text.diagnose()
+        found = [_diagnostic(text, each) for each in self._told[uri][1]]
+        found += [_too_long(text)] if text.too_long else []
         params = lsp.PublishDiagnosticsParams(uri, found, text.document.version)
         self.text_document_publish_diagnostics(params)
+
+    def publish_soon(self, uri: str) -> None:
+        """The same, of the newest version, when nobody has typed for a moment."""
+        self._cancel(uri)
+        self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
+
+    def found(self, text: Text) -> list[Diagnostic]:
+        """What is wrong with a document: as it has been told, if that is what it was about."""
+        about, found = self._told.get(text.document.uri, ("", []))
+        return found if about == text.text else text.diagnose()
+
+    def forget(self, uri: str) -> None:
+        """It has been closed: nothing is wrong with what is not there."""
+        self._cancel(uri)
+        self._told.pop(uri, None)
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+    def _cancel(self, uri: str) -> None:
+        due = self._due.pop(uri, None)
+        if due is not None:
+            due.cancel()
 
 
 def make() -> Server:
@@ -144,12 +180,22 @@ def did_open(server: Server, params: lsp.DidOpenTextDocumentParams) -> None:
 
 def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
     """Somebody has typed."""
-    server.publish(params.text_document.uri)
+    server.publish_soon(params.text_document.uri)
 
 
 def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
-    """Nothing is wrong with what is not there."""
-    server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(params.text_document.uri, []))
+    """A document is not there any more."""
+    server.forget(params.text_document.uri)
+
+
+def shutdown(server: Server, _: None) -> None:
+    """The editor is going to end the server."""
+    server.asked_to_end = True
+
+
+def _too_long(text: Text) -> lsp.Diagnostic:
+    message = f"more than {LIMIT:,} characters: not looked at while you type; use axistwin check"
+    return lsp.Diagnostic(text.span((1, 1), (1, 1)), message, lsp.DiagnosticSeverity.Information, source="axistwin")
 
 
 def _diagnostic(text: Text, found: Diagnostic) -> lsp.Diagnostic:
@@ -213,7 +259,7 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
 def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
     """The fixes of what is found there."""
     text = server.text(params.text_document.uri)
-    found = ((each, _diagnostic(text, each)) for each in text.diagnose())
+    found = ((each, _diagnostic(text, each)) for each in server.found(text))
     return [
         _action(text, each.fix, told)
         for each, told in found
@@ -241,6 +287,7 @@ FEATURES: dict[str, Callable[..., object]] = {
     lsp.TEXT_DOCUMENT_DID_OPEN: did_open,
     lsp.TEXT_DOCUMENT_DID_CHANGE: did_change,
     lsp.TEXT_DOCUMENT_DID_CLOSE: did_close,
+    lsp.SHUTDOWN: shutdown,
     lsp.TEXT_DOCUMENT_HOVER: hover,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: symbols,
 }

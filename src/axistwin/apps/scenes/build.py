@@ -5,7 +5,7 @@ which time; hosts.  Whatever cannot be is told with its place in the file.
 """
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from hashlib import sha256
@@ -16,11 +16,12 @@ from axistwin.apps.conversations.conversation import Do, parse_line
 from axistwin.apps.conversations.machine import FAULT_ACTS, action, fault_action
 from axistwin.apps.scenes import hosting, toml_places
 from axistwin.apps.scenes.source import Source, instead
-from axistwin.apps.scenes.tables import ControllerTable, FaultTerms, LineTable, SceneFile, ScriptTable
+from axistwin.apps.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
 from axistwin.bench import Bench, Controller, line_format, product
 from axistwin.errors import UsageError
-from axistwin.faults.desk import Terms
+from axistwin.faults.desk import Terms, free_name
 from axistwin.faults.kinds import KINDS, kind_of
+from axistwin.faults.triggers import other_fault
 from axistwin.plant.axes import Axis
 from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
@@ -31,11 +32,13 @@ FAULTS_A_SCENE = 1_000
 _NAMED = re.compile(r"\bname=(\S+)")
 
 
-def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, Path_]]:
-    """The lines that motors share: kind, name, table and place."""
-    for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
-        for number, table in enumerate(tables):
-            yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)
+def comes_back(name: str, leads_to: Mapping[str, str | None]) -> bool:
+    """Whether one comes back to where one has begun."""
+    at, seen = leads_to.get(name), {name}
+    while at is not None and at not in seen:
+        seen.add(at)
+        at = leads_to.get(at)
+    return at == name
 
 
 class Builder:
@@ -74,8 +77,7 @@ class Builder:
                 self._store(self.bench[table.called], table.program, (*path, "program"))
 
     def _add(self, table: ControllerTable, path: Path_) -> None:
-        with self.source.blaming(*path, "model"):
-            made = product(table.model)
+        made = product(table.model)
         with self.source.blaming(*path, "line"):
             if made.line is not None:
                 line_format(table.line, made.line)
@@ -85,8 +87,7 @@ class Builder:
         if table.state is not None:
             given["state"] = self._beside(table.state)
         axes = table.model_dump(include={"axes"}, exclude_none=True)["axes"]
-        keys = {**dict.fromkeys(table.options, "options"), **dict.fromkeys(axes, "axes"), "state": ""}
-        with self.source.blaming_one_of(path, keys):
+        with self.source.blaming_one_of(path, ("axes", axes), ("options", table.options), ("", given)):
             self.bench.add(table.model, table.called, **given, **table.options, **axes)
 
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
@@ -113,8 +114,20 @@ class Builder:
         for number, wire in enumerate(self.contents.wire):
             source = self._pin(wire.from_, ("wire", number, "from"))
             target = self._pin(wire.to, ("wire", number, "to"))
+            self._check_direction(number, wire)
             with self.source.blaming("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
+
+    def _check_direction(self, number: int, wire: WireTable) -> None:
+        """From what tells of its changes, to what does not decide about its level itself."""
+        from_, to = wire.from_, wire.to
+        if self._pin(from_, ("wire", number, "from")).silent:
+            message = f"no wire can follow the pulses of {from_}: let a motor's `master` sit on that axis"
+            raise self.source.error(("wire", number, "from"), message)
+        name, _, pin = to.rpartition(".")
+        if pin in self.bench[name].product.output_pins:
+            message = f"{to} is an output, to which no wire can lead: lead it to an input, or away from {to}"
+            raise self.source.error(("wire", number, "to"), message)
 
     def _share_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):
@@ -155,17 +168,40 @@ class Builder:
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
+        names = self._names_of(tables)
+        self.bench.faults.announced = (*names, *self._scripted())
+        self._check_waiting(names, tables)
         for number, table in enumerate(tables):
             self._plan_fault(table, number, ("fault", number))
+
+    def _names_of(self, tables: Iterable[FaultTerms]) -> list[str]:
+        names: list[str] = []
+        for table in tables:
+            names.append(table.name or free_name(table.kind, names))
+        return names
+
+    def _scripted(self) -> list[str]:
+        """Names that the script gives to faults."""
+        return [found[1] for table in self.contents.script for act in table.do if (found := _NAMED.search(act))]
+
+    def _check_waiting(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
+        """Faults do not wait for one another in circles: none would ever begin."""
+        waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
+        for number, name in enumerate(names):
+            if comes_back(name, waits_for):
+                way = f", by way of {waits_for[name]}" if waits_for[name] != name else ""
+                message = f"{name} waits for itself{way}: let it wait for something else"
+                raise self.source.error(("fault", number, "when"), message)
 
     def _plan_fault(self, table: FaultTerms, number: int, path: Path_) -> None:
         faults, on = self.bench.faults, table.on or self._only()
         with self.source.blaming(*path, "kind"):
             kind = kind_of(table.kind)
-        with self.source.blaming(*path, "on"):
-            faults.spot(kind, on, self._only())
-        keys = (*table.parameters, "name", "when", "seed", "duration")
-        with self.source.blaming_one_of(path, dict.fromkeys(keys, "")):
+        with self.source.blaming(*path, "on" if table.on else "kind"):
+            kind.check(faults.spot(kind, on, self._only()))
+        with self.source.blaming(*path, "when"):
+            faults.trigger(table.when, self._only())
+        with self.source.blaming_one_of(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
             seed = self._seed(table, number)
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
@@ -213,8 +249,7 @@ class Builder:
 
     def _check_mend(self, name: str) -> None:
         """Faults of the script are there when their time has come."""
-        scripted = (found[1] for table in self.contents.script for act in table.do if (found := _NAMED.search(act)))
-        if name not in (*self.bench.faults.names, *KINDS, *scripted, "all"):
+        if name not in (*self.bench.faults.names, *KINDS, *self._scripted(), "all"):
             raise UsageError(f"no fault {name!r} here: there are {', '.join(self.bench.faults.names) or 'none'}")
 
     def _only(self) -> str:

@@ -30,16 +30,15 @@ All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `S
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from axistwin.apps.scenes import toml_places
-from axistwin.apps.scenes.build import Builder, shared_lines
-from axistwin.apps.scenes.source import Source
-from axistwin.apps.scenes.tables import SceneFile
+from axistwin.apps.scenes.addresses import check_ports
+from axistwin.apps.scenes.build import Builder, comes_back
+from axistwin.apps.scenes.source import Given, Source
+from axistwin.apps.scenes.tables import SceneFile, shared_lines
 from axistwin.bench import Bench
-from axistwin.links.urls import parse as parse_url
 
 
 class Scene:
@@ -48,7 +47,7 @@ class Scene:
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
         self._check_names()
-        self._check_ports()
+        check_ports(contents, source)
         self._check_wires()
         self._check_masters()
 
@@ -56,6 +55,12 @@ class Scene:
     def load(cls, path: str | Path) -> Self:
         """Read a scene file.  Raises SceneError with file, line, column and what to do."""
         source = Source(Path(path))
+        return cls(source.contents(), source)
+
+    @classmethod
+    def given(cls, table: Mapping[str, Any]) -> Self:
+        """A scene as a dict with what a file would have.  Raises SceneError with the keys that lead to the place."""
+        source = Given(table)
         return cls(source.contents(), source)
 
     @staticmethod
@@ -93,18 +98,6 @@ class Scene:
                 message = f"there is a controller {table.called!r} already: give each a name of its own"
                 raise self._source.error(("controller", number, key), message)
 
-    def _check_ports(self) -> None:
-        for number, table in enumerate(self._contents.controller):
-            self._check_urls(("controller", number, "ports"), table.ports)
-            self._check_urls(("controller", number, "rs485_ports"), table.rs485_ports)
-        for _, _, line, path in shared_lines(self._contents):
-            self._check_urls((*path, "ports"), line.ports)
-
-    def _check_urls(self, path: toml_places.Path, urls: Iterable[str]) -> None:
-        for which, url in enumerate(urls):
-            with self._source.blaming(*path, which):
-                parse_url(url)
-
     def _check_wires(self) -> None:
         """A terminal hangs on one wire at most, and wires do not go round in circles."""
         comes_from: dict[str, str] = {}
@@ -123,10 +116,6 @@ class Scene:
         """Encoders do not follow each other round in circles: nobody would move first."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
-            at, seen = sits_on.get(table.called), {table.called}
-            while at is not None and at not in seen:
-                seen.add(at)
-                at = sits_on.get(at)
-            if at == table.called:
+            if comes_back(table.called, sits_on):
                 message = f"{table.called} follows itself, by way of {table.master}: let it follow another axis"
                 raise self._source.error(("controller", number, "master"), message)

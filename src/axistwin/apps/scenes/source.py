@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 from axistwin.apps.checks import rules
 from axistwin.apps.scenes import toml_places
 from axistwin.apps.scenes.tables import SceneFile
+from axistwin.apps.scenes.toml_text import toml
 from axistwin.errors import ProgramError, SceneError, UsageError
 
 _WORDS = {
@@ -74,17 +75,21 @@ class Source:
         return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
 
     def _complaint(self, error: ErrorDetails) -> SceneError:
-        line, column = self._place(error)
+        file, line, column = self._whereabouts(error["loc"])
         rule = _RULES.get(error["type"], rules.VALUE)
         close = get_close_matches(str(error["loc"][-1]), _keys_at(error["loc"][:-1]), 1) if _unknown(error) else []
         return SceneError(
-            _complaint(error), file=str(self.file), line=line, column=column, code=rule.code, instead="".join(close)
+            _complaint(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
         )
 
     def error(self, path: toml_places.Path, message: str) -> SceneError:
         """An error at the place of `path`, or near it."""
-        line, column = toml_places.place_of(path, self.places)
-        return SceneError(message, file=str(self.file), line=line, column=column)
+        file, line, column = self._whereabouts(path)
+        return SceneError(message, file=file, line=line, column=column)
+
+    def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
+        """File, line and column."""
+        return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
         """`tomllib` tells the place in words, or that it is the end."""
@@ -106,26 +111,39 @@ class Source:
             raise self.error(path, str(error) if error.file else error.message) from None
 
     @contextmanager
-    def blaming_one_of(self, path: toml_places.Path, keys: Mapping[str, str]) -> Iterator[None]:
-        """A UsageError is the fault of the key it names.  `keys`: each, and the table it stands in below `path`."""
+    def blaming_one_of(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
+        """A UsageError is the fault of the key it names, as deep as it names it.
+
+        `tables`: what keys there are, each with the key below `path` that it stands at; empty: there itself.
+        """
         try:
             yield
         except UsageError as error:
-            named = (key for key in keys if re.search(rf"\b{re.escape(key)}\b", str(error)))
-            culprit = next(named, None)
-            table = keys.get(culprit or "")
-            below = () if culprit is None else (culprit,) if not table else (table, culprit)
-            raise self.error((*path, *below), str(error)) from None
+            named = [(*filter(None, (at,)), *keys) for at, table in tables for keys in _named(table, str(error))]
+            raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
         """What pydantic has found, as one error: the first in the file."""
-        found = sorted((*self._place(error), error["type"] == "missing", _complaint(error)) for error in errors)
-        line, column, _, message = found[0]
-        more = f" (and {len(found) - 1} more)" if found[1:] else ""
-        return SceneError(message + more, file=str(self.file), line=line, column=column)
+        first = min(errors, key=lambda error: (self._place(error), error["type"] == "missing", _complaint(error)))
+        more = f" (and {len(errors) - 1} more)" if errors[1:] else ""
+        return self.error(first["loc"], _complaint(first) + more)
 
     def _place(self, error: ErrorDetails) -> toml_places.Place:
         return toml_places.place_of(error["loc"], self.places)
+
+
+class Given(Source):
+    """A scene that was given as a dict: no file, so that keys tell the place.
+
+    Files that it names are seen from where Python was started.
+    """
+
+    def __init__(self, table: Mapping[str, Any]) -> None:
+        super().__init__(Path("the scene"), toml(table))
+
+    def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
+        keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+        return f"{self.file}, {keys.removeprefix('.')}" if path else str(self.file), 0, 0
 
 
 def read_text(file: Path) -> str:
@@ -151,6 +169,15 @@ def _complaint(error: ErrorDetails) -> str:
     name = ".".join(str(part) for part in path if isinstance(part, str))
     what = _WORDS.get(error["type"]) or error["msg"].removeprefix("Value error, ")
     return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
+
+
+def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
+    """Keys, each below those that it stands in, that are all named in a message."""
+    for key, value in table.items():
+        if re.search(rf"\b{re.escape(key)}\b", message):
+            yield (key,)
+            inner = _named(value, message) if isinstance(value, Mapping) else ()
+            yield from ((key, *rest) for rest in inner)
 
 
 _RULES = {

@@ -1,10 +1,13 @@
 """The tables of a scene file, and which keys and values they may hold."""
 
 import json
+from collections.abc import Iterator
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -17,11 +20,13 @@ from pydantic import (
     field_validator,
 )
 
+from axistwin.apps.scenes import toml_places
 from axistwin.bench import FAMILIES, product
 from axistwin.faults.kinds import KINDS
 from axistwin.faults.table import Parameter, Sort
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData
+from axistwin.plant.servo import SERVO_MOTORS, WHOLE, ServoLoad, ServoMotor
 from axistwin.plant.torque import Load, StepperMotor
 
 
@@ -64,8 +69,40 @@ class AxisTable(Table):
         return ends
 
 
-ServoTable = dict[str, Any]
-"""The axis of a servo motor: limits = [minus, plus], motor = "frame23" or a data sheet's values, load = { … }."""
+def _possible(path: Path) -> Path:
+    if "\0" in str(path):
+        raise ValueError("no file's name has a NUL in it")
+    return path
+
+
+File = Annotated[Path, AfterValidator(_possible)]
+
+
+def _values(made: type[Any], **more: Any) -> dict[str, Any]:
+    """The JSON Schema of a data sheet's values, by name; which may be is said when the axis is built."""
+    numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
+    return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
+
+
+_SHEETS = {"enum": list(SERVO_MOTORS), "description": "A data sheet, of which the values beside it are changed."}
+SERVO_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "description": "The axis of a servo motor.",
+    "properties": {
+        "limits": {
+            "type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2,
+            "description": "Positions, in encoder counts, beyond which the minus and the plus limit switch open.",
+        },
+        "motor": {
+            "anyOf": [_values(ServoMotor, model=_SHEETS), {"enum": list(SERVO_MOTORS)}],
+            "description": "Its data sheet, by name or by values; without it the shaft does exactly what it is told.",
+        },
+        "load": {**_values(ServoLoad), "description": "What hangs on the shaft."},
+    },
+    "additionalProperties": False,
+}  # fmt: skip
+ServoTable = Annotated[dict[str, Any], WithJsonSchema(SERVO_SCHEMA)]
+"""The axis of a servo motor."""
 _STEPPERS = TypeAdapter(dict[str, AxisTable])
 _SERVOS = TypeAdapter(dict[str, ServoTable])
 
@@ -79,7 +116,7 @@ class ControllerTable(Table):
     """What it is called in wires, conversations and plots; the model if left out."""
     line: str | None = None
     """The host's line format where the port carries none, such as "9600 8N2", or "instant"."""
-    state: Path | None = None
+    state: File | None = None
     """Directory for what it keeps without power, seen from the scene file."""
     history: Annotated[int, Field(ge=1, le=1_000_000_000)] | None = None
     """How many strokes of each axis are remembered."""
@@ -91,9 +128,9 @@ class ControllerTable(Table):
     """Where it is reached: tcp://127.0.0.1:5001, rfc2217://127.0.0.1:0, pty:/tmp/if1, serial:///dev/ttyUSB0."""
     rs485_ports: list[str] = []
     """Where its second serial channel is reached, if it has one."""
-    program: Path | None = None
+    program: File | None = None
     """The source of a SmartMotor's stored program (.sms), seen from the scene file."""
-    host: Path | None = None
+    host: File | None = None
     """Command lines (.if1, .181x) that a host sends to it by itself, seen from the scene file."""
     master: str | None = None
     """The axis that a SmartMotor's external encoder sits on, as "name.axis"."""
@@ -104,7 +141,7 @@ class ControllerTable(Table):
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         """What may stand in an axis depends on the kind of motor.  A servo's values are looked at when it is built."""
-        adapter = _SERVOS if _has_servo(info.data.get("model")) else _STEPPERS
+        adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
@@ -113,7 +150,8 @@ class ControllerTable(Table):
         return self.name or self.model.lower()
 
 
-def _has_servo(model: str | None) -> bool:
+def has_servo(model: str | None) -> bool:
+    """Whether its axes are those of servo motors."""
     return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
 
 
@@ -212,3 +250,10 @@ class SceneFile(Table):
     """What goes wrong, each begun by [[fault]]."""
     script: list[ScriptTable] = []
     """What somebody does at the machine, each begun by [[script]]."""
+
+
+def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
+    """The lines that motors share: kind, name, table and place."""
+    for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
+        for number, table in enumerate(tables):
+            yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)

@@ -126,6 +126,7 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
         build=build,
         limit_pins=("ccw_limit", "cw_limit"),
         closed_level=False,
+        output_pins=("step", *OUTPUTS),
         drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
         check=partial(check, commands),

@@ -23,6 +23,7 @@ from axistwin.controllers.compumotor.language import (
     OneOf,
     Opcode,
     Ranges,
+    StreamedVelocity,
     Switch,
     i16,
     i32,
@@ -61,7 +62,8 @@ MOVE, ANY_MOVE, SEQUENCE = u8("move", 1), u8("move"), u8("sequence", 1, 15)
 COUNT, TIMES = u8("commands", 1), u16("times", 1)
 BASE, FEW_BASES, DIVISOR = u8("base clock", 1, 9), u8("base clock", 1, 3), u8("divisor", 1, 16)
 ALARM, RATE = u32("alarm", unit="bytes"), u16("update rate", 2, unit="ms")
-SPEED_V, LENGTH_D = u16("velocity", unit="effective clock/65536"), u16("distance", unit="pulses")
+SPEED_V = StreamedVelocity("velocity", "effective clock/65536", 0, 0xFFFF, size=2)
+LENGTH_D = u16("distance", unit="pulses")
 STEP_D = i16("distance", unit="pulses")
 MOVE_HEAD = (MOVE, RANGES, VELOCITY, ACCELERATION)
 ON_TRIGGER = (TRIGGER, ON, MESSAGE)

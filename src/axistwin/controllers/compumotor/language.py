@@ -10,6 +10,8 @@ from typing import Any
 
 from axistwin.controllers.commandset import Command, CommandSet, Field
 
+CCW = 0x8000
+"""The direction bit of a velocity that is streamed."""
 LONGEST = 16
 """Bytes of a command string, and of a message."""
 
@@ -56,6 +58,14 @@ class Ranges(Number):
     def encode(self, value: tuple[int, int]) -> bytes:
         """Both ranges as one byte."""
         return bytes([value[0] << 4 | value[1]])
+
+
+@dataclass(frozen=True)
+class StreamedVelocity(Number):
+    """Two bytes: the most significant bit is the direction, 1 = CCW; the other fifteen are the velocity number."""
+
+    def __str__(self) -> str:
+        return f"{self.name} 0…{CCW - 1} {self.unit}, CCW {CCW} more"
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from axistwin.controllers.compumotor.language import Accept, Opcode
+from axistwin.controllers.compumotor.language import CCW, Accept, Opcode
 from axistwin.controllers.compumotor.pulses import Course, Phase
 from axistwin.controllers.compumotor.ranges import BASE_CLOCKS, FULL
 from axistwin.motion.profile import Segment
@@ -28,8 +28,8 @@ LEAST_FREE = 15
 """Bytes that must be free for E0h, E1h and E3h."""
 SHORTEST_NS = 2 * MS
 """A velocity-distance pair lasts at least so long, and a velocity of zero exactly."""
-CCW, FASTEST = 0x8000, 0x7FFF
-"""The direction bit of a velocity number, and the rest of it."""
+FASTEST = CCW - 1
+"""A velocity number without its direction bit."""
 END_OF_STREAM = 0x8001
 NO_MARKERS_OF_DISTANCE = (0x8000, END_OF_STREAM)
 MOST_MARKERS = 10

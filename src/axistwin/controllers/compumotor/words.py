@@ -14,11 +14,13 @@ from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor import rules
 from axistwin.controllers.compumotor.commands import COMMANDS_1811
 from axistwin.controllers.compumotor.language import (
+    CCW,
     LONGEST,
     DontCare,
     Number,
     Opcode,
     Ranges,
+    StreamedVelocity,
     Switch,
     decode,
     i32,
@@ -254,7 +256,10 @@ def _shown(field: Number, data: bytes) -> str:
         return data.hex()
     if isinstance(field, Switch):
         return "0" if not data[0] else "1"
-    return str(int.from_bytes(data, "big", signed=field.signed))
+    value = int.from_bytes(data, "big", signed=field.signed)
+    if isinstance(field, StreamedVelocity) and value & CCW:
+        return f"CCW {value - CCW}"
+    return str(value)
 
 
 def _sentence(name: str, parts: Iterable[str]) -> str:

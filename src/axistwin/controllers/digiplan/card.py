@@ -117,6 +117,7 @@ def _product(
         rules=RULES,
         line=UartFormat(9600, 8, "N", 2),
         limit_pins=("limit_minus", "limit_plus"),
+        output_pins=(*OUTPUTS, "led"),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
     )
 

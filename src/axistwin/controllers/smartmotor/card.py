@@ -98,5 +98,6 @@ PRODUCTS = {
         line=UartFormat(),
         limit_pins=("D", "C"),
         closed_level=False,
+        output_pins=("brake", "index"),
     )
 }
