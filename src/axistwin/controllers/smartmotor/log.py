@@ -10,7 +10,7 @@ The kernel writes changes into an array of integers, which the processor's core 
 """
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, VARIABLE, Ints, computed
 from axistwin.controllers.smartmotor.jit import sampled
@@ -57,13 +57,22 @@ def empty() -> "array[int]":
     return array("q", [0, 0, 0])
 
 
-def following(numbers: Sequence[tuple[int, int]], i: Ints, v: Ints) -> "array[int]":
-    """A log of these numbers, each an operation and a place, as they are now."""
+def following(
+    numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
+) -> "array[int]":
+    """A log of these numbers, each an operation and a place, as they are now, or as another log had them `before`."""
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers))])
     for operation, place in numbers:
-        log.extend((operation, place, value(i, v, operation, place)))
+        last = before.get((operation, place))
+        log.extend((operation, place, value(i, v, operation, place) if last is None else last))
     log.extend([0] * (FIELDS * log[ROOM]))
     return log
+
+
+def known(log: "array[int]") -> dict[tuple[int, int], int]:
+    """How the numbers are, as far as this log has been told."""
+    heads = range(HEAD, HEAD + FIELDS * log[FOLLOWED], FIELDS)
+    return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Look:
