@@ -4,6 +4,7 @@ import pytest
 
 import axistwin
 from axistwin import AxistwinError, Bench
+from axistwin.apps.traces.signals import catalogue
 from axistwin.errors import UsageError
 
 
@@ -113,6 +114,30 @@ def test_a_line_format_is_written_in_a_few_words(text, shown, instant):
 
 def test_the_public_names_are_these():
     assert sorted(axistwin.__all__) == ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
+
+
+def test_terminals_are_pins_and_what_a_plug_or_a_bus_has_besides():
+    bench = Bench()
+    for model, others in (("if1", {"dtr", "rts", "dsr", "cts"}), ("1811", {"interrupt"}), ("smartmotor", set())):
+        controller = bench.add(model)
+        assert controller.terminals.keys() - controller.pins.keys() == others
+
+
+def test_it_is_known_whether_a_controller_is_switched_on():
+    controller = Bench().add("if1")
+    states = [controller.powered]
+    controller.power(False)
+    states.append(controller.powered)
+    controller.power_cycle()
+    assert [*states, controller.powered] == [True, False, True]
+
+
+def test_what_changes_between_two_events_is_no_signal_of_a_trace():
+    bench = Bench()
+    bench.add("if1")
+    names = [signal.full for signal in catalogue(bench)]
+    assert "if1.K" in names
+    assert not {"if1.Q", "if1.N"} & set(names)
 
 
 def test_two_runs_are_identical():

@@ -35,7 +35,7 @@ from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
-from axistwin.sim.progress import LineWatcher
+from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import SerialPort
@@ -165,13 +165,14 @@ class Controller:
         """The programs or sequences that it keeps, by name, each with the line that is being carried out now."""
         return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
 
-    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher(program, index)` at the very moment at which a line of a stored program begins.
 
-        `index` is from 0.  The watcher may look at everything and must change nothing there and then.  Returns what
-        ends it.  Where there are no programs, nothing ever comes.
+        `index` is from 0; `only`: just this program and index, which may cost much less.  The watcher may look at
+        everything and must change nothing there and then.  Returns what ends it.  Where there are no programs, nothing
+        ever comes.
         """
-        return self._device.watch_lines(watcher) if isinstance(self._device, ProgrammedDevice) else lambda: None
+        return self._device.watch_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
 
     @property
     def ambient(self) -> float:

@@ -200,6 +200,14 @@ def test_tables_and_keys_of_a_scene():
     assert offered(SCENE, FILE + "# |") == []
 
 
+def test_keys_of_a_servo_s_axis():
+    """Those of a stepper's are others."""
+    motor = '[[controller]]\nmodel = "smartmotor"\n'
+    assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load"]
+    assert {"model", "kp", "supply_voltage_v"} <= set(offered(SCENE, motor + "[controller.axes.shaft.motor]\n|"))
+    assert "inertia_kg_m2" in offered(SCENE, motor + "axes.shaft.load.|")
+
+
 def test_values_of_a_scene():
     assert '"1811"' in offered(SCENE, "[[controller]]\nmodel = |")
     assert "smartmotor" in offered(SCENE, '[[controller]]\nmodel = "|')

@@ -341,6 +341,16 @@ def test_the_schema_is_json_and_knows_all_tables():
     assert "from" in schema["$defs"]["WireTable"]["properties"]
 
 
+def test_the_schema_knows_the_keys_of_either_kind_of_axis():
+    axes = Scene.schema()["$defs"]["ControllerTable"]["properties"]["axes"]["additionalProperties"]["anyOf"]
+    assert axes[0] == {"$ref": "#/$defs/AxisTable"}
+    assert set(axes[1]["properties"]) == {"limits", "motor", "load"}
+    values, names = axes[1]["properties"]["motor"]["anyOf"]
+    assert names["enum"] == ["frame17", "frame23", "frame34"]
+    assert values["properties"]["kp"] == {"type": "integer"}
+    assert not values["additionalProperties"]
+
+
 def test_places_in_a_file():
     found = places(FULL)
     lines = FULL.splitlines()

@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.apps.conversations.machine import action
+from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
 from .driving import about, cruise, rising, sequence, steps
@@ -367,3 +368,14 @@ def test_the_stick_moves_the_motor_both_ways_once_the_joystick_is_enabled(bench,
 def test_a_controller_without_a_joystick_says_so(bench):
     with pytest.raises(UsageError, match="takes no joystick"):
         _ = bench.add("if1").joystick
+
+
+@pytest.mark.parametrize("rate", [700, -700, 0])
+def test_somebody_at_the_joystick_in_a_conversation(board, rate):
+    action(board, "joystick", f"{rate}")()
+    assert board.joystick.rate == rate
+
+
+def test_there_is_a_joystick_only_where_one_can_be_connected(bench):
+    with pytest.raises(ProgramError, match="nothing called 'joystick'"):
+        action(bench.add("if1"), "joystick", "5")

@@ -14,7 +14,7 @@ from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
-from axistwin.sim.progress import LineWatcher
+from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
 
@@ -170,10 +170,10 @@ class ProgrammedDevice(Device, Protocol):
     def programs(self) -> Mapping[str, Listing]:
         """What is stored and what of it is being carried out now, by the names that the product gives."""
 
-    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the moment at which a line begins.  It may look and must change nothing.
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the moment at which a line begins, or `only` this one.
 
-        Returns what ends it.
+        It may look and must change nothing.  Returns what ends it.
         """
 
 

@@ -17,7 +17,7 @@ from axistwin.plant.axes import Axis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
-from axistwin.sim.progress import LineWatcher
+from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import SerialPort
 
@@ -46,8 +46,8 @@ class Machine(Protocol):
     def programs(self) -> Mapping[str, Listing]:
         """What is stored in it."""
 
-    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
-        """Have somebody told when a line begins."""
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Have somebody told when this line begins."""
 
     def power(self, on: bool) -> None:
         """Switch it."""

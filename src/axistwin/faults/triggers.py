@@ -195,14 +195,9 @@ def _runs(wish: _Wish) -> Arm:
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
-    name = _program(machine, found["program"])
-    line = int(found["line"])
+    name, line = _program(machine, found["program"]), int(found["line"])
     _check_line(machine, name, line)
-
-    def arm(happens: Callable[[], None]) -> Unwatch:
-        return machine.watch_lines(lambda program, index: happens() if (program, index) == (name, line - 1) else None)
-
-    return arm
+    return lambda happens: machine.watch_lines(lambda program, index: happens(), (name, line - 1))
 
 
 def _program(machine: Machine, number: str | None) -> str:

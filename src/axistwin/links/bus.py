@@ -17,13 +17,12 @@ not queued: it is told the last one.  `docs/bus.md` has it all.
 
 from collections.abc import Callable
 
-from axistwin.bench import Controller
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.one import OneClient
 from axistwin.links.pacing import Pacer
 from axistwin.links.tcp import Connection
 from axistwin.sim.pins import Pin
-from axistwin.sim.registers import CONTROL
+from axistwin.sim.registers import CONTROL, RegisterPort
 
 LONGEST = 1024
 """Bytes of a line; a longer one is refused, and nothing is kept of it."""
@@ -33,21 +32,32 @@ USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 
 class Slot(OneClient["Master"]):
-    """A board's slot on the bus.  `reset`: whether a new client finds the board just switched on."""
+    """A board's slot on the bus.  `reset`: what is done for each new client."""
 
-    def __init__(self, controller: Controller, pacer: Pacer, *, reset: bool = False) -> None:
-        super().__init__(controller.name, pacer)
-        self.controller, self.bus, self.reset = controller, controller.bus, reset
+    def __init__(
+        self, name: str, bus: RegisterPort, pacer: Pacer, *, reset: Callable[[], object] = lambda: None
+    ) -> None:
+        super().__init__(name, pacer)
+        self.bus, self.reset = bus, reset
 
     @property
     def full(self) -> bool:
-        """Whether the client is not read from, as it does not read."""
-        return self.client is not None and self.client.stalled
+        """Whether the client is not read from, as it does not read or is not heard."""
+        return self._deaf or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
         """A client has come."""
-        if self.reset:
-            self.controller.power_cycle()
+        self.reset()
+
+    def exchange(self, bus: RegisterPort) -> None:
+        """These registers take the place of the ones before.  They are left as they are."""
+        self.bus = bus
+        self.exchanged()
+
+    def hand_over(self) -> None:
+        """Tell the client what there is to tell by now."""
+        if self.client is not None:
+            self.client.flush()
 
 
 class Master(Connection):
@@ -117,7 +127,7 @@ class Master(Connection):
         self._end_subscription()
         if on:
             self._told = self.slot.bus.interrupt
-            self._unwatch = self.slot.bus.interrupt_line.watch(self._changed)
+            self._unwatch = self.slot.watch(lambda: self.slot.bus.interrupt_line, self._changed)
 
     def _end_subscription(self) -> None:
         if self._unwatch is not None:
@@ -151,9 +161,15 @@ class Master(Connection):
     def resume_writing(self) -> None:
         """It reads again."""
         self.stalled = False
-        self.resume()
+        if not self.slot.full:
+            self.resume()
         if self._unwatch is not None and self._told is not self.slot.bus.interrupt:
             self._tell(self.slot.bus.interrupt)
+
+    def resume(self) -> None:
+        """Go on taking what it sends, unless it does not read."""
+        if not self.stalled:
+            super().resume()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """The client has gone."""

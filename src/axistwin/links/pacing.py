@@ -110,7 +110,8 @@ class Pacer:
         clock.patient = self.clock.patient
         self.clock = clock
         if self._loop is not None:
-            self._begin(self._loop)
+            self._begin_again(self._loop)
+            self._next = self._loop.call_soon(self._tick)
 
     def mark(self, port: Port) -> None:
         """This port wants to be flushed when the bench has been advanced."""
@@ -127,7 +128,7 @@ class Pacer:
             return
         if self._speed is not None and self._loop is not None:
             self._advance(self._loop.time())
-        if self.clock.peek() <= self.clock.now:
+        if not self.clock.done:
             self._pass(self._finish)
 
     def work(self) -> None:
@@ -145,7 +146,7 @@ class Pacer:
             self._slice()
 
     def by_hand(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """While virtual time stands still otherwise: have the bench advanced by `advance(over)`, and hand over its words.
+        """While virtual time stands still: have the bench advanced by `advance(over)`, and hand over its words.
 
         It ends with a nanosecond, and soon after `over()` says that it is the sockets' turn.  Returns what it returns.
         """
@@ -163,10 +164,13 @@ class Pacer:
 
     def _begin(self, loop: asyncio.AbstractEventLoop) -> None:
         """From now on, from where virtual time is."""
+        self._begin_again(loop)
+        self.work()
+
+    def _begin_again(self, loop: asyncio.AbstractEventLoop) -> None:
         self._forget_plan()
         self._loop = loop
         self._wall_s, self._virtual_ns = loop.time(), self.clock.now
-        self.work()
 
     def _forget_plan(self) -> None:
         self._plan += 1

@@ -2,14 +2,19 @@
 
 A client finds empty buffers, the usual line format and DTR and RTS on.  What a client that went away has sent is still
 transmitted, until the next one comes.
+
+When a run has been repeated up to a moment before the client has asked for something (a format, a control line, a kind
+of flow control), it is asked for again.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 from axistwin.links.one import Guest, OneClient
 from axistwin.links.pacing import Pacer
 from axistwin.sim.frames import LineError
+from axistwin.sim.host_acts import HostAct
 from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
 from axistwin.units import to_seconds
 
@@ -17,6 +22,10 @@ FULL = 512
 """With so many characters waiting for the wire a client is not read from, until half of them have left."""
 CHUNK = 512
 """Characters taken from a client at once.  On a line that takes no time the controller deals with them in one go."""
+
+
+LASTING = "format", "dtr", "rts", "flow", "hold"
+"""What a client asks for and what stays so until it asks for something else."""
 
 
 class Client(Guest, Protocol):
@@ -27,12 +36,6 @@ class Client(Guest, Protocol):
 
     def deliver(self, data: bytes, errors: LineError) -> None:
         """Characters from the controller; `errors`: what was found wrong with some of them."""
-
-    def pause(self) -> None:
-        """Take nothing from it for the moment."""
-
-    def resume(self) -> None:
-        """Go on taking what it sends."""
 
 
 class Plug(OneClient[Client]):
@@ -59,21 +62,25 @@ class Plug(OneClient[Client]):
         self._errors = LineError.NONE
         self._break_from_ns: int | None = None
         self._unwatch: Callable[[], None] | None = None
-        self.serial.hear(self._heard)
-        self.settle_flow()
+        self._asked: dict[str, tuple[int, HostAct]] = {}  # what lasts, when, by kinds of acts
+        self._deafen = self.serial.hear(self._heard)
+        self._ask(self.settle_flow)
 
     # Clients come and go
 
     def begin(self) -> None:
         """A client has come."""
-        self._clean()
+        self._ask(self._clean)
         self.reset()
 
     def end(self) -> None:
         """The client has gone."""
+        self._ask(self._leave)
+        self._stop_waiting()
+
+    def _leave(self) -> None:
         self.set_break(False)
         self.serial.host.dtr = self.serial.host.rts = True
-        self._stop_waiting()
         self.settle_flow()
 
     def _clean(self) -> None:
@@ -88,7 +95,7 @@ class Plug(OneClient[Client]):
     @property
     def full(self) -> bool:
         """Whether it takes no more characters for the moment."""
-        return self._unwatch is not None
+        return self._deaf or self._unwatch is not None
 
     def send(self, data: bytes) -> None:
         """Characters from the client."""
@@ -102,7 +109,7 @@ class Plug(OneClient[Client]):
     def change(self, change: Callable[[], object]) -> None:
         """Something else from the client: a format, a control line."""
         self.pacer.sync()
-        change()
+        self._ask(change)
         self.pacer.work()
 
     def set_break(self, on: bool) -> None:
@@ -124,7 +131,7 @@ class Plug(OneClient[Client]):
     def _resume_when_emptier(self) -> None:
         if self.serial.pending <= FULL // 2:
             self._stop_waiting()
-            if self.client is not None:
+            if self.client is not None and not self._deaf:
                 self.client.resume()
 
     def _stop_waiting(self) -> None:
@@ -144,7 +151,7 @@ class Plug(OneClient[Client]):
         """Hand over what has come.  Without a client it is lost, as with nobody at the other end of the cable."""
         self._dirty = False
         data, errors, self._errors = self.serial.read(), self._errors, LineError.NONE
-        if self.client is None:
+        if self.client is None or self._deaf:
             return
         if self.serial.flow is Flow.X_ON_X_OFF:
             data = data.translate(None, bytes((X_ON, X_OFF)))
@@ -154,6 +161,41 @@ class Plug(OneClient[Client]):
         self.mark()
         if errors:
             self._errors |= errors
+
+    def hand_over(self) -> None:
+        """Tell the client what there is to tell by now."""
+        if self._dirty:
+            self.flush()
+
+    # What the client has asked for, on another bench
+
+    def exchange(self, serial: SerialPort) -> None:
+        """This port takes the place of the one before.  It is left as it is."""
+        self._deafen()
+        self.serial = serial
+        self._deafen = serial.hear(self._heard)
+        self.exchanged()
+
+    def make_up(self) -> None:
+        """It is not deaf any more: what has been missed is made up for."""
+        self.pacer.sync()
+        now_ns = self.pacer.clock.now
+        for asked_ns, act in tuple(self._asked.values()):
+            if asked_ns > now_ns:  # it has not been on this bench
+                self._ask(partial(self.serial.perform, act))
+        super().make_up()
+
+    def _ask(self, change: Callable[[], object]) -> None:
+        """Do something for the client, and remember what of it lasts."""
+        unwatch = self.serial.watch_host(self._remember)
+        try:
+            change()
+        finally:
+            unwatch()
+
+    def _remember(self, act: HostAct) -> None:
+        if act.kind in LASTING:
+            self._asked[act.kind] = self.pacer.clock.now, act
 
     # Flow control: "The controller should therefore interrupt data transmission if this signal becomes reset"
 

@@ -24,6 +24,7 @@ from axistwin.links.comport import (
 from axistwin.links.plug import Plug
 from axistwin.links.tcp import STALLED, TcpClient
 from axistwin.sim.frames import LineError
+from axistwin.sim.pins import Pin
 from axistwin.sim.serial_port import Flow
 
 FLOWS = {
@@ -41,7 +42,7 @@ class ComPortClient(TcpClient):
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:
         super().__init__(plug)
-        self._cts_line = plug.serial.dtr_line if cts == "dtr" else plug.serial.rts_line
+        self._cts = cts
         self.flow = Flow.NONE
         self._port = ComPort(plug.usual, f"axistwin {plug.title}")
         self._moved = ModemState.NONE
@@ -51,12 +52,14 @@ class ComPortClient(TcpClient):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """A client has come."""
         super().connection_made(transport)
-        serial = self.plug.serial
-        self._port.set_modem_state(dsr=serial.dtr, cts=self._cts_line.level)
+        self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level)
         self._unwatch = [
-            serial.dtr_line.watch(lambda _: self._line_moved(ModemState.DSR_CHANGED)),
-            self._cts_line.watch(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
+            self.plug.watch(lambda: self.plug.serial.dtr_line, lambda _: self._line_moved(ModemState.DSR_CHANGED)),
+            self.plug.watch(self._cts_line, lambda _: self._line_moved(ModemState.CTS_CHANGED)),
         ]
+
+    def _cts_line(self) -> Pin:
+        return self.plug.serial.dtr_line if self._cts == "dtr" else self.plug.serial.rts_line
 
     def connection_lost(self, exc: Exception | None) -> None:
         """The client has gone."""
@@ -150,4 +153,4 @@ class ComPortClient(TcpClient):
     def _tell_lines(self) -> None:
         if self._moved and not self.stalled:
             moved, self._moved = self._moved, ModemState.NONE
-            self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line.level, moved=moved)
+            self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level, moved=moved)

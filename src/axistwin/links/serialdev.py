@@ -78,7 +78,8 @@ class SerialDevice:
         self._unwatch = [plug.pacer.watch(self._follow_format)]
         self._lines = control_lines(self._device) if plug.flow is not Flow.NONE else None
         if self._lines is not None:
-            self._unwatch += [plug.serial.dtr_line.watch(self._drive), plug.serial.rts_line.watch(self._drive)]
+            lines = lambda: plug.serial.dtr_line, lambda: plug.serial.rts_line
+            self._unwatch += [plug.watch(line, self._drive) for line in lines]
             self._drive()
             self._look_at_lines()
 
@@ -117,7 +118,7 @@ class SerialDevice:
     def _look_at_lines(self) -> None:
         assert self._lines is not None
         host, dsr, cts = self.plug.serial.host, self._lines.dsr, self._lines.cts
-        if (host.dtr, host.rts) != (dsr, cts):
+        if (host.dtr, host.rts) != (dsr, cts) and not self.plug.deaf:
             self.plug.change(lambda: _set_lines(host, dsr, cts))
         self._look = self._loop.call_later(LOOK_S, self._look_at_lines)
 
@@ -136,7 +137,7 @@ class SerialDevice:
         """The real UART is the controller's: it follows what the controller has been configured to."""
         inside = self.plug.serial.to_device.receiver.format
         wanted = self.format if inside is None else replace(inside, baudrate=self.format.baudrate)
-        if wanted == self._applied:
+        if wanted == self._applied or self.plug.deaf:
             return
         self._applied = self.plug.serial.host.format = wanted
         try:

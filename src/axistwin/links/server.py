@@ -1,5 +1,6 @@
 """Controllers of a bench on real ports."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -28,8 +29,8 @@ class Server:
     """Paces a bench and opens ports to its controllers.  Used within a running event loop.
 
     `speed`: times real time, None as fast as it goes.  `flow`: what holds back characters of the host on a transport
-    that does not say so itself.  `reset`: whether a new client finds the controller just switched on.  `pacer`: one
-    that advances the bench in another way.
+    that does not say so itself.  `reset`: whether a new client finds the controller just switched on; or what does that
+    to whoever has a name, in place of a power cycle.  `pacer`: one that advances the bench in another way.
     """
 
     def __init__(
@@ -38,13 +39,15 @@ class Server:
         *,
         speed: float | None = 1.0,
         flow: Flow = Flow.DTR,
-        reset: bool = False,
+        reset: bool | Callable[[str], object] = False,
         pacer: Pacer | None = None,
     ) -> None:
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
         """Each open port, with its controller's name."""
-        self._flow, self._reset = flow, reset
+        self._flow = flow
+        self._reset = reset if callable(reset) else self._power_cycle if reset else lambda name: None
+        self._deaf = False
         self._plugs: dict[str, Plug] = {}
         self._slots: dict[str, Slot] = {}
         self._open: list[OpenPort] = []
@@ -65,19 +68,67 @@ class Server:
 
     def close(self) -> None:
         """Close every port and disconnect every client.  Virtual time stands still."""
-        places: list[OneClient[Any]] = [*self._plugs.values(), *self._slots.values()]
-        for place in places:
+        for place in self._places:
             if place.client is not None:
                 place.client.drop()
         while self._open:
             self._open.pop().close()
         self.pacer.stop()
 
+    def client(self, name: str) -> str:
+        """Who is connected to whom a host reaches by this name, such as `127.0.0.1:4711`; "" if nobody is."""
+        return next((place.who for place in self._places if place.name == name), "")
+
+    # While a run is repeated, on another bench
+
+    @property
+    def deaf(self) -> bool:
+        """While True nothing reaches the bench from outside: clients wait, new ones are refused.
+
+        They are told nothing either: what is repeated they have heard.  Then what has been missed is made up for.
+        """
+        return self._deaf
+
+    @deaf.setter
+    def deaf(self, on: bool) -> None:
+        if on is self._deaf:
+            return
+        self._deaf = on
+        for place in self._places:
+            place.deaf = on
+        if not on:
+            for place in self._places:
+                place.make_up()
+            self.pacer.work()
+
+    def exchange(self, bench: Bench) -> None:
+        """Another bench, with the same names, takes the place of this one; clients stay connected.
+
+        Its ports are left as they are: who repeats a run does there what hosts have done.  Not while the bench is being
+        advanced.  Raises UsageError if somebody is missing on it; then nothing has changed.
+        """
+        ports, buses = {name: bench.port(name) for name in self._plugs}, {name: bench[name].bus for name in self._slots}
+        deaf, self.deaf = self.deaf, True
+        self.bench = bench
+        for name, port in ports.items():
+            self._plugs[name].exchange(port)
+        for name, bus in buses.items():
+            self._slots[name].exchange(bus)
+        self.pacer.exchange(bench.clock)
+        self.deaf = deaf
+
+    @property
+    def _places(self) -> list[OneClient[Any]]:
+        return [*self._plugs.values(), *self._slots.values()]
+
     def _plug(self, name: str) -> Plug:
         if name not in self._plugs:
-            reset = partial(self._power_cycle, name) if self._reset else lambda: None
+            port = self.bench.port(name)
             title = self.bench[name].product.model if name in self.bench.controllers else name
-            self._plugs[name] = Plug(name, self.bench.port(name), self.pacer, title=title, flow=self._flow, reset=reset)
+            self.pacer.sync()
+            plug = Plug(name, port, self.pacer, title=title, flow=self._flow, reset=partial(self._reset, name))
+            plug.deaf = self._deaf
+            self._plugs[name] = plug
         return self._plugs[name]
 
     def _power_cycle(self, name: str) -> None:
@@ -90,7 +141,9 @@ class Server:
         from axistwin.links.bus import Slot
 
         if name not in self._slots:
-            self._slots[name] = Slot(self.bench[name], self.pacer, reset=self._reset)
+            slot = Slot(name, self.bench[name].bus, self.pacer, reset=partial(self._reset, name))
+            slot.deaf = self._deaf
+            self._slots[name] = slot
         return self._slots[name]
 
 

@@ -17,6 +17,8 @@ __all__ = ["Clock", "Event", "Procedure", "Process", "kill"]
 Procedure = Generator[Event, Any, Any]
 """A device procedure told top to bottom: it yields events and is resumed when they have happened."""
 
+LAST = 9
+"""The rank of what comes from outside, after all that the bench does itself."""
 _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 
 
@@ -40,18 +42,24 @@ class Clock(simpy.Environment):
         """Whether nothing more happens by itself but what goes on in the background for ever."""
         return len(self._queue) <= self.background
 
+    @property
+    def done(self) -> bool:
+        """Whether all has happened that is due by now."""
+        return not self._queue or self._queue[0][0] > self._now
+
     def run_to(self, end_ns: int) -> None:
         """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
         end = self._last_at(end_ns)
         while end.callbacks is not None:  # until it has happened
             self.step()
 
-    def after_all(self, time_ns: int, action: Callable[[], object]) -> Callable[[], None]:
+    def after_all(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
         """Do `action` once, at that time, when everything else has happened that is due by then.
 
-        That is where it would be done by who calls `run_to(time_ns)` and then does it.  Returns what takes it back.
+        That is where it would be done by who calls `run_to(time_ns)` and then does it.  Of several that come after all
+        else those of a lower `rank`, up to LAST, come first.  Returns what takes it back.
         """
-        event = self._last_at(time_ns)
+        event = self._last_at(time_ns, rank)
         assert event.callbacks is not None
         event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
 
@@ -62,11 +70,11 @@ class Clock(simpy.Environment):
 
         return take_back
 
-    def _last_at(self, time_ns: int) -> Event:
+    def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """An event that happens when everything else has that is due by then."""
         event = Event(self)
         event._ok, event._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
-        self.schedule(event, priority=_AFTER_EVERYTHING_ELSE, delay=time_ns - self.now)  # type: ignore[arg-type]
+        self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
     def look_on(self, onlooker: Callable[[], None]) -> Callable[[], None]:

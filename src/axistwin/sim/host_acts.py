@@ -5,11 +5,14 @@ that has changed.  If that happens at once, within the act, it is not told: it h
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from axistwin.sim.clock import Clock
+
+V = TypeVar("V")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,16 +48,11 @@ class HostActs:
         self._watchers.append(watcher)
         return lambda: self._watchers.remove(watcher)
 
-    def __call__(self, kind: str, value: Any = None) -> AbstractContextManager[object]:
-        """The act itself is done within the `with` block."""
-        return self._telling(HostAct(kind, value)) if self._watchers else _NOBODY_ASKS
-
-    @contextmanager
-    def _telling(self, act: HostAct) -> Iterator[None]:
+    def __call__(self, kind: str, value: V, action: Callable[[V], T]) -> T:
+        """Do it: `action(value)`, after it has been told."""
+        if not self._watchers:
+            return action(value)
         with one_act(self._clock) as outermost:
             for watcher in tuple(self._watchers) if outermost else ():
-                watcher(act)
-            yield
-
-
-_NOBODY_ASKS = nullcontext()
+                watcher(HostAct(kind, value))
+            return action(value)

@@ -88,26 +88,26 @@ class RegisterPort:
             return NOBODY_DRIVES
         if offset == CONTROL:
             return self.status
-        with self._doing("read"):
-            return self.output.pop()
+        return self._doing("read", None, lambda _: self.output.pop())
 
     def write(self, offset: int, value: int) -> None:
         """Write a register: 0 the input data buffer, 1 the control byte.  It takes no virtual time."""
         _check("offset", offset, CONTROL)
         _check("value", value, 0xFF)
-        if not self.powered:
-            return
-        with self._doing("write", (offset, value)):
-            if offset == DATA:
-                self.input.push(value)
-            else:
-                self.on_control(value)
+        if self.powered:
+            self._doing("write", (offset, value), self._write)
+
+    def _write(self, where_and_what: tuple[int, int]) -> None:
+        offset, value = where_and_what
+        if offset == DATA:
+            self.input.push(value)
+        else:
+            self.on_control(value)
 
     def init(self) -> None:
         """The bus's reset line is activated."""
         if self.powered:
-            with self._doing("init"):
-                self.on_init()
+            self._doing("init", None, lambda _: self.on_init())
 
     def watch_host(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
         """Call `watcher(act)` before everything that a host does here and that changes something.

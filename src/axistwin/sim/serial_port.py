@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
+from functools import partial
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
@@ -32,8 +33,7 @@ class _Output(Pin):
 
     def set(self, level: bool) -> None:
         """The host does it."""
-        with self._doing(self._kind, bool(level)):
-            super().set(level)
+        self._doing(self._kind, bool(level), super().set)
 
 
 class HostEnd:
@@ -52,8 +52,7 @@ class HostEnd:
 
     @format.setter
     def format(self, value: UartFormat) -> None:
-        with self._doing("format", value):
-            self._uart.format = value
+        self._doing("format", value, partial(setattr, self._uart, "format"))
 
     @property
     def baudrate(self) -> int:
@@ -134,10 +133,12 @@ class SerialPort:
 
     def write(self, data: bytes) -> None:
         """Queue what the host transmits; it leaves as its flow control allows."""
-        with self._doing("write", data):
-            for listener in tuple(self._listeners):
-                listener(data)
-            self._uart.send(data)
+        self._doing("write", data, self._write)
+
+    def _write(self, data: bytes) -> None:
+        for listener in tuple(self._listeners):
+            listener(data)
+        self._uart.send(data)
 
     def read(self) -> bytes:
         """Everything the host has received and not yet read."""
@@ -147,10 +148,12 @@ class SerialPort:
 
     def send_break(self, seconds: float = 0.25) -> None:
         """Hold the host's transmit line at space for so long."""
-        with self._doing("break", seconds):
-            self._uart.send_break(seconds)
-            for watcher in tuple(self._break_watchers):
-                watcher(seconds)
+        self._doing("break", seconds, self._break)
+
+    def _break(self, seconds: float) -> None:
+        self._uart.send_break(seconds)
+        for watcher in tuple(self._break_watchers):
+            watcher(seconds)
 
     @property
     def control_lines(self) -> dict[str, Pin]:
@@ -168,9 +171,11 @@ class SerialPort:
 
     @flow.setter
     def flow(self, flow: Flow) -> None:
-        with self._doing("flow", flow):
-            self._flow, self._stopped = flow, False
-            self._settle()
+        self._doing("flow", flow, self._set_flow)
+
+    def _set_flow(self, flow: Flow) -> None:
+        self._flow, self._stopped = flow, False
+        self._settle()
 
     @property
     def held(self) -> bool:
@@ -179,14 +184,15 @@ class SerialPort:
 
     @held.setter
     def held(self, on: bool) -> None:
-        with self._doing("hold", on):
-            self._held = on
-            self._settle()
+        self._doing("hold", on, self._hold)
+
+    def _hold(self, on: bool) -> None:
+        self._held = on
+        self._settle()
 
     def drop_pending(self) -> None:
         """Forget what is queued and has not left yet."""
-        with self._doing("drop"):
-            self._uart.queue.clear()
+        self._doing("drop", None, lambda _: self._uart.queue.clear())
 
     @property
     def pending(self) -> int:

@@ -24,7 +24,7 @@ from axistwin.units import S
 
 MOST_BYTES = 4 << 20
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
-_HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for):\s*(?P<value>.*)")
+_HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
 
 
 @dataclass(frozen=True)

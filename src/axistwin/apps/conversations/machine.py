@@ -15,6 +15,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
+from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import Flow, SerialPort
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
@@ -112,8 +113,13 @@ def _bus_action(controller: Controller, target: str, value: str) -> Callable[[],
             return lambda: [bus.read(offset) for _ in range(count)]
         case "write":
             offset, data = _contents(value)
-            return lambda: [bus.write(offset, byte) for byte in data]
+            return partial(_write, bus, offset, data)
     raise _nothing_called(target, targets(controller))
+
+
+def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
+    for byte in data:
+        bus.write(offset, byte)
 
 
 def _register(value: str) -> tuple[int, int]:

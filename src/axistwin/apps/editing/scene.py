@@ -12,7 +12,7 @@ from typing import Any
 
 from axistwin.apps.editing.answers import Hover, Item, Symbol
 from axistwin.apps.editing.talk import terminals
-from axistwin.apps.scenes.tables import SceneFile
+from axistwin.apps.scenes.tables import SERVO_SCHEMA, SceneFile, has_servo
 from axistwin.bench import FAMILIES, product
 
 _HEADER = re.compile(r"\s*(?P<brackets>\[\[?)\s*(?P<path>[\w.\"'-]*)")
@@ -119,6 +119,8 @@ def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
     if path == ["controller", "axes"] and model:
         return {axis: {"description": "axis"} for axis in product(model).axes}
     node: dict[str, Any] = schema
+    if path[:2] == ["controller", "axes"] and has_servo(model):
+        node, path = SERVO_SCHEMA, path[3:]
     for part in path:
         node = _inside(schema, node, part)
     properties: dict[str, dict[str, Any]] = _plain(schema, node).get("properties", {})

@@ -18,6 +18,7 @@ from axistwin.apps.panel.views.machines import machines
 from axistwin.apps.panel.views.people import people
 from axistwin.apps.panel.views.pins import pins
 from axistwin.apps.panel.views.program import program
+from axistwin.apps.panel.views.scope import scope
 from axistwin.apps.panel.views.tabs import Kinds, tabs
 from axistwin.apps.panel.views.terminal import terminal
 
@@ -58,9 +59,11 @@ def _body(look: Look) -> Iterator[Refresh]:
             with ui.card().classes("machine").props(f'data-test="machine {name}"'):
                 ui.label(name).classes("machine-name")
                 yield terminal(look, name)
-        with ui.card().classes("machine"):
-            ui.label("Faults").classes("title")
-            yield faults(look)
+        with ui.element("div").classes("beside" if len(look.bench.controllers) == 1 else "beside wide"):
+            yield scope(look)
+            with ui.card().classes("machine"):
+                ui.label("Faults").classes("machine-name")
+                yield faults(look)
 
 
 def _machine(look: Look, name: str) -> Iterator[Refresh]:

@@ -43,12 +43,16 @@ def comes_back(name: str, leads_to: Mapping[str, str | None]) -> bool:
 
 
 class Builder:
-    """One bench in the making.  `served`: hosts come from outside where there are ports for them."""
+    """One bench in the making.
 
-    def __init__(self, contents: SceneFile, source: Source, served: bool) -> None:
-        self.contents, self.source, self.served = contents, source, served
+    `served`: hosts come from outside where there are ports for them.  `texts`: programs that have been read before, by
+    their names, so that each bench of a scene is the same.
+    """
+
+    def __init__(self, contents: SceneFile, source: Source, served: bool, texts: dict[str, str]) -> None:
+        self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()
-        self._load = hosting.loader(self.bench, lambda file: hosting.program_text(self._beside(Path(file))))
+        self._load = hosting.loader(self.bench, lambda file: self._text(str(self._beside(Path(file)))))
         self._hands = Hands(self.bench, self._load)
 
     def build(self) -> Bench:
@@ -101,7 +105,8 @@ class Builder:
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
         with self.source.blaming(*path):
             stored.check_motor(motor)
-            stored.store(stored.load_source(self._beside(program)), str(program), motor)
+            source = stored.as_sent(self._text(str(self._beside(program))))
+            stored.store(source, str(program), motor)
 
     # What connects them
 
@@ -238,7 +243,7 @@ class Builder:
                     do()
 
         clock.background += 1
-        clock.after_all(at_ns, happen)
+        clock.after_all(at_ns, happen, rank=hosting.SCRIPT)
         self.bench.agenda_ns = max(self.bench.agenda_ns, at_ns)
 
     def _act(self, table: ScriptTable, text: str) -> Callable[[], object]:
@@ -265,7 +270,7 @@ class Builder:
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
             with self.source.blaming(*path):
-                hosting.prepared(self.bench, name, self._beside(file), self._load)()
+                hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._load)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
         """Those that live here: where the file says so, whom they talk to, and what."""
@@ -277,6 +282,12 @@ class Builder:
             if not (self.served and line.ports):
                 for which, file in enumerate(line.host):
                     yield (*place, "host", which), name, file
+
+    def _text(self, file: str) -> str:
+        """Of a program."""
+        if file not in self.texts:
+            self.texts[file] = hosting.program_text(Path(file))
+        return self.texts[file]
 
     def _beside(self, path: Path) -> Path:
         """As seen from the scene file."""

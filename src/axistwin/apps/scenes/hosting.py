@@ -12,7 +12,7 @@ from pathlib import Path
 
 from axistwin.apps.conversations import partners, stored
 from axistwin.apps.conversations.conversation import Act, Conversation, Do, Hear, Say, Wait, load_text, parse
-from axistwin.apps.conversations.hands import Hands, Load
+from axistwin.apps.conversations.hands import Hands, Load, no_programs
 from axistwin.apps.conversations.host import Host, host_of
 from axistwin.apps.conversations.machine import FAULT_ACTS, action
 from axistwin.apps.conversations.operator import command_strings
@@ -29,26 +29,25 @@ LOOK_NS = 20 * MS
 TALK, STORED = ".talk", ".sms"
 KINDS = {".if1": "digiplan", ".181x": "compumotor"}
 """What is sent to whom."""
+HOST, SCRIPT = 0, 1
+"""Ranks of those who do something when all else has happened that is due: first hosts, then people at the machine."""
+OUTSIDE = "outside"
+"""`; host: outside` in a conversation: its host was none of the scene's; what it did comes after what they do then."""
 Start = Callable[[], Process]
 """Lets a host begin."""
 
 
-def prepared(bench: Bench, name: str, path: Path, load: Load | None = None) -> Start:
-    """A host that sends this file to whoever is reached by this name.  `load`: where its programs come from.
+def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], load: Load = no_programs) -> Start:
+    """A host that sends this file to whoever is reached by this name.
 
-    Raises ProgramError or UsageError if it cannot.
+    `read`: finds the text of a file.  `load`: where a conversation's programs come from.  Raises ProgramError or
+    UsageError if it cannot.
     """
-    _check(bench, name, str(path))
-    return with_text(bench, name, str(path), load_text(path), load)
-
-
-def with_text(bench: Bench, name: str, file: str, text: str, load: Load | None = None) -> Start:
-    """The same with the text that is in the file."""
-    suffix, clock = Path(file).suffix.lower(), bench.clock
+    suffix, clock = _kind(bench, name, file), bench.clock
+    text = read(file)
     if suffix == TALK:
-        talker = _Talker(bench, name, _conversation(bench, name, file, text), load or loader(bench, _beside(file)))
+        talker = _Talker(bench, name, _conversation(bench, name, file, text), load)
         return lambda: clock.process(talker.converse())
-    _check(bench, name, file)
     controller = bench[name]
     if KINDS[suffix] == "digiplan":
         typist = _Host(clock, controller, command_lines(text, file), file)
@@ -58,13 +57,14 @@ def with_text(bench: Bench, name: str, file: str, text: str, load: Load | None =
     return lambda: clock.process(operator.send_commands())
 
 
-def _check(bench: Bench, name: str, file: str) -> None:
-    """Whether such a host can talk to whoever is called so.  Raises UsageError."""
+def _kind(bench: Bench, name: str, file: str) -> str:
+    """The suffix of what a host sends.  Raises UsageError if it cannot be sent to whoever is called so."""
     suffix = Path(file).suffix.lower()
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} is nothing that a host sends by itself: give .if1, .181x or a conversation .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
         raise UsageError(f"{file} is not for {name}, which is a {bench[name].product.model}")
+    return suffix
 
 
 def loader(bench: Bench, read: Callable[[str], str]) -> Load:
@@ -84,7 +84,7 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             raise UsageError(
                 f"{file} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
             )
-        return partial(_send, controller, with_text(bench, name, file, read(file)), there)
+        return partial(_send, controller, prepared(bench, name, file, read), there)
 
     return load
 
@@ -96,11 +96,6 @@ def _send(controller: Controller, start: Start, there: dict[str, Process]) -> No
         controller.serial.drop_pending()
     controller.power_cycle()
     there[controller.name] = start()
-
-
-def _beside(file: str) -> Callable[[str], str]:
-    """Programs stand beside the file that names them."""
-    return lambda name: program_text(Path(file).parent / name)
 
 
 def program_text(path: Path) -> str:
@@ -125,6 +120,7 @@ class _Talker:
         self.bench, self.name, self.conversation = bench, name, conversation
         self._hands = Hands(bench, load)
         self._patience_ns = to_ns(float(conversation.headers.get("patience", PATIENCE_S)))
+        self._rank = SCRIPT if conversation.headers.get("host") == OUTSIDE else HOST
         self._heard: dict[str, bytearray] = {}
         self._waiting: Event | None = None
         self._acts = [(act, self._prepared(act)) for act in conversation.acts]
@@ -200,7 +196,7 @@ class _Talker:
 
     def _when_all_is_done(self, time_ns: int) -> Event:
         event = self.bench.clock.event()
-        self.bench.clock.after_all(time_ns, event.succeed)
+        self.bench.clock.after_all(time_ns, event.succeed, rank=self._rank)
         return event
 
     def _hear(self, act: Hear) -> Procedure:

@@ -32,7 +32,7 @@ All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `S
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.apps.scenes.addresses import check_ports
 from axistwin.apps.scenes.build import Builder, comes_back
@@ -40,12 +40,16 @@ from axistwin.apps.scenes.source import Given, Source
 from axistwin.apps.scenes.tables import SceneFile, shared_lines
 from axistwin.bench import Bench
 
+if TYPE_CHECKING:
+    from axistwin.apps.scenes.copying import Copy
+
 
 class Scene:
     """A scene that has been read and checked.  `build` puts it on a bench."""
 
     def __init__(self, contents: SceneFile, source: Source) -> None:
         self._contents, self._source = contents, source
+        self._texts: dict[str, str] = {}
         self._check_names()
         check_ports(contents, source)
         self._check_wires()
@@ -81,11 +85,15 @@ class Scene:
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     def build(self, *, served: bool = False) -> Bench:
-        """A new bench with everything on it; the controllers have just been switched on.
+        """A new bench with everything on it, the same each time; the controllers have just been switched on.
 
         `served`: hosts come from outside to controllers with ports, so that their `host` stays away.
         """
-        return Builder(self._contents, self._source, served).build()
+        return Builder(self._contents, self._source, served, self._texts).build()
+
+    def copied(self, copy: "Copy", served: bool, note: str) -> str:
+        """Its text, with the hosts and the script that `copy` has; the files it needs are put there, too."""
+        return copy.of_scene(self._contents, self._source, served, note)
 
     # What a table by itself cannot tell
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,6 +26,7 @@ from axistwin.faults.kinds import KINDS
 from axistwin.faults.table import Parameter, Sort
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData
+from axistwin.plant.servo import SERVO_MOTORS, WHOLE, ServoLoad, ServoMotor
 from axistwin.plant.torque import Load, StepperMotor
 
 
@@ -80,8 +82,33 @@ _ONE_OR_MORE = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type"
 _listed = BeforeValidator(lambda given: [given] if isinstance(given, str) else given)
 Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]
 """One file, or several."""
-ServoTable = dict[str, Any]
-"""The axis of a servo motor: limits = [minus, plus], motor = "frame23" or a data sheet's values, load = { … }."""
+
+
+def _values(made: type[Any], **more: Any) -> dict[str, Any]:
+    """The JSON Schema of a data sheet's values, by name; which may be is said when the axis is built."""
+    numbers = {each.name: {"type": "integer" if each.name in WHOLE else "number"} for each in fields(made)}
+    return {"type": "object", "properties": {**more, **numbers}, "additionalProperties": False}
+
+
+_SHEETS = {"enum": list(SERVO_MOTORS), "description": "A data sheet, of which the values beside it are changed."}
+SERVO_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "description": "The axis of a servo motor.",
+    "properties": {
+        "limits": {
+            "type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2,
+            "description": "Positions, in encoder counts, beyond which the minus and the plus limit switch open.",
+        },
+        "motor": {
+            "anyOf": [_values(ServoMotor, model=_SHEETS), {"enum": list(SERVO_MOTORS)}],
+            "description": "Its data sheet, by name or by values; without it the shaft does exactly what it is told.",
+        },
+        "load": {**_values(ServoLoad), "description": "What hangs on the shaft."},
+    },
+    "additionalProperties": False,
+}  # fmt: skip
+ServoTable = Annotated[dict[str, Any], WithJsonSchema(SERVO_SCHEMA)]
+"""The axis of a servo motor."""
 _STEPPERS = TypeAdapter(dict[str, AxisTable])
 _SERVOS = TypeAdapter(dict[str, ServoTable])
 
@@ -120,7 +147,7 @@ class ControllerTable(Table):
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         """What may stand in an axis depends on the kind of motor.  A servo's values are looked at when it is built."""
-        adapter = _SERVOS if _has_servo(info.data.get("model")) else _STEPPERS
+        adapter = _SERVOS if has_servo(info.data.get("model")) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
@@ -129,7 +156,8 @@ class ControllerTable(Table):
         return self.name or self.model.lower()
 
 
-def _has_servo(model: str | None) -> bool:
+def has_servo(model: str | None) -> bool:
+    """Whether its axes are those of servo motors."""
     return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
 
 

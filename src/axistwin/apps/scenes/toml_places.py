@@ -34,6 +34,14 @@ def places(text: str) -> dict[Path, Place]:
     return dict(reversed([*_Scanner(text).scan()]))
 
 
+def spans(text: str) -> dict[Path, tuple[int, int]]:
+    """Where the header of each table and the value of each key begins in the text, and where it ends."""
+    scanner = _Scanner(text)
+    for _ in scanner.scan():
+        pass
+    return scanner.spans
+
+
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
     """The place of this path, or of the nearest thing around it."""
     while path and path not in known:
@@ -44,6 +52,7 @@ def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
 class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
+        self.spans: dict[Path, tuple[int, int]] = {}
         self.tables: dict[Path, int] = {}  # how many of each [[table]] have been seen
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
@@ -53,6 +62,7 @@ class _Scanner:
             begin, self.at = self.at, found.end()
             if found["tables"]:
                 table = self._next_of(self._absolute(_split(found["listed"])))
+                self.spans.setdefault(table, found.span())
                 yield table, self._place(begin)
             elif found["table"]:
                 table = self._absolute(_split(found["named"]))
@@ -64,7 +74,9 @@ class _Scanner:
         path = (*table, *_split(keys))
         for length in range(len(table) + 1, len(path) + 1):
             yield path[:length], self._place(begin)
+        value_at = self.at
         yield from self._value(path)
+        self.spans.setdefault(path, (value_at, self.at))
 
     def _value(self, path: Path) -> Iterator[tuple[Path, Place]]:
         match self.text[self.at : self.at + 1]:

@@ -35,3 +35,20 @@ def toml_value(value: Any) -> str:
         case list() | tuple():
             return f"[{', '.join(map(toml_value, value))}]"
     raise UsageError(f"{value!r} cannot stand in a scene: give text, numbers, lists and dicts")
+
+
+def table_text(key: str, table: Mapping[str, Any]) -> str:
+    """One [[table]] of a list of them, a line for each key."""
+    lines = "".join(f"{name} = {toml_value(value)}\n" for name, value in table.items() if value is not None)
+    return f"[[{key}]]\n{lines}"
+
+
+def tables(data: Mapping[str, Any]) -> str:
+    """A document of keys and lists of tables, as people write it."""
+    parts = [f"{key} = {toml_value(value)}\n" for key, value in data.items() if not _lists_tables(value)]
+    parts += [f"\n{table_text(key, each)}" for key, value in data.items() if _lists_tables(value) for each in value]
+    return "".join(parts).lstrip()
+
+
+def _lists_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(each, Mapping) for each in value)

@@ -1,9 +1,9 @@
 """A bench in people's hands: run, paused, stepped, spoken to, and run again up to any moment.
 
 Everything that comes from outside goes through a session, which keeps it with its time; what the bench itself does
-(hosts of the scene, its script, planned faults) it does again when it is run again.  So who goes back in time gets a new
-bench, on which the same happens up to then; going on, the rest of what has been recorded happens again, and hosts at
-the ports wait for it, until somebody does something else: that is where another future begins.
+(hosts of the scene, its script, planned faults) it does again when it is run again.  So who goes back in time gets a
+new bench, on which the same happens up to then; going on, the rest of what has been recorded happens again, and hosts
+at the ports wait for it, until somebody does something else: that is where another future begins.
 """
 
 import asyncio
@@ -313,4 +313,5 @@ class Session:
     def save(self) -> dict[str, str]:
         """A scene that repeats all that has been recorded, by `axistwin run`: the texts of its files, by name."""
         outside = self._outside
-        return saving.files(self._scene, self._served, self.bench, outside.journal, outside.texts)
+        recorded = self._recorded
+        return saving.files(self._scene, self._served, self.bench, outside.journal, outside.texts, recorded)

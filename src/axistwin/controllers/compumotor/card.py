@@ -20,7 +20,7 @@ from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
-from axistwin.sim.progress import LineWatcher, Progress
+from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.registers import RegisterPort
 
 PULLED_UP = (
@@ -96,9 +96,9 @@ class Card:
         """The sequence buffers; without power there are none."""
         return {} if self._board is None else listings(self._commands, self._board)
 
-    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each command of a sequence when the processor turns to it."""
-        return self._progress.watch(watcher)
+        return self._progress.watch(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait.

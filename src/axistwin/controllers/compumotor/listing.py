@@ -4,10 +4,10 @@ What is in the streaming buffer is not listed: no command of the manual tells it
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
-from axistwin.controllers.compumotor.sequence import Stored
 from axistwin.controllers.compumotor.words import Words
 from axistwin.controllers.product import Listing
 
@@ -16,11 +16,11 @@ SEQUENCES = tuple(f"sequence {number}" for number in range(1, 16))
 
 def listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
     """Each sequence that has a definition, 1 to 15; also the one that is being defined."""
-    words, performed = Words(commands), board.sequencer.number if board.sequencer.running else 0
+    performed = board.sequencer.number if board.sequencer.running else 0
     found = {}
     for number in board.sequences:
         name, defined = name_of(number), number == board.sequences.defining
-        lines = tuple(_line(words, stored) for stored in board.sequences[number] or ())
+        lines = tuple(_line(commands, stored.string) for stored in board.sequences[number] or ())
         running = board.sequencer.at if number == performed else None
         found[name] = Listing(f"{name}, being defined" if defined else name, lines, running)
     return found
@@ -31,5 +31,6 @@ def name_of(number: int) -> str:
     return SEQUENCES[number - 1]
 
 
-def _line(words: Words, stored: Stored) -> str:
-    return f"{stored.string.hex(' ').upper()} ; {words.explain(stored.string)}"
+@lru_cache(maxsize=1024)
+def _line(commands: CommandSet, string: bytes) -> str:
+    return f"{string.hex(' ').upper()} ; {Words(commands).explain(string)}"

@@ -19,7 +19,7 @@ from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
-from axistwin.sim.progress import LineWatcher, Progress
+from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.serial import Uart
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
@@ -89,9 +89,9 @@ class Card:
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
-    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each step when it begins."""
-        return self._progress.watch(watcher)
+        return self._progress.watch(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """Faults and status, named after the commands that report them; K without what follows from the motion.

@@ -23,7 +23,7 @@ from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.sim.progress import LineWatcher
+from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.serial import Uart
 
 
@@ -72,9 +72,9 @@ class SmartMotor:
         """The one program in the memory, also without power."""
         return self._lines.listings()
 
-    def watch_lines(self, watcher: LineWatcher) -> Callable[[], None]:
-        """Tell of each line when it begins.  Until that ends, blocks end at each statement, with the same results."""
-        return self._lines.progress.watch(watcher)
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Tell of each line when it begins.  Meanwhile it is computed from one to the next, with the same results."""
+        return self._lines.progress.watch(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""

@@ -4,11 +4,12 @@ The motor keeps the text as its lines were loaded, without comments and needless
 one line, each statement is listed as a line of its own.  A line runs from the sample in which a statement of it begins
 until that of another line does: so WAIT, TWAIT and whatever else takes time run as long as they hold the program.
 
-While somebody watches, the program in the memory is another one, which does the same and announces each statement
-before it is carried out (`Program.announces`); so whoever does not watch pays nothing.
+While somebody watches, the program in the memory is another one, which does the same and announces statements before
+they are carried out (`Program.announces`); so whoever does not watch pays nothing.  For a line with one statement,
+that one is enough; whether a line with several begins or goes on is known only if all statements are announced.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,11 @@ LINE = "line"
 """The register that tells the line that is being carried out, counted from 1; 0 while no program runs."""
 
 
+def lines_of(text: str) -> tuple[str, ...]:
+    """The lines of a text as the motor keeps it, each ended by LF."""
+    return tuple(text.removesuffix("\n").split("\n")) if text else ()
+
+
 @dataclass(frozen=True)
 class Rows:
     """The lines of a program, the index of the line of each statement, and lines that take no time."""
@@ -37,12 +43,20 @@ class Rows:
     @classmethod
     def of_program(cls, program: Program) -> "Rows":
         """As they stand in the memory, or a statement a line if it has one line only."""
-        lines = tuple(program.text.split("\n")[:-1])
+        lines = lines_of(program.text)
         of = tuple(place.line - 1 for place in program.places)
         if len(lines) == 1:
             lines, of = tuple(statement.text for statement in program.statements), tuple(range(len(of)))
         numbers = {program.number_at(head) for head in program.heads} - {len(of)}
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
+
+    def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
+        """What is to be announced so that the beginning of these lines is known; None: of all."""
+        every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
+        found = [[number for number in every if self.of[number] == row] for row in rows or ()]
+        if rows is None or any(len(numbers) > 1 for numbers in found):
+            return every
+        return frozenset(number for numbers in found for number in numbers)
 
     def row(self, number: int) -> int | None:
         """The line of a statement; None: it is the end of the program."""
@@ -61,25 +75,22 @@ class Lines:
     def connect(self, motor: "Motor") -> None:
         """This processor has its power on now; its program is not running yet."""
         self._motor = motor
-        motor.on_statement = self._begins
-        self._attend(self.progress.watched)
+        motor.on_program, motor.on_statement = self._announcing, self._begins
+        self._attend()
 
     def listings(self) -> Mapping[str, Listing]:
         """The program; also without power, when nothing of it runs."""
         motor = self._motor
         assert motor is not None, "it has been switched on once"
         if motor.nonvolatile.broken:
-            kept = tuple(motor.nonvolatile.program.split("\n")[:-1])
+            kept = lines_of(motor.nonvolatile.program)
             return {PROGRAM_NAME: Listing("stored program, not valid: flag Bk", kept)}
         rows, locked = self.rows(), ", locked" if motor.nonvolatile.locked else ""
         return {PROGRAM_NAME: Listing(f"stored program{locked}", rows.lines, self._running(), rows.silent)}
 
     def rows(self) -> Rows:
         """The lines of the program as it is now."""
-        program = self._motor.program if self._motor is not None else None
-        if program is not None and program is not self._listed:
-            self._listed, self._rows = program, Rows.of_program(program)
-        return self._rows
+        return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
         """A follower who is told lines, counted from 1, where the processor knows of statements only."""
@@ -98,6 +109,11 @@ class Lines:
         row = self.rows().row(statement - 1) if statement else None
         return 0 if row is None else row + 1
 
+    def _rows_of(self, program: Program) -> Rows:
+        if program is not self._listed:
+            self._listed, self._rows = program, Rows.of_program(program)
+        return self._rows
+
     def _running(self) -> int | None:
         motor = self._motor
         assert motor is not None
@@ -109,23 +125,30 @@ class Lines:
         """A statement begins: so does its line, unless it goes on in the line of the one before."""
         motor = self._motor
         assert motor is not None
-        of, before = self.rows().of, motor.statement_before
-        motor.statement_before = number
-        if before == NOTHING_YET or of[before] != of[number] or number <= before:
-            self.progress.tell(PROGRAM_NAME, of[number])
+        before, motor.statement_before = motor.statement_before, number
+        index = self.rows().of[number]
+        if before == NOTHING_YET or number <= before or self.rows().row(before) != index:
+            self.progress.tell(PROGRAM_NAME, index)
 
-    def _attend(self, watched: bool) -> None:
+    def _attend(self) -> None:
         if self._motor is not None:
-            announce(self._motor, watched)
+            change(self._motor, self._announcing(self._motor.program))
+
+    def _announcing(self, program: Program) -> Program:
+        """The same program, which announces what is wanted."""
+        wanted = self.progress.wanted
+        if wanted is not None and not wanted:
+            return program.announcing(frozenset())
+        rows = None if wanted is None else [index for _, index in wanted]
+        return program.announcing(self._rows_of(program).statements(rows))
 
 
-def announce(motor: "Motor", on: bool) -> None:
-    """From now on `motor.on_statement` is told of each statement, or no longer; nothing else changes."""
-    if motor.program.announces == on:
+def change(motor: "Motor", after: Program) -> None:
+    """The program is this one from now on, which is the same but for what it announces; it may be running."""
+    if after is motor.program:
         return
     motor.catch_up()
-    i, before, after = motor.i, motor.program, motor.program.announcing(on)
-    moved = _moved(before, after)
+    i, moved = motor.i, _moved(motor.program, after)
     i[PC] = moved.get(i[PC], 0)
     for at in range(RETURNS, RETURNS + i[DEPTH]):
         i[at] = moved.get(i[at] >> 2, i[at] >> 2) << 2 | i[at] & 3

@@ -167,8 +167,10 @@ class Motor:
         """Whether a movement has been refused because of a fault."""
         self.on_fault: Callable[[str], None] = lambda name: None
         """Told of each fault of table 4.1 when it happens, by the name of its flag."""
+        self.on_program: Callable[[Program], Program] = lambda program: program
+        """Asked which statements a program is to announce, when it comes into the memory."""
         self.on_statement: Callable[[int], None] = lambda number: None
-        """Told of each statement before it is carried out, while the program announces them."""
+        """Told of such a statement before it is carried out."""
         self.statement_before = NOTHING_YET
         """The one that it was told of last, since the program was started."""
         self._asking: Channel | None = None
@@ -256,7 +258,7 @@ class Motor:
     def set_program(self, program: Program) -> None:
         """Another program is in the memory; the one that was running has ended."""
         flow.end(self)
-        self.use(program.announcing(self.program.announces))
+        self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
         """The program is this one from now on; if it is running, its place in it is known."""

@@ -61,11 +61,11 @@ class Program:
     """Where in the code each statement begins."""
     heads: tuple[int, ...] = ()
     """Where in the code there is an operation that takes a sample, or its announcement; in the order of the code."""
-    announces: bool = False
-    """Whether Python is told of each statement before it is carried out, by a FETCH of nothing."""
+    announces: frozenset[int] = frozenset()
+    """The statements of which Python is told before they are carried out, by a FETCH of nothing."""
 
     @classmethod
-    def compile(cls, text: str | bytes, *, announces: bool = False) -> "Program":
+    def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
         """A program from its source text.  Never fails: what cannot be understood sets Bs when it is reached."""
         source = text if isinstance(text, str) else text.decode("latin-1")
         lines = lexer.line_begins(source)
@@ -77,9 +77,9 @@ class Program:
         heads = tuple(writer.heads)
         return cls(source, code, tuple(statements), writer.labels, places, begins, heads, announces)
 
-    def announcing(self, on: bool) -> "Program":
-        """The same program that tells of each statement, or does not; the same things stand at its `heads`."""
-        return self if on == self.announces else self.compile(self.text, announces=on)
+    def announcing(self, numbers: frozenset[int]) -> "Program":
+        """The same program that tells of these statements; the same things stand at its `heads`, one by one."""
+        return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
         """The statement of which this head is one; behind the last one: their number."""
@@ -192,7 +192,9 @@ class _Matcher:
 class _Writer:
     """Writes the code.  Where a jump goes is put in when everything else is there."""
 
-    def __init__(self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: bool) -> None:
+    def __init__(
+        self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: frozenset[int]
+    ) -> None:
         self.statements, self.blocks, self._announces = statements, blocks, announces
         self.labels: dict[int, int] = {}
         self.begins: list[int] = []
@@ -224,7 +226,7 @@ class _Writer:
     def _head(self, operation: int, number: int) -> int:
         """Begin a statement, for the time being with itself as its target.  Returns the place of the target."""
         self.heads.append(len(self._code))
-        if self._announces and number < len(self.statements) and not self._within(number):
+        if number in self._announces and not self._within(number):
             self._code += (ops.S_FETCH, ~number, len(self._code) + ops.HEAD)
         self._last = operation, number
         self._code += (operation, number, len(self._code))

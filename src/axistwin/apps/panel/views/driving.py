@@ -47,7 +47,7 @@ def _run(look: Look) -> Refresh:
     button = ui.button(on_click=lambda: _toggle(look)).props("dense").classes("run").mark("run")
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
-        step.props("dense outline no-caps").mark(f"step {kind}").tooltip(f"on to where {what}")
+        step.props("dense outline no-caps color=white").mark(f"step {kind}").tooltip(f"on to where {what}")
     ui.keyboard(lambda event: _key(look, event))
 
     def refresh() -> None:
@@ -175,7 +175,7 @@ def _timeline(look: Look) -> Refresh:
     slider.on("change", lambda event: _go_to(look, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(look, box.value))
     forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
-    forget.props("dense outline no-caps").mark("forget").tooltip("the rest of what was recorded is forgotten")
+    forget.props("dense outline no-caps color=white").mark("forget").tooltip("the rest of what was recorded is forgotten")
     frame = 0
 
     def refresh() -> None:
@@ -214,13 +214,13 @@ def _until(look: Look) -> Refresh:
     box.classes("sentence").mark("until").tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
     box.on("keydown.enter", lambda: look.touch(lambda: look.session.run_until(box.value.strip())))
     ui.button("Until", on_click=lambda: look.touch(lambda: look.session.run_until(box.value.strip()))).props(
-        "dense outline no-caps"
+        "dense outline no-caps color=white"
     ).mark("run until")
     return lambda: None
 
 
 def _breaks(look: Look) -> Refresh:
-    button = ui.button("Breaks", icon="pan_tool").props("dense outline no-caps").mark("breaks")
+    button = ui.button("Breaks", icon="pan_tool").props("dense outline no-caps color=white").mark("breaks")
     with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
         box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new break")
         box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
@@ -260,7 +260,7 @@ def _remove(look: Look, each: Break) -> Callable[[], object]:
 
 
 def _save(look: Look) -> None:
-    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps").mark(
+    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps color=white").mark(
         "save"
     ).tooltip("the session as a scene that repeats it, with what the hosts said")
 
@@ -281,5 +281,5 @@ def _help(look: Look) -> None:  # noqa: ARG001
                 ui.label(key).classes("key")
                 ui.label(what)
         ui.button("Close", on_click=dialog.close)
-    ui.button("?", on_click=dialog.open).props('dense flat aria-label="help"').mark("help")
+    ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').mark("help")
     ui.keyboard(lambda event: dialog.open() if event.action.keydown and event.key.name == "?" else None)

@@ -33,7 +33,7 @@ class Key(TextElement):
 
     def __init__(self, text: str, name: str, press: Callable[[], object]) -> None:
         super().__init__(tag="button", text=text)
-        self.classes("key")
+        self.classes("press")
         self.props.update({"type": "button", "aria-label": name, "aria-pressed": "false"})
         self.on("click", lambda: press(), [])
 

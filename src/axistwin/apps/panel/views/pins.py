@@ -72,12 +72,22 @@ def _terminal(look: Look, name: str, names: list[str]) -> Refresh:
         word = _decides(pin)
         if why.text != word:
             why.text = word
+        now = _pressed(pin)
         for level, key in keys.items():
-            key.show(pin.driven and LEVELS[level] is pin.level if level in LEVELS else not pin.driven)
+            key.show(level == now)
         if volts is not None and isinstance(pin, UserPin):
             volts(pin)
 
     return refresh
+
+
+def _pressed(pin: Pin) -> str:
+    """Which of its keys is pressed; none while it is driven to a voltage between."""
+    if not pin.driven:
+        return "release"
+    if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
+        return ""
+    return "high" if pin.level else "low"
 
 
 def _decides(pin: Pin) -> str:

@@ -1,0 +1,149 @@
+"""What it costs that somebody looks: one of each family at work, and its oscilloscope with 8 signals in a browser.
+
+At real time: how many blocks of the pacing come too late.  As fast as it goes: how much of its speed is left.  The
+browser is Debian's Chromium, headless, on the same machine; where there is none, a bare websocket client that answers
+each frame at once.
+"""
+
+import asyncio
+import contextlib
+import re
+import shutil
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import tracing
+
+from axistwin.apps.panel.views import scope
+from axistwin.apps.panel.web import Web
+from axistwin.apps.sessions.session import Session
+
+SIGNALS = (
+    "if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.host_says", "1811.motor.pulses", "1811.motor.velocity",
+    "motor.shaft.position", "motor.shaft.commanded",
+)  # fmt: skip
+CHROMIUM = shutil.which("chromium") if find_spec("playwright") else None
+FLAGS = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+FRAMES = 20
+SIZE = {"width": 1280, "height": 1000}
+PACED_S, FAST_S, RUNS = 20.0, 4.0, 3
+GOAL_LATE, GOAL_SPEED = 0.01, 0.5
+
+
+def main() -> None:
+    """Print the ratios."""
+    asyncio.run(_measured())
+
+
+async def _measured() -> None:
+    alone = [await _speed(at_work()) for _ in range(RUNS)]
+    session = at_work()
+    web = Web(session, "benchmark")
+    address = await web.open("127.0.0.1", 0)
+    scope.first_choice = lambda _: list(SIGNALS)
+    with looking(address) as who:
+        looks = scope.scopes(session)
+        await _until_seen(looks)
+        late, blocks, frames = await _paced(session, looks)
+        print(f"real time, {who}, {len(SIGNALS)} signals at {frames:.1f} frames/s (goal about {FRAMES}): ", end="")
+        print(f"{late / blocks:.2%} of {blocks} blocks late (goal < {GOAL_LATE:.0%})")
+        looked_at = [await _speed(session) for _ in range(RUNS)]
+        ratio = max(looked_at) / max(alone)
+        print(f"as fast as it goes, {who}: {ratio:.2f} of {max(alone):.0f} times real time (goal >= {GOAL_SPEED:g})")
+    await web.close()
+
+
+def at_work() -> Session:
+    """One of each family, moving for as long as one likes."""
+    return Session(lambda: tracing.at_work()[0])
+
+
+@contextlib.contextmanager
+def looking(address: str) -> Iterator[str]:
+    """Somebody looks, in a process of his own; what he is."""
+    who = "Chromium" if CHROMIUM else "bare websocket client"
+    with subprocess.Popen([sys.executable, __file__, address]) as process:
+        try:
+            yield who
+        finally:
+            process.terminate()
+
+
+def look(address: str) -> None:
+    """Look on until the end."""
+    if CHROMIUM is None:
+        asyncio.run(_answer_frames(address))
+        return
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as play:
+        page = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS).new_page(viewport=SIZE)
+        page.goto(address)
+        page.wait_for_timeout(1e9)
+
+
+async def _answer_frames(address: str) -> None:
+    """As a page whose browser draws in no time at all."""
+    import socketio
+
+    with urllib.request.urlopen(address) as answer:
+        found = re.search(r'"?client_id"?: ?"([^"]+)"', answer.read().decode())
+    assert found is not None
+    who = found[1]
+    client = socketio.AsyncClient()
+
+    @client.on("run_javascript")
+    async def run(message: dict[str, str]) -> None:
+        if message.get("request_id"):
+            answer = {"client_id": who, "request_id": message["request_id"], "result": None}
+            await client.emit("javascript_response", answer)
+
+    query = f"client_id={who}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
+    await client.connect(f"{address}?{query}", socketio_path="/_nicegui_ws/socket.io", transports=["websocket"])
+    await client.wait()
+
+
+async def _speed(session: Session) -> float:
+    """Virtual by wall-clock seconds."""
+    session.speed = None
+    session.run()
+    before_s, began = session.seconds, perf_counter()
+    await asyncio.sleep(FAST_S)
+    took = perf_counter() - began
+    session.pause()
+    return (session.seconds - before_s) / took
+
+
+async def _paced(session: Session, looks: scope.Scopes) -> tuple[int, int, float]:
+    """Blocks that came too late, all blocks, and frames in a second."""
+    session.speed = 1.0
+    session.run()
+    await asyncio.sleep(2.0)
+    late, blocks, drawn = session.pacer.overruns, session.pacer.blocks, looks.drawn
+    await asyncio.sleep(PACED_S)
+    session.pause()
+    return session.pacer.overruns - late, session.pacer.blocks - blocks, (looks.drawn - drawn) / PACED_S
+
+
+async def _until_seen(looks: scope.Scopes) -> None:
+    while not looks.drawn:
+        await asyncio.sleep(0.05)
+    await asyncio.sleep(2.0)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 2:
+        look(sys.argv[1])
+    else:
+        main()

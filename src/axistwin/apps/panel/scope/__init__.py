@@ -1,0 +1,1 @@
+"""The oscilloscope without its page: what is recorded, how it is seen, measured and saved."""

@@ -1,0 +1,168 @@
+// The oscilloscope's screen: draws what the server sends, and tells it what is done with wheel, fingers and keys.
+window.axistwinScope = (() => {
+  const FULL = 65535, TOP = 65534, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
+  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B07A00", "#3A8FBF"], DASHES = ["solid", "dashed", "dotted"];
+  const INK = "#1c2430", RULE = "#d5dae1", CURSORS = ["#2457c5", "#8a2be2"], TRIGGER = "#d0342c";
+  let last = null, shape = "", waiting = 0;
+
+  const tell = (what) => emitEvent("scope", what);
+
+  function pairs(text) {
+    const bytes = Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
+    return new Uint16Array(bytes.buffer);
+  }
+
+  function points(signal, frame, base, height) {
+    const data = pairs(signal.data), found = [], scale = (frame.to - frame.from) / FULL;
+    for (let n = 0; n < data.length; n += 2)
+      found.push([frame.from + data[n] * scale, data[n + 1] === FULL ? null : base + (height * data[n + 1]) / TOP]);
+    return found;
+  }
+
+  function lanes(frame) {
+    const count = frame.signals.length;
+    return frame.signals.map((_, n) => (frame.lanes ? [count - 1 - n + 0.08, 0.66] : [0.04 * count, 0.9 * count]));
+  }
+
+  function label(signal) {
+    return signal.low === "" ? signal.name : `${signal.name}   ${signal.low} … ${signal.high}`;
+  }
+
+  function series(frame) {
+    const places = lanes(frame), count = frame.signals.length, width = frame.to - frame.from;
+    const lines = frame.signals.map((signal, n) => ({ data: points(signal, frame, ...places[n]) }));
+    const names = frame.signals.map((signal, n) => ({
+      value: [frame.from, frame.lanes ? count - n - 0.14 : count * (1 - (n + 0.5) * 0.06)], name: label(signal),
+      label: { color: COLOURS[n % COLOURS.length] },
+    }));
+    const words = frame.signals.flatMap((signal, n) => signal.words.map(([at, text]) => (
+      { value: [frame.from + at * width, places[n][0] + places[n][1] / 2], name: text })));
+    const upright = (place) => (place === null ? [] : [[frame.from + place * width, 0], [frame.from + place * width, count]]);
+    return [...lines, { data: names }, { data: words }, ...frame.cursors.map((at) => ({ data: upright(at) })),
+      { data: upright(frame.trigger) }];
+  }
+
+  function looks(frame) {
+    const lines = frame.signals.map((_, n) => ({
+      type: "line", step: "end", showSymbol: false, silent: true, connectNulls: false,
+      lineStyle: { width: 1.4, color: COLOURS[n % COLOURS.length], type: frame.lanes ? "solid" : DASHES[Math.floor(n / 2) % 3] },
+    }));
+    const text = { type: "scatter", silent: true, symbol: "rect", clip: true };
+    const names = { ...text, symbolSize: 0.1, z: 5, label: { show: true, position: "right", distance: 2, formatter: "{b}",
+      fontSize: 11, fontWeight: 600, backgroundColor: "rgba(255,255,255,.8)", padding: [1, 3] } };
+    const words = { ...text, symbolSize: [2, 12], itemStyle: { color: INK }, z: 4, labelLayout: { hideOverlap: true },
+      label: { show: true, position: "right", distance: 2, formatter: "{b}", color: INK, fontSize: 11, fontFamily: "monospace",
+        width: 150, overflow: "truncate" } };
+    const upright = (name, color, type) => ({ type: "line", silent: true, symbol: "none", showSymbol: false, z: 6,
+      lineStyle: { color, type, width: 1.4 }, endLabel: { show: true, formatter: name, color, fontWeight: 700, distance: -14, offset: [14, 8] } });
+    return [...lines, names, words, upright("A", CURSORS[0], "solid"), upright("B", CURSORS[1], "dashed"), upright("T", TRIGGER, "dotted")];
+  }
+
+  function options(frame) {
+    return {
+      animation: false, grid: { left: LEFT, right: RIGHT, top: ABOVE, bottom: BELOW },
+      xAxis: { type: "value", nameLocation: "middle", nameGap: 24, axisLine: { lineStyle: { color: INK } },
+        axisLabel: { hideOverlap: true, showMinLabel: false, showMaxLabel: false }, splitLine: { lineStyle: { color: RULE } } },
+      yAxis: { type: "value", interval: 1, axisLabel: { show: false }, axisTick: { show: false },
+        splitLine: { show: frame.lanes, lineStyle: { color: RULE } } },
+      series: looks(frame),
+    };
+  }
+
+  function draw(id, frame) {
+    last = frame;
+    const chart = getElement(id)?.chart;
+    clearTimeout(waiting);
+    if (!chart) {
+      waiting = setTimeout(() => draw(id, last), 50);
+      return;
+    }
+    const now = JSON.stringify([id, frame.lanes, frame.signals.map((signal) => signal.name)]);
+    if (shape !== now) chart.setOption(options(frame), { notMerge: true });
+    shape = now;
+    chart.setOption({
+      xAxis: { min: frame.from, max: frame.to, name: frame.axis }, yAxis: { min: 0, max: Math.max(frame.signals.length, 1) },
+      series: series(frame),
+    });
+  }
+
+  // What is done with it
+
+  function attach(id) {
+    const plot = document.getElementById(`c${id}`);
+    if (!plot) {
+      setTimeout(() => attach(id), 50);
+      return;
+    }
+    const fingers = new Map();
+    let began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0;
+    const width = () => Math.max(plot.clientWidth - LEFT - RIGHT, 1);
+    const place = (event) => Math.min(Math.max((event.clientX - plot.getBoundingClientRect().left - LEFT) / width(), 0), 1);
+    const later = () => {  // once for each picture is enough
+      asked = asked || requestAnimationFrame(() => {
+        if (factor !== 1) tell({ do: "zoom", factor, place: at });
+        if (shift !== 0) tell({ do: held ? "drag" : "pan", which: held, part: shift, place: at });
+        [factor, shift, asked] = [1, 0, 0];
+      });
+    };
+    new ResizeObserver(() => tell({ do: "size", pixels: width() })).observe(plot);
+    new IntersectionObserver((seen) => tell({ do: "seen", seen: seen[seen.length - 1].isIntersecting }),
+      { rootMargin: "800px" }).observe(plot);
+
+    plot.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      at = place(event);
+      if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) shift += (event.deltaX || event.deltaY) / width();
+      else factor *= 1.0015 ** Math.max(-400, Math.min(400, event.deltaY * (event.deltaMode ? 30 : 1)));
+      later();
+    }, { passive: false });
+
+    plot.addEventListener("pointerdown", (event) => {
+      plot.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, event);
+      began = event.clientX;
+      moved = 0;
+      held = fingers.size > 1 ? "" : near(place(event));
+      apart = distance();
+    });
+    plot.addEventListener("pointermove", (event) => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return;
+      fingers.set(event.pointerId, event);
+      at = place(event);
+      if (fingers.size > 1) {
+        const now = distance();
+        factor *= now > 0 && apart > 0 ? apart / now : 1;
+        [apart, moved] = [now, CLICK + 1];
+        later();
+      } else if ((moved = Math.max(moved, Math.abs(event.clientX - began))) > CLICK) {
+        shift += (before.clientX - event.clientX) / width();
+        later();
+      }
+    });
+    const release = (event) => {
+      if (fingers.delete(event.pointerId) && event.type === "pointerup" && moved <= CLICK)
+        tell({ do: "click", place: place(event), other: event.shiftKey });
+      if (!fingers.size) setTimeout(() => { held = ""; }, 60);
+    };
+    plot.addEventListener("pointerup", release);
+    plot.addEventListener("pointercancel", release);
+    plot.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || !KEYS.has(event.key)) return;
+      event.preventDefault();
+      tell({ do: "key", key: event.key, shift: event.shiftKey, alt: event.altKey });
+    });
+
+    function distance() {
+      const [one, other] = [...fingers.values()];
+      return other ? Math.abs(one.clientX - other.clientX) : 0;
+    }
+    function near(where) {
+      const found = (last?.cursors ?? []).findIndex((cursor) => cursor !== null && Math.abs(cursor - where) * width() < NEAR);
+      return ["a", "b"][found] ?? "";
+    }
+  }
+  const KEYS = new Set(["+", "-", "=", "ArrowLeft", "ArrowRight", "a", "b", "A", "B", ",", ".", "<", ">", " ", "Home", "Escape", "l"]);
+
+  return { draw, attach };
+})();

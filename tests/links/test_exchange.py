@@ -1,0 +1,408 @@
+"""Another bench in the place of the one that was served: clients stay, wait while a run is repeated, and go on."""
+
+import logging
+
+import pytest
+
+from axistwin import Bench
+from axistwin.errors import UsageError
+from axistwin.links.pacing import Pacer
+from axistwin.links.plug import FULL, Plug
+from axistwin.links.server import Server
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.host_acts import HostAct
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import Flow, SerialPort
+from axistwin.sim.wirings import direct
+from axistwin.units import S
+
+from .serving import Served, ask, dial, initialise, receive
+from .test_bus import Host
+
+FAST = UartFormat(19200, 8, "N", 1)
+
+
+class Client:
+    """A client without a transport."""
+
+    def __init__(self, name="me", flow=None):
+        self.name, self.flow = name, flow
+        self.heard, self.reading = b"", True
+
+    def deliver(self, data, errors):
+        self.heard += data
+
+    def hung_up(self):
+        return False
+
+    def drop(self):
+        raise AssertionError("nobody wants to be rid of it")
+
+    def pause(self):
+        self.reading = False
+
+    def resume(self):
+        self.reading = True
+
+
+class Device:
+    """Something that talks, with control lines, on a line that takes no time; `port` is the host's end."""
+
+    def __init__(self):
+        self.clock = Clock()
+        self.uart = Uart(self.clock)
+        lines = Pin(self.clock, "dtr", True), Pin(self.clock, "rts", True)
+        self.port = SerialPort(self.clock, direct(self.uart, instant=True), *lines, line=UartFormat())
+
+
+class Place:
+    """A device with a plug, whose time is in the hands of the test, and a client."""
+
+    def __init__(self):
+        self.device = Device()
+        self.pacer = Pacer(self.device.clock)
+        self.plug = Plug("if1", self.port, self.pacer)
+        self.client = Client()
+
+    @property
+    def port(self):
+        return self.device.port
+
+    def run(self, seconds):
+        self.device.clock.run_to(round(seconds * S))
+
+    def again(self, seconds=0.0):
+        """Another device like this one takes its place, at this time."""
+        self.plug.deaf = True
+        self.device = Device()
+        self.run(seconds)
+        self.plug.exchange(self.port)
+        self.pacer.exchange(self.device.clock)
+
+    def hear_again(self):
+        self.plug.deaf = False
+        self.plug.make_up()
+
+    def told(self):
+        """From now on what is done from the host's side."""
+        acts = []
+        self.port.watch_host(acts.append)
+        return acts
+
+    def say(self, data):
+        """The controller says this."""
+        self.device.uart.send(data)
+        self.pacer.work()
+
+
+@pytest.fixture
+def place():
+    return Place()
+
+
+# A plug that is deaf
+
+
+def test_what_is_said_while_it_is_deaf_is_not_heard_and_what_was_said_before_is(place):
+    place.plug.connect(place.client)
+    place.say(b"a")
+    place.plug.deaf = True
+    place.say(b"b")
+    assert (place.client.heard, place.client.reading) == (b"a", False)
+    place.hear_again()
+    place.say(b"c")
+    assert (place.client.heard, place.client.reading) == (b"ac", True)
+
+
+def test_words_that_had_not_been_handed_over_are_when_it_falls_deaf(place):
+    place.plug.connect(place.client)
+    place.device.uart.send(b"a")
+    place.plug.deaf = True
+    assert place.client.heard == b"a"
+
+
+def test_another_client_is_refused_and_told_once_why(place, caplog):
+    place.plug.deaf = True
+    with caplog.at_level(logging.WARNING, "axistwin.links"):
+        assert not place.plug.connect(Client("first"))
+        assert not place.plug.connect(Client("second"))
+    assert [record.getMessage() for record in caplog.records] == ["if1: refused first, as the run is being repeated"]
+    place.hear_again()
+    assert place.plug.connect(Client("third"))
+    assert place.plug.who == "third"
+
+
+def test_nothing_is_done_when_a_client_goes_and_all_of_it_later(place):
+    place.plug.connect(place.client)
+    place.plug.change(lambda: setattr(place.port.host, "rts", False))
+    acts = place.told()
+    place.plug.deaf = True
+    place.plug.disconnect(place.client)
+    assert (acts, place.plug.who, place.port.host.rts) == ([], "", False)
+    place.hear_again()
+    assert (place.plug.client, place.port.host.rts) == (None, True)
+    assert HostAct("rts", True) in acts
+
+
+def test_a_client_that_is_not_read_from_for_another_reason_waits_on(place):
+    place.plug.connect(place.client)
+    place.port.held = True
+    place.plug.send(b"x" * (FULL + 1))
+    place.plug.deaf = True
+    place.hear_again()
+    assert place.client.reading is False
+    place.port.drop_pending()
+    place.pacer.work()
+    assert place.client.reading is True
+
+
+def test_room_that_there_is_again_while_it_is_deaf_is_used_afterwards(place):
+    place.plug.connect(place.client)
+    place.port.held = True
+    place.plug.send(b"x" * (FULL + 1))
+    place.plug.deaf = True
+    place.port.drop_pending()
+    place.pacer.work()
+    assert (place.client.reading, place.plug.full) == (False, True)
+    place.hear_again()
+    assert (place.client.reading, place.plug.full) == (True, False)
+
+
+# On another bench
+
+
+def test_a_client_hears_the_bench_that_has_come_and_no_more_the_one_that_was(place):
+    place.plug.connect(place.client)
+    old = place.device
+    place.again()
+    place.hear_again()
+    old.uart.send(b"old")
+    place.say(b"new")
+    place.plug.send(b"(")
+    assert place.client.heard == b"new"
+    assert old.port.read() == b"old"
+
+
+def test_the_port_that_has_come_is_left_as_it_is(place):
+    place.plug.connect(place.client)
+    place.run(1)
+    place.again(seconds=2)
+    acts = place.told()
+    place.hear_again()
+    assert acts == []
+
+
+def test_what_a_client_has_asked_for_later_is_asked_for_again(place):
+    """At 3 s a format, flow control, a line that goes off and on again; then back to 1 s."""
+    place.client.flow = Flow.X_ON_X_OFF
+    place.run(3)
+    place.plug.connect(place.client)
+    place.plug.change(lambda: setattr(place.port.host, "format", FAST))
+    place.plug.change(lambda: setattr(place.port.host, "dtr", False))
+    place.plug.change(lambda: setattr(place.port.host, "rts", False))
+    place.plug.change(lambda: setattr(place.port.host, "rts", True))
+    place.again(seconds=1)
+    acts = place.told()
+    place.hear_again()
+    wanted = {HostAct("flow", Flow.X_ON_X_OFF), HostAct("format", FAST), HostAct("dtr", False), HostAct("rts", True)}
+    assert set(acts) == wanted
+    assert (place.port.host.format, place.port.host.dtr, place.port.flow) == (FAST, False, Flow.X_ON_X_OFF)
+
+
+def test_what_somebody_else_has_changed_since_then_stays(place):
+    place.plug.connect(place.client)
+    place.run(3)
+    place.again(seconds=3)
+    place.port.host.format = FAST
+    place.hear_again()
+    assert place.port.host.format == FAST
+
+
+def test_back_before_a_client_that_has_gone_its_lines_are_as_it_left_them(place):
+    place.plug.connect(place.client)
+    place.plug.change(lambda: setattr(place.port.host, "rts", False))
+    place.run(3)
+    place.plug.disconnect(place.client)
+    place.again(seconds=1)
+    place.port.host.rts = False  # as it was at 1 s
+    place.hear_again()
+    assert place.port.host.rts is True
+
+
+def test_a_break_that_was_begun_later_goes_on_and_ends(place):
+    place.run(3)
+    place.plug.connect(place.client)
+    place.plug.change(lambda: place.plug.set_break(True))
+    place.again(seconds=1)
+    place.hear_again()
+    assert place.port.held is True
+    acts = place.told()
+    place.plug.change(lambda: place.plug.set_break(False))
+    assert [act.kind for act in acts] == ["break", "hold"]
+    assert place.port.held is False
+
+
+# Lines that somebody watches
+
+
+def test_whoever_watches_a_line_watches_it_on_the_bench_that_has_come(place):
+    seen = []
+    unwatch = place.plug.watch(
+        lambda: place.port.dtr_line, lambda pin: seen.append((pin is place.port.dtr_line, pin.level))
+    )
+    before = place.port.dtr_line.level
+    place.again()
+    place.plug.deaf = False
+    place.port.dtr_line.set(not before)
+    assert seen == [(True, not before)]
+    unwatch()
+    place.port.dtr_line.set(before)
+    assert len(seen) == 1
+
+
+@pytest.mark.parametrize(("after", "told"), [(True, []), (False, [False])])
+def test_while_it_is_deaf_a_line_may_go_up_and_down_and_how_it_stands_is_told_afterwards(place, after, told):
+    seen = []
+    place.plug.connect(place.client)
+    place.plug.watch(lambda: place.port.dtr_line, lambda pin: seen.append(pin.level))
+    place.again()
+    for level in (False, True, False, after):
+        place.port.dtr_line.set(level)
+    assert seen == []
+    place.hear_again()
+    assert seen == told
+
+
+# A server, with clients on sockets
+
+
+def another(served, **options):
+    """A bench like the one that is served, an instant IF1 that has been initialised."""
+    bench = Bench()
+    initialise(bench, bench.add("if1", line="instant", **options))
+    return bench
+
+
+def test_a_client_goes_on_with_a_bench_that_has_taken_the_place_of_another(served):
+    served.add()
+    url = served.open(served.bench["if1"])
+    with dial(url) as host:
+        assert ask(host) == b"C\r"
+        old, new = served.bench, served.do(lambda: another(served))
+        served.do(lambda: served.server.exchange(new))
+        reached = old.now
+        assert ask(host) == b"C\r"
+        host.sendall(b"X1000S3$\r")
+        served.bench = new
+        served.until(lambda: new["if1"].axes["X"].position == 1000)
+    assert (served.server.bench, old.now) == (new, reached)
+    assert old["if1"].axes["X"].position == 0
+
+
+def test_characters_sent_while_nobody_was_heard_arrive_then(served):
+    if1 = served.add()
+    url = served.open(if1)
+    with dial(url) as host:
+        ask(host)
+        served.do(lambda: setattr(served.server, "deaf", True))
+        host.sendall(b"E\r")
+        new = served.do(lambda: another(served))
+        heard = []
+        new["if1"].serial.listen(heard.append)
+        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: None)  # the loop has had a turn
+        assert heard == []
+        served.do(lambda: setattr(served.server, "deaf", False))
+        assert receive(host, 2) == b"C\r"
+        assert b"".join(heard) == b"E\r"
+
+
+def test_who_is_connected_is_told_by_name_until_he_goes(served):
+    if1 = served.add()
+    url = served.open(if1)
+    assert served.do(lambda: served.server.client("if1")) == ""
+    with dial(url) as host:
+        ask(host)
+        address = "{}:{}".format(*host.getsockname())
+        assert served.do(lambda: served.server.client("if1")) == address
+        assert served.do(lambda: served.server.client("somebody else")) == ""
+        served.do(lambda: setattr(served.server, "deaf", True))
+    served.do(lambda: setattr(served.server, "deaf", False))
+    served.until(lambda: served.server.client("if1") == "")
+
+
+def test_a_client_that_comes_while_nobody_is_heard_is_disconnected_and_may_come_again(served):
+    url = served.open(served.add())
+    served.do(lambda: setattr(served.server, "deaf", True))
+    with dial(url) as host:
+        assert receive(host, 1) == b""
+    served.do(lambda: setattr(served.server, "deaf", False))
+    with dial(url) as host:
+        assert ask(host) == b"C\r"
+
+
+def test_a_port_opened_while_nobody_is_heard_is_deaf_too(served):
+    if1 = served.add()
+    served.do(lambda: setattr(served.server, "deaf", True))
+    with dial(served.open(if1)) as host:
+        assert receive(host, 1) == b""
+
+
+def test_a_bench_on_which_somebody_is_missing_is_refused_and_all_stays_as_it_was(served):
+    if1 = served.add()
+    url = served.open(if1)
+    with dial(url) as host:
+        with pytest.raises(UsageError, match="no controller 'if1'"):
+            served.do(lambda: served.server.exchange(Bench()))
+        assert (ask(host), served.server.bench) == (b"C\r", served.bench)
+
+
+def test_a_master_goes_on_with_the_registers_that_have_come_and_is_told_how_the_interrupt_stands(served):
+    served.add_board()
+    url = served.open(served.bench["1811"], "bus://:0")
+    with Host(url) as host:
+        assert host.ask("s 1") == "ok"
+        served.do(lambda: setattr(served.server, "deaf", True))
+        host.send("r 1\n")
+        new = served.do(Bench)
+        served.do(lambda: new.add("1811"))
+        served.do(lambda: served.server.exchange(new))
+        line = new["1811"].bus.interrupt_line
+        for level in (True, False, True):
+            served.do(lambda level=level: line.set(level))
+        acts = []
+        new["1811"].bus.watch_host(acts.append)
+        served.do(lambda: setattr(served.server, "deaf", False))
+        assert host.line() == "! 1"
+        status = int(host.line(), 16)
+        assert status == new["1811"].bus.status
+        assert host.ask("w 0 41") == "ok"
+        assert acts == [HostAct("write", (0, 0x41))]
+
+
+@pytest.mark.parametrize("model", ["if1", "1811"])
+def test_what_a_new_client_finds_can_be_seen_to_by_somebody_else(model):
+    seen = []
+    with Served() as served:
+        served.server = Server(served.bench, speed=None, reset=seen.append)
+        served.do(served.server.start)
+        served.do(lambda: served.bench.add(model))
+        url = served.open(served.bench[model], "bus://:0" if model == "1811" else "tcp://127.0.0.1:0")
+        with dial(url):
+            served.until(lambda: seen)
+    assert seen == [model]
+
+
+def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(served):
+    served.add()
+    url = served.open(served.bench["if1"])
+    with dial(url) as host:
+        ask(host)
+        plug = served.server._plugs["if1"]
+        served.do(lambda: plug.change(lambda: setattr(plug.serial.host, "rts", False)))
+        new = Bench()
+        new.add("if1", line="instant")
+        served.do(lambda: served.server.exchange(new))
+        assert new["if1"].serial.host.rts is False

@@ -1,0 +1,38 @@
+"""Who is told that a line of a program begins."""
+
+from axistwin.sim.progress import Progress
+
+
+def test_everybody_is_told_what_he_wants_to_know():
+    progress = Progress()
+    every, one = [], []
+    progress.watch(lambda *line: every.append(line))
+    progress.watch(lambda *line: one.append(line), ("a", 2))
+    for line in ("a", 1), ("a", 2), ("b", 2), ("a", 2):
+        progress.tell(*line)
+    assert every == [("a", 1), ("a", 2), ("b", 2), ("a", 2)]
+    assert one == [("a", 2), ("a", 2)]
+
+
+def test_what_is_wanted_is_told_to_the_device():
+    seen = []
+    progress = Progress(lambda: seen.append(progress.wanted))
+    assert progress.wanted == frozenset()
+    first = progress.watch(print, ("a", 1))
+    again = progress.watch(print, ("a", 1))
+    every = progress.watch(print)
+    first()
+    every()
+    again()
+    one, all_ = frozenset({("a", 1)}), None
+    assert seen == [one, one, all_, all_, one, frozenset()]
+
+
+def test_a_watcher_may_leave_when_it_is_told():
+    progress = Progress()
+    found = []
+    look_away = progress.watch(lambda *line: (found.append(line), look_away()))
+    progress.watch(lambda *line: found.append(line))
+    progress.tell("a", 0)
+    progress.tell("a", 1)
+    assert found == [("a", 0), ("a", 0), ("a", 1)]

@@ -1,0 +1,458 @@
+"""The stored program as lines, the line that is being carried out, and the sample in which each begins."""
+
+import json
+from random import Random
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller
+from axistwin.controllers.smartmotor import state
+
+from .interrupts import samples, wired
+from .inventing import program as invented
+from .talking import ask, load, ready, send, tell
+
+SAMPLE_NS = 245_760
+
+
+def listing(motor: Controller):
+    return motor.programs["program"]
+
+
+def running(motor: Controller) -> int | None:
+    """The line that is being carried out, from 1."""
+    index = listing(motor).running
+    return None if index is None else index + 1
+
+
+def motor_with(bench: Bench, program: str, **options: object) -> Controller:
+    """Without faults, at a whole sample; the program has not been started."""
+    motor = ready(bench, **options)
+    load(bench, motor, program)
+    samples(bench, 1)
+    return motor
+
+
+def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
+    """A list that grows with each line: after how many samples from now it begins, and which it is, from 1."""
+    found: list[tuple[int, int]] = []
+    zero_ns = bench.now
+
+    def watch(program: str, index: int) -> None:
+        assert program == "program"
+        assert running(motor) == index + 1
+        assert motor.registers["line"].read() == index + 1
+        sample, beside = divmod(bench.now - zero_ns, SAMPLE_NS)
+        assert beside == 0
+        found.append((sample, index + 1))
+
+    motor.watch_lines(watch)
+    return found
+
+
+def started(bench: Bench, motor: Controller, count: int, command: str = "RUN") -> list[tuple[int, int]]:
+    """What begins in so many samples after this command."""
+    found = watched(bench, motor)
+    tell(bench, motor, command, 0)
+    samples(bench, count)
+    return found
+
+
+# Lines
+
+
+def test_a_motor_that_was_never_programmed_has_an_empty_program(bench):
+    motor = bench.add("smartmotor")
+    assert listing(motor).lines == ()
+    assert listing(motor).title == "stored program"
+    assert running(motor) is None
+
+
+def test_the_lines_are_those_that_were_loaded_without_comments_and_blank_ones(bench):
+    """3 and 15: comments and needless blanks are not kept, so lines are counted as the motor has them."""
+    motor = motor_with(bench, "' a table\r\nA=100   V=200 ' slowly\r\n\r\n  C5\r\na=a+1\rGOTO5\n")
+    assert listing(motor).lines == ("A=100 V=200", "C5", "a=a+1", "GOTO5")
+
+
+def test_a_program_in_one_line_has_a_line_for_each_statement(bench):
+    motor = motor_with(bench, 'A=100 IF a==3 PRINT("two words",a) aw[0] 1 2 3. ENDIF END')
+    assert listing(motor).lines == ("A=100", "IF a==3", 'PRINT("two words",a)', "aw[0] 1 2 3.", "ENDIF", "END")
+
+
+def test_lines_that_take_no_time_are_marked(bench):
+    """Labels, ENDIF, ENDS and DEFAULT; CASE, ELSE, LOOP and BREAK take a sample where they are reached."""
+    text = "C1\nIF a\nELSE\nENDIF\nSWITCH a\nCASE 1\nBREAK\nDEFAULT\nENDS\nWHILE 0\nLOOP\nC2 END\n"
+    motor = motor_with(bench, text)
+    lines = listing(motor).lines
+    assert [lines[n] for n in sorted(listing(motor).silent)] == ["C1", "ENDIF", "DEFAULT", "ENDS"]
+
+
+def test_a_locked_program_is_listed_and_told_to_be_locked(bench):
+    """LOCKP keeps a host from uploading it; whoever looks into the memory sees it all the same."""
+    motor = motor_with(bench, "a=1\nEND\n")
+    tell(bench, motor, "LOCKP")
+    assert (listing(motor).title, listing(motor).lines) == ("stored program, locked", ("a=1", "END"))
+
+
+def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
+    """15: what is left behind is not run, flag Bk; without power it is as it was."""
+    motor = motor_with(bench, "a=1\nEND\n")
+    assert send(bench, motor, b"LOAD ") == b"\x06"
+    assert listing(motor).lines == ()
+    assert listing(motor).title == "stored program, not valid: flag Bk"
+    send(bench, motor, b"b=1\nb=2\n")
+    motor.power_cycle()
+    assert (listing(motor).lines, running(motor)) == ((), None)
+    bench.run(1)
+    assert listing(motor).title == "stored program, not valid: flag Bk"
+
+
+def test_a_damaged_program_is_shown_and_never_runs(bench):
+    """15: a character lost on the line of an image with its length; RCKS tells F."""
+    motor = ready(bench)
+    image = b"$4000000100000009000000" + b"0000a=1\nEND\n"
+    send(bench, motor, b"LOAD ")
+    for at in range(0, len(image), 8):
+        send(bench, motor, image[at : at + 8])
+    send(bench, motor, b"\xff\xff ")
+    assert ask(bench, motor, "RCKS").endswith("F")
+    found = started(bench, motor, 10)
+    assert (listing(motor).lines, running(motor), found) == (("a=1", "END"), None, [])
+    assert listing(motor).title == "stored program, not valid: flag Bk"
+
+
+def test_the_program_is_there_without_power_and_on_disk(bench, tmp_path):
+    motor = ready(bench, state=tmp_path)
+    load(bench, motor, "WHILE 1\nLOOP\n")
+    tell(bench, motor, "RUN", 0.1)
+    assert running(motor) is not None
+    motor.power(False)
+    assert (listing(motor).lines, running(motor), motor.registers["line"].read()) == (("WHILE 1", "LOOP"), None, 0)
+    again = Bench().add("smartmotor", name="smartmotor", state=tmp_path)
+    assert listing(again).lines == ("WHILE 1", "LOOP")
+
+
+def test_a_broken_memory_on_disk(tmp_path):
+    kept = {"version": 1, "program": "a=1\nb=", "broken": True, "locked": False, "eeprom": ""}
+    (tmp_path / "smartmotor.json").write_text(json.dumps(kept))
+    motor = Bench().add("smartmotor", state=tmp_path)
+    assert listing(motor).lines == ("a=1", "b=")
+    assert listing(motor).running is None
+
+
+# Running
+
+
+def test_a_statement_begins_in_each_sample(bench):
+    """Ruling 14: one a sample, the first in the sample after RUN; LOOP takes one, and the test of WHILE; C5 none."""
+    motor = motor_with(bench, "a=0\nWHILE a<2\na=a+1\nGOSUB5\nLOOP\nEND\nC5\nb=b+1\nRETURN\n")
+    found = started(bench, motor, 20)
+    assert [line for _, line in found] == [1, 2, 3, 4, 8, 9, 5, 2, 3, 4, 8, 9, 5, 2, 6]
+    assert [sample for sample, _ in found] == list(range(1, 16))
+    assert running(motor) is None
+    assert ask(bench, motor, "Rb") == "2"
+
+
+def test_two_statements_a_sample(bench):
+    """Option statements_per_sample."""
+    motor = motor_with(bench, "a=1\nb=2\nc=3\nd=4\ne=5\n", statements_per_sample=2)
+    assert started(bench, motor, 10) == [(1, 1), (1, 2), (2, 3), (2, 4), (3, 5)]
+
+
+def test_a_line_begins_once_for_all_its_statements(bench):
+    """Coming from another line, also in its middle, or going back in it."""
+    motor = motor_with(bench, "a=1 GOSUB5 b=2\nc=3 END\nC5 d=4 RETURN\n")
+    assert started(bench, motor, 20) == [(1, 1), (3, 3), (5, 1), (6, 2)]
+
+
+def test_a_loop_in_one_line_begins_it_again(bench):
+    """WHILE, a=a+1, LOOP: three samples a round."""
+    motor = motor_with(bench, "a=0\nWHILE a<3 a=a+1 LOOP\nEND\n")
+    assert started(bench, motor, 20) == [(1, 1), (2, 2), (5, 2), (8, 2), (11, 2), (12, 3)]
+
+
+def test_wait_runs_as_long_as_it_waits(bench):
+    """WAIT=40 in sample 2: the next statement is carried out in sample 42."""
+    motor = motor_with(bench, "a=1\nWAIT=40\nb=1\nEND\n")
+    found = started(bench, motor, 3)
+    for _ in range(38):
+        assert running(motor) == 2
+        assert motor.registers["line"].read() == 2
+        samples(bench, 1)
+    assert found == [(1, 1), (2, 2)]
+    samples(bench, 1)
+    assert (running(motor), found[2:]) == (3, [(42, 3)])
+
+
+def test_twait_runs_as_long_as_the_motor_moves(bench):
+    """One count a sample (V=65536, A as large), the first in the sample of G, whose statements come first: 30 of them.
+
+    Bt falls in the sample in which the target is commanded; the next one has the statement behind TWAIT.
+    """
+    motor = motor_with(bench, "A=65536 V=65536 P=30 MP\nG\nTWAIT\nb=1\nEND\n")
+    found = started(bench, motor, 6)
+    assert running(motor) == 3
+    went = 5  # the sample of G
+    bench.run_until(lambda: ask(bench, motor, "RBt", 0) == "0", 1)
+    samples(bench, 3)
+    assert found[:4] == [(1, 1), (went, 2), (went + 1, 3), (went + 30, 4)]
+
+
+def test_a_report_holds_the_program_in_its_line(bench):
+    """A statement that waits for room in the transmitter is still being carried out: 100 characters at 9600 baud."""
+    motor = motor_with(bench, f'a=1\nPRINT("{"x" * 100}")\nPRINT("y")\nEND\n')
+    found = started(bench, motor, 0)
+    motor.serial.instant = False
+    samples(bench, 425)
+    assert running(motor) == 2
+    samples(bench, 5)
+    assert found == [(1, 1), (2, 2), (426, 3), (427, 4)], "104,166,667 ns behind sample 2 is in sample 426"
+    assert running(motor) is None
+
+
+def test_a_pause_holds_the_program_until_a_character_comes(bench):
+    """8: `!`."""
+    motor = motor_with(bench, "a=1\n!\nb=1\nEND\n")
+    started(bench, motor, 100)
+    assert running(motor) == 2
+    send(bench, motor, b" ", 0.01)
+    assert running(motor) is None
+
+
+def test_run_question_mark_ends_what_power_up_has_started(bench):
+    """4.3: the program stands before RUN? until RUN starts it from the top."""
+    motor = motor_with(bench, "a=a+1\nRUN?\nb=1\nEND\n")
+    motor.power_cycle()
+    found = watched(bench, motor)
+    bench.run(0.3)
+    assert [line for _, line in found] == [1, 2]
+    assert running(motor) is None
+    send(bench, motor, b"UCI UDI ZS RUN ", 0.01)
+    assert [line for _, line in found] == [1, 2, 1, 2, 3, 4]
+
+
+def test_the_first_statement_is_the_next_one_until_it_begins(bench):
+    """Between RUN and the sample that follows."""
+    motor = motor_with(bench, "a=1\nb=1\nEND\n")
+    tell(bench, motor, "RUN", 0.01)
+    samples(bench, 1)
+    tell(bench, motor, "RUN", 0)
+    assert running(motor) == 1
+    bench.run(0.0002)
+    assert running(motor) == 1
+
+
+def test_host_calls_run_their_lines_only(bench):
+    """8: a GOSUB into a motor that stands still ends at its RETURN."""
+    motor = motor_with(bench, "a=1\nEND\nC5\nb=1\nRETURN\n")
+    assert started(bench, motor, 10, "GOSUB5") == [(1, 4), (2, 5)]
+    assert running(motor) is None
+    assert ask(bench, motor, "Ra") == "0"
+
+
+def test_host_commands_are_no_lines(bench):
+    motor = motor_with(bench, "a=1\nEND\n")
+    assert started(bench, motor, 10, "b=1 WAIT=3 A=100 Rb") == []
+
+
+def test_c1_and_c2_run_their_bodies(bench):
+    """7.0, F=32 and F=64: the program goes on where it was interrupted."""
+    motor = wired(bench)
+    load(bench, motor, "UGI F=96\nWHILE 1\nLOOP\nEND\nC1\na=1\nRETURNF\nC2\nb=1\nRETURNI\n")
+    samples(bench, 1)
+    found = started(bench, motor, 20)
+    motor.pins["C"].drive(True)
+    samples(bench, 8)
+    motor.pins["G"].drive(False)
+    samples(bench, 12)
+    calls = [line for _, line in found if line > 4]
+    assert calls == [6, 7, 9, 10]
+    assert [sample for sample, _ in found[1:]] == list(range(3, 3 + len(found) - 1)), "a statement in each sample"
+
+
+def test_c2_cuts_a_wait_short(bench):
+    """F=64: WAIT is "the only motor instruction that will be truncated"; then what stands behind it."""
+    motor = wired(bench)
+    load(bench, motor, "UGI F=64\nWAIT=4000\nc=1\nEND\nC2\nb=1\nRETURNI\n")
+    samples(bench, 1)
+    found = started(bench, motor, 20)
+    assert running(motor) == 2
+    motor.pins["G"].drive(False)
+    samples(bench, 10)
+    assert [line for _, line in found] == [1, 2, 6, 7, 3, 4]
+
+
+@pytest.mark.parametrize("how", ["END", "LOAD ", "Z", "power"])
+def test_what_ends_the_program_ends_its_line(bench, how):
+    motor = motor_with(bench, "a=1\nWAIT=4000\nEND\n")
+    started(bench, motor, 10)
+    assert running(motor) == 2
+    if how == "power":
+        motor.power(False)
+    else:
+        send(bench, motor, how.encode() + b" ", 0)
+    assert running(motor) is None
+
+
+def test_another_program_is_loaded_over_one_that_runs(bench):
+    """15: LOAD ends it; the watcher is told of the lines of the new one."""
+    motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
+    found = started(bench, motor, 10)
+    assert running(motor) is not None
+    load(bench, motor, "b=1\nb=2\nb=3\nb=4\nEND\n")
+    found.clear()
+    tell(bench, motor, "RUN", 0.01)
+    assert [line for _, line in found] == [1, 2, 3, 4, 5]
+
+
+def test_a_protection_fault_ends_the_program_in_its_line(bench):
+    """4.1 without F=32: the program ends in the sample of the fault."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    load(bench, motor, "E=10 MP A=100 V=100000 P=100000 G\nWHILE 1\nLOOP\n")
+    motor.axes["shaft"].jam(True)
+    tell(bench, motor, "RUN", 0)
+    assert bench.run_until(lambda: running(motor) is None, 2)
+    assert ask(bench, motor, "RBe") == "1"
+
+
+def test_a_statement_that_is_no_command_begins_too(bench):
+    """It sets Bs when it is reached."""
+    motor = motor_with(bench, "a=1\nNONSENSE\nb=GETCHR\nEND\n")
+    assert started(bench, motor, 10) == [(1, 1), (2, 2), (3, 3), (4, 4)]
+    assert ask(bench, motor, "RBs") == "1"
+
+
+# At any time
+
+
+def test_the_line_is_right_at_any_moment_of_what_is_computed_ahead(bench):
+    """Nobody watches here: 13 lines of which one waits; the moments are those of another motor that is watched."""
+    text = "a=0\nWHILE a<40\na=a+1\nIF a==20\nWAIT=25\nELSE\nb=b+a\nENDIF\nLOOP\nEND\n"
+    motor = motor_with(bench, text)
+    twin = Bench()
+    other = motor_with(twin, text)
+    assert twin.now == bench.now
+    zero_ns = bench.now
+    found = started(twin, other, 400)
+    tell(bench, motor, "RUN", 0)
+    random = Random(11)
+    for moment in sorted(random.sample(range(SAMPLE_NS, 300 * SAMPLE_NS), 200)):
+        bench.clock.run_to(zero_ns + moment)
+        begun = [line for sample, line in found if sample * SAMPLE_NS <= moment]
+        wanted = None if begun[-1] == 10 and moment >= (found[-1][0]) * SAMPLE_NS else begun[-1]
+        assert running(motor) == wanted
+        assert motor.registers["line"].read() == (wanted or 0)
+
+
+def arrays(motor: Controller) -> tuple[object, ...]:
+    """All that the processor knows; without return addresses that are no more, and the place where it stopped."""
+    processor = motor._device._motor
+    processor.catch_up()
+    i = list(processor.i)
+    depth = i[state.DEPTH]
+    i[state.RETURNS + depth : state.RETURNS + 10] = [0] * (10 - depth)
+    if i[state.PROGRAM] == state.STOPPED:
+        i[state.PC] = 0
+    return i, list(processor.v), list(processor.f)
+
+
+SAID = [b"RUN ", b"RUN ", b"GOSUB1 ", b"a=1 ", b"P=P+50 G ", b"Ra RP ", b"END ", b"RETURN ", b"GOTO3 ", b"STACK "]
+
+
+def session(seed: int, *, watch: bool) -> list[object]:
+    """A program that nobody would write, with a host and switches that disturb it; looked at now and then."""
+    bench, random = Bench(), Random(seed)
+    options = {"statements_per_sample": random.choice([1, 1, 3]), "debounce_samples": 1}
+    motor = wired(bench, **options)
+    load(bench, motor, "UGI F=96 A=6553 V=65536 MP\n" + invented(random) + "\n")
+    ends = [motor.watch_lines(lambda *_: None)] if watch else []
+    seen: list[object] = []
+    for _ in range(12):
+        act, line = random.randrange(7), random.choice([None, ("program", random.randrange(9))])
+        if act < 3:
+            motor.serial.write(
+                random.choice(["RUN ", "GOSUB1 ", "a=1 ", "P=P+50 G ", "Ra RP ", "END ", "RETURN "]).encode()
+            )
+        elif act == 3:
+            motor.pins["G"].drive(random.random() < 0.5)
+        elif act == 4:
+            motor.pins["C"].drive(random.random() < 0.2)
+        elif act == 5 and watch and ends:
+            ends.pop()()
+        elif act == 6 and watch and not ends:
+            ends.append(motor.watch_lines(lambda *_: None, line))
+        bench.clock.run_to(bench.now + random.randrange(40 * SAMPLE_NS))
+        seen += [bench.now, motor.serial.read(), motor.axes["shaft"].position, running(motor)]
+    for end in ends:
+        end()
+    return [*seen, arrays(motor)]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_whether_somebody_watches_makes_no_difference(seed):
+    """Watching may begin and end at any time; every number in the processor is the same at the end."""
+    assert session(seed, watch=True) == session(seed, watch=False)
+
+
+def test_a_watcher_may_leave_when_it_is_told(bench):
+    """And then the program runs on as if it had not been watched."""
+    motor = motor_with(bench, "a=0\nWHILE a<9\na=a+1\nGOSUB5\nLOOP\nEND\nC5\nb=b+1\nRETURN\n")
+    found = []
+
+    def watch(program, index):
+        found.append(index)
+        if len(found) == 6:
+            look_away()
+
+    look_away = motor.watch_lines(watch)
+    tell(bench, motor, "RUN", 0.05)
+    assert found == [0, 1, 2, 3, 7, 8]
+    assert (ask(bench, motor, "Rb"), running(motor)) == ("9", None)
+
+
+def test_a_second_watcher_sees_the_same(bench):
+    motor = motor_with(bench, "a=1\nb=2\nEND\n")
+    one, two = watched(bench, motor), watched(bench, motor)
+    tell(bench, motor, "RUN", 0.01)
+    assert one == two == [(1, 1), (2, 2), (3, 3)]
+
+
+@pytest.mark.parametrize("line", range(1, 11))
+def test_one_line_is_watched_as_it_is_when_all_are(bench, line):
+    """Lines 3, 5 and 8 have several statements, 7 takes no time."""
+    text = "a=0\nWHILE a<4\na=a+1 GOSUB5 c=c+1\nLOOP\nd=0 WHILE d<3 d=d+1 LOOP\nEND\nC5\nb=b+1 RETURN\nc=9\nd=9\n"
+    motor = motor_with(bench, text)
+    every, one = watched(bench, motor), []
+    motor.watch_lines(lambda program, index: one.append(index + 1), ("program", line - 1))
+    tell(bench, motor, "RUN", 0.05)
+    again = Bench()
+    other, alone = motor_with(again, text), []
+    other.watch_lines(lambda program, index: alone.append(again.now), ("program", line - 1))
+    tell(again, other, "RUN", 0.05)
+    assert [line] * len(alone) == one == [found for _, found in every if found == line]
+    zero_ns = bench.now - 50_000_000
+    assert alone == [zero_ns + sample * SAMPLE_NS for sample, found in every if found == line]
+
+
+def test_the_next_program_is_watched_at_the_line_of_that_number(bench):
+    motor = motor_with(bench, "a=1\nEND\n")
+    found = []
+    motor.watch_lines(lambda program, index: found.append(index), ("program", 2))
+    tell(bench, motor, "RUN", 0.01)
+    assert found == []
+    load(bench, motor, "b=1\nb=2\nb=3\nEND\n")
+    tell(bench, motor, "RUN", 0.01)
+    motor.power_cycle()
+    bench.run(0.3)
+    assert found == [2, 2]
+
+
+def test_nobody_watches_so_nothing_is_announced(bench):
+    """The code in the memory is the same as if there were no watchers."""
+    motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
+    plain = list(motor._device._motor.core.code)
+    look_away = motor.watch_lines(lambda *_: None)
+    assert list(motor._device._motor.core.code) != plain
+    look_away()
+    assert list(motor._device._motor.core.code) == plain
