@@ -5,9 +5,9 @@ from nicegui import ui
 
 from axistwin import Bench
 from axistwin.apps.conversations import stored
+from axistwin.apps.conversations.host import host_at
 from axistwin.apps.panel.views.program import program
 
-from ...compumotor.driving import sequence
 from .showing import bench_of, show
 
 SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
@@ -169,17 +169,19 @@ def test_where_nothing_is_stored_that_is_said():
 
 
 def board():
+    """A board with two sequences: 29h waits 1000 ms, 2Ah waits 3 or 7 s."""
     bench = Bench()
-    controller = bench.add("1811", "board")
+    bench.add("1811", "board")
     bench.run(2)
-    for number in (3, 7):
-        sequence(bench, controller, number, (0x29, 0, 0, 0x03, 0xE8), (0x2A, 0, number))
+    with host_at(bench, "board") as host:
+        for number in (3, 7):
+            for command in ((0xD9, number), (0x29, 0, 0, 0x03, 0xE8), (0x2A, 0, number), (0xD8,)):
+                host.write(bytes(command))
+        bench.run(1)
     return bench
 
 
 def test_of_several_sequences_one_is_chosen_and_its_breaks_name_it():
-    """29h waits 1000 ms, 2Ah waits 7 s."""
-
     def play(visit):
         which = visit.found("board which")
         assert (which.options, which.value) == (["sequence 3", "sequence 7"], "sequence 3")

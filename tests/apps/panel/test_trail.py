@@ -24,7 +24,8 @@ def moving():
     bench, controller = table()
 
     def go(axis, *segments, direction=+1):
-        controller.axes[axis].start(Profile([Segment(Fraction(rate), seconds) for rate, seconds in segments]), direction)
+        profile = Profile([Segment(Fraction(rate), seconds) for rate, seconds in segments])
+        controller.axes[axis].start(profile, direction)
 
     return bench, controller, go
 
