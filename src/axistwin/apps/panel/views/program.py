@@ -163,7 +163,7 @@ class _Loading:
             self._file = ui.input("called", value=f"program{suffix}").props("dense").mark(f"{name} called")
             self._text = ui.textarea("or its text").props("outlined").classes("pasted").mark(f"{name} text")
             with ui.row():
-                ui.button("Load", on_click=self._load).mark(f"{name} load it")
+                ui.button("Load", on_click=self._load).mark(f"{name} loading")
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:

@@ -32,7 +32,7 @@ class Table:
         self._high = min(max(self._wide * span_y / span_x, LEAST), MOST)
         self._trail: Trail | None = None
         self._piece, self._shown = 0, (0, (0, 0))
-        self.drawing = Drawing(self._art()).classes("drawing top-view").props(f'data-test="table {controller.name}"')
+        self.drawing = Drawing(self._art()).classes("drawing top-view").mark(f"table {controller.name}")
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
         """Where the tool is, whether it is down, and its trail."""
