@@ -190,7 +190,10 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
         if event.args["key"] in ARROWS and not event.args.get("repeat"):
             deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
 
-    with ui.element("div").classes("stick") as box:
+    with ui.element("div").classes("stick-row"):
+        box = ui.element("div").classes("stick")
+        label = ui.label().classes("figure").mark(f"{name}-joystick-rate")
+    with box:
         box.props.update({"tabindex": "0", "role": "slider", "aria-label": f"joystick of {name}, by arrow keys"})
         box.props.update({"aria-valuemin": -most, "aria-valuemax": most, "aria-valuenow": 0})
         box.on("keydown", pressed, ["key", "repeat", "shiftKey"]).on("keyup", lambda: deflect(0), [])
@@ -199,7 +202,6 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
             on_move=lambda event: deflect(event.x or 0), on_end=lambda: deflect(0), throttle=THROTTLE_S,
             color="#2457c5", size=90, mode="static", position={"left": "50%", "top": "50%"},
         ).mark(f"{name}-joystick")  # fmt: skip
-    label = ui.label().classes("figure").mark(f"{name}-joystick-rate")
     client.on_disconnect(let_go)
 
     def refresh() -> None:
