@@ -456,3 +456,28 @@ def test_nobody_watches_so_nothing_is_announced(bench):
     assert list(motor._device._motor.core.code) != plain
     look_away()
     assert list(motor._device._motor.core.code) == plain
+
+
+# In a trace
+
+
+def test_the_line_is_followed_in_its_samples(bench):
+    """Also beside other numbers; 0 when the program has ended, and when the power goes."""
+    motor = motor_with(bench, "a=1\nC5\nWAIT=3\na=a+1\nIF a<3\nGOTO5\nENDIF\nEND\n")
+    changes = []
+    zero = bench.now // SAMPLE_NS
+    end = motor.follow(["Ra", "line"], lambda *told: changes.extend(zip(*told, strict=True)))
+    tell(bench, motor, "RUN", 0)
+    samples(bench, 30)
+    lines = [(ns // SAMPLE_NS - zero, value) for ns, which, value in changes if which == 1]
+    assert lines == [(0, 1), (2, 3), (5, 4), (6, 5), (7, 6), (8, 3), (11, 4), (12, 5), (13, 0)], (
+        "END ends in the sample in which it begins"
+    )
+    values = [(ns // SAMPLE_NS - zero, value) for ns, which, value in changes if which == 0]
+    assert values == [(1, 1), (5, 2), (11, 3)]
+    changes.clear()
+    tell(bench, motor, "GOTO5", 0)
+    motor.power(False)
+    samples(bench, 3)
+    assert [value for _, which, value in changes if which == 1] == [3, 0]
+    end()
