@@ -1,11 +1,13 @@
 """The stored program as lines, the line that is being carried out, and the sample in which each begins."""
 
 import json
+from pathlib import Path
 from random import Random
 
 import pytest
 
 from axistwin import Bench
+from axistwin.apps.traces.trace import tracing
 from axistwin.bench import Controller
 from axistwin.controllers.smartmotor import state
 
@@ -459,6 +461,23 @@ def test_nobody_watches_so_nothing_is_announced(bench):
 
 
 # In a trace
+
+
+def traced(path: Path, *, watch: bool) -> bytes:
+    bench = Bench()
+    motor = motor_with(bench, "A=100 V=65536 MP\nC5\nP=a*9 G TWAIT\na=a+1\nIF a<20\nGOTO5\nENDIF\nPRINT(a)\nEND\n")
+    if watch:
+        motor.watch_lines(lambda *_: None)
+    with tracing(bench, path, ("*", "smartmotor.line")):
+        motor.serial.write(b"RUN ")
+        bench.run(0.5)
+    return path.read_bytes()
+
+
+def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
+    seen, unseen = traced(tmp_path / "a.csv", watch=True), traced(tmp_path / "b.csv", watch=False)
+    assert seen == unseen
+    assert unseen.count(b",smartmotor.line,") > 10
 
 
 def test_the_line_is_followed_in_its_samples(bench):
