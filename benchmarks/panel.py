@@ -98,23 +98,24 @@ def _asking(bench: Bench, hosts: list[Controller]) -> Procedure:
 def looking(address: str) -> Iterator[str]:
     """Somebody looks, in a process of his own; what he is."""
     who = "Chromium" if CHROMIUM else "bare websocket client"
-    with subprocess.Popen([sys.executable, __file__, address]) as process:
+    with subprocess.Popen([sys.executable, __file__, address, CHROMIUM or ""]) as process:
         try:
             yield who
         finally:
             process.terminate()
 
 
-def look(address: str) -> None:
+def look(address: str, chromium: str) -> None:
     """Look on until the end."""
-    if CHROMIUM is None:
+    if not chromium:
         asyncio.run(_answer_frames(address))
         return
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play:
-        page = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS).new_page(viewport=SIZE)
+        page = play.chromium.launch(executable_path=chromium, args=FLAGS).new_page(viewport=SIZE)
         page.goto(address)
+        page.locator("[data-test=scope-plot]").scroll_into_view_if_needed()
         page.wait_for_timeout(1e9)
 
 
@@ -168,7 +169,7 @@ async def _until_seen(looks: scope.Scopes) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 2:
-        look(sys.argv[1])
+    if len(sys.argv) == 3:
+        look(*sys.argv[1:])
     else:
         main()
