@@ -175,7 +175,9 @@ def _timeline(look: Look) -> Refresh:
     slider.on("change", lambda event: _go_to(look, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(look, box.value))
     forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
-    forget.props("dense outline no-caps color=white").mark("forget").tooltip("the rest of what was recorded is forgotten")
+    forget.props("dense outline no-caps color=white").mark("forget").tooltip(
+        "the rest of what was recorded is forgotten"
+    )
     frame = 0
 
     def refresh() -> None:
