@@ -102,7 +102,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
     ui.run_with(
         application,
-        title=title,
+        title=f"VIRTUAL: {title}",
         favicon=icon,
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_S,

@@ -44,7 +44,7 @@ def driving(look: Look) -> Refresh:
 
 
 def _run(look: Look) -> Refresh:
-    button = ui.button(on_click=lambda: _toggle(look)).props("dense").classes("run").mark("run")
+    button = ui.button(on_click=lambda: _toggle(look)).props("dense no-caps").classes("run").mark("run")
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
         step.props("dense outline no-caps color=white").mark(f"step {kind}").tooltip(f"on to where {what}")
