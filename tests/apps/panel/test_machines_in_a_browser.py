@@ -51,15 +51,13 @@ def test_discs_turn_and_numbers_go_along(cutter, visiting):
 
 
 @pytest.mark.parametrize("width", [1280, 360])
-def test_machines_and_programs_are_not_wider_than_the_page(cutter, drill, visiting, width):
+def test_nothing_is_wider_than_the_page(cutter, drill, visiting, width):
     for address, machines in ((cutter, ("feeder", "knife")), (drill, ("table",))):
         with visiting(address, width=width) as visit:
             for machine in machines:
                 tab(visit.page, machine, "Program")
             expect(visit.page.get_by_role("img").first).to_be_visible()
-            found = visit.page.evaluate("""() => [...document.querySelectorAll(".axis, .axis *, .program, .program > *")]
-                .map(part => part.getBoundingClientRect().right)""")
-            assert 0 < max(found) <= width
+            assert visit.page.evaluate("document.documentElement.scrollWidth") <= width
             visit.keep_picture(f"machines-{machines[0]}-{width}")
 
 
