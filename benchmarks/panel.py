@@ -22,9 +22,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import tracing
 
+from axistwin import Bench
 from axistwin.apps.panel.views import scope
-from axistwin.apps.panel.web import Web
+from axistwin.apps.panel.web import Address, Panel
 from axistwin.apps.sessions.session import Session
+from axistwin.bench import Controller
+from axistwin.sim.clock import Procedure
+from axistwin.units import MS
 
 SIGNALS = (
     "if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.host_says", "1811.motor.pulses", "1811.motor.velocity",
@@ -49,11 +53,11 @@ def main() -> None:
 async def _measured() -> None:
     alone = [await _speed(at_work()) for _ in range(RUNS)]
     session = at_work()
-    web = Web(session, "benchmark")
-    address = await web.open("127.0.0.1", 0)
+    web = Panel("benchmark", session, Address("127.0.0.1", 0, None))
+    address = await web.open()
     scope.first_choice = lambda _: list(SIGNALS)
     with looking(address) as who:
-        looks = scope.scopes(session)
+        looks = web.common(scope.Scopes)
         await _until_seen(looks)
         late, blocks, frames = await _paced(session, looks)
         print(f"real time, {who}, {len(SIGNALS)} signals at {frames:.1f} frames/s (goal about {FRAMES}): ", end="")
@@ -65,31 +69,53 @@ async def _measured() -> None:
 
 
 def at_work() -> Session:
-    """One of each family, moving for as long as one likes."""
-    return Session(lambda: tracing.at_work()[0])
+    """One of each family, moving for as long as one likes, and a host that asks them ten times a second."""
+
+    def build() -> Bench:
+        bench, hosts = tracing.at_work()
+        bench.clock.process(_asking(bench, hosts))
+        return bench
+
+    return Session(build)
+
+
+def _asking(bench: Bench, hosts: list[Controller]) -> Procedure:
+    if1, board, motor = hosts
+    while True:
+        if1.serial.write(b"E\r")
+        tracing.command(board, "83")
+        motor.serial.write(b"RP ")
+        yield bench.clock.timeout(98 * MS)
+        if1.serial.read(), motor.serial.read()
+        while board.bus.read(1) & 8:
+            for _ in range(16):
+                board.bus.read(0)
+            board.bus.write(1, 0x80)
+            yield bench.clock.timeout(2 * MS)
 
 
 @contextlib.contextmanager
 def looking(address: str) -> Iterator[str]:
     """Somebody looks, in a process of his own; what he is."""
     who = "Chromium" if CHROMIUM else "bare websocket client"
-    with subprocess.Popen([sys.executable, __file__, address]) as process:
+    with subprocess.Popen([sys.executable, __file__, address, CHROMIUM or ""]) as process:
         try:
             yield who
         finally:
             process.terminate()
 
 
-def look(address: str) -> None:
+def look(address: str, chromium: str) -> None:
     """Look on until the end."""
-    if CHROMIUM is None:
+    if not chromium:
         asyncio.run(_answer_frames(address))
         return
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play:
-        page = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS).new_page(viewport=SIZE)
+        page = play.chromium.launch(executable_path=chromium, args=FLAGS).new_page(viewport=SIZE)
         page.goto(address)
+        page.locator("[data-test=scope-plot]").scroll_into_view_if_needed()
         page.wait_for_timeout(1e9)
 
 
@@ -129,7 +155,7 @@ async def _paced(session: Session, looks: scope.Scopes) -> tuple[int, int, float
     """Blocks that came too late, all blocks, and frames in a second."""
     session.speed = 1.0
     session.run()
-    await asyncio.sleep(2.0)
+    await asyncio.sleep(3.0)
     late, blocks, drawn = session.pacer.overruns, session.pacer.blocks, looks.drawn
     await asyncio.sleep(PACED_S)
     session.pause()
@@ -143,7 +169,7 @@ async def _until_seen(looks: scope.Scopes) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 2:
-        look(sys.argv[1])
+    if len(sys.argv) == 3:
+        look(*sys.argv[1:])
     else:
         main()

@@ -222,7 +222,8 @@ class Pacer:
 
     def _rush(self) -> None:
         clock, plan, end_s = self.clock, self._plan, perf_counter() + SLICE_S
-        while not clock.quiet and perf_counter() < end_s and plan == self._plan:
+        clock.step()
+        while not clock.quiet and plan == self._plan and perf_counter() < end_s:
             clock.step()
 
     # By the wall clock

@@ -153,7 +153,7 @@ class Plug(OneClient[Client]):
         data, errors, self._errors = self.serial.read(), self._errors, LineError.NONE
         if self.client is None or self._deaf:
             return
-        if self.serial.flow is Flow.X_ON_X_OFF:
+        if (X_ON in data or X_OFF in data) and self.serial.flow is Flow.X_ON_X_OFF:
             data = data.translate(None, bytes((X_ON, X_OFF)))
         self.client.deliver(data, errors)
 

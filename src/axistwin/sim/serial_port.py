@@ -263,7 +263,7 @@ class SerialPort:
         self._received_bytes.append(byte)
         for hearer in tuple(self._hearers):
             hearer(byte, errors)
-        if self._flow is Flow.X_ON_X_OFF and byte in (X_ON, X_OFF):
+        if byte in (X_ON, X_OFF) and self._flow is Flow.X_ON_X_OFF:
             self._stopped = byte == X_OFF
             self._settle()
 

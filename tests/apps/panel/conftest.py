@@ -80,7 +80,7 @@ class Visit:
 
 
 @pytest.fixture(scope="module")
-def shown(browser):  # noqa: ARG001  # without one nothing need be served
+def shown(browser):  # without one nothing need be served
     """`with shown(SCENE) as address:` serves it with a panel meanwhile."""
     return _shown
 

@@ -99,6 +99,8 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
     try:
         while not client.is_deleted:
             began_s = loop.time()
+            if look.session.running:
+                look.session.pacer.work()  # it sleeps while nothing is due, also while a motor runs
             with client:
                 for refresh in views:
                     refresh()

@@ -42,7 +42,7 @@ class _Pixels:
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
     """What is to be seen of it; `now_ns`: nothing is known from then on."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns, min(to_ns, now_ns))
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with what it was just before
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan

@@ -44,7 +44,7 @@ def driving(look: Look) -> Refresh:
 
 
 def _run(look: Look) -> Refresh:
-    button = ui.button(on_click=lambda: _toggle(look)).props("dense").classes("run").mark("run")
+    button = ui.button(on_click=lambda: _toggle(look)).props("dense no-caps").classes("run").mark("run")
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
         step.props("dense outline no-caps color=white").mark(f"step {kind}").tooltip(f"on to where {what}")
@@ -175,7 +175,9 @@ def _timeline(look: Look) -> Refresh:
     slider.on("change", lambda event: _go_to(look, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(look, box.value))
     forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
-    forget.props("dense outline no-caps color=white").mark("forget").tooltip("the rest of what was recorded is forgotten")
+    forget.props("dense outline no-caps color=white").mark("forget").tooltip(
+        "the rest of what was recorded is forgotten"
+    )
     frame = 0
 
     def refresh() -> None:

@@ -7,7 +7,7 @@ from nicegui import events, ui
 
 from axistwin.apps.conversations.machine import targets
 from axistwin.apps.panel.look import Look, Refresh
-from axistwin.apps.panel.views.parts import Key, Light, drawer
+from axistwin.apps.panel.views.parts import Key, Light
 from axistwin.bench import Controller
 from axistwin.controllers.product import Product
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
@@ -23,24 +23,21 @@ GENTLY = 0.2
 
 
 def pins(look: Look, name: str) -> Refresh:
-    """Everything of a controller that can be touched, in a part of the page that can be closed."""
+    """Everything of a controller that can be touched."""
     controller = look.bench[name]
-    found = drawer(look, f"{name} terminals", "Terminals", opened=True)
+    possible = targets(controller)
     shown: list[Refresh] = []
-    with found:
-        if controller.product.joystick is not None:
-            shown.append(_joystick(look, name, controller.product))
-        with ui.element("div").classes("switches"):
-            shown += [_terminal(look, name, names) for names in inputs(controller)]
-            possible = targets(controller)
-            shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
-        if "master" in possible:
-            _encoder(look, name)
+    if controller.product.joystick is not None:
+        shown.append(_joystick(look, name, controller.product))
+    with ui.element("div").classes("switches"):
+        shown += [_terminal(look, name, names) for names in inputs(controller)]
+        shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
+    if "master" in possible:
+        _encoder(look, name)
 
     def refresh() -> None:
-        if found.value:
-            for each in shown:
-                each()
+        for each in shown:
+            each()
 
     return refresh
 
@@ -193,7 +190,10 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
         if event.args["key"] in ARROWS and not event.args.get("repeat"):
             deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
 
-    with ui.element("div").classes("stick") as box:
+    with ui.element("div").classes("stick-row"):
+        box = ui.element("div").classes("stick")
+        label = ui.label().classes("figure").mark(f"{name}-joystick-rate")
+    with box:
         box.props.update({"tabindex": "0", "role": "slider", "aria-label": f"joystick of {name}, by arrow keys"})
         box.props.update({"aria-valuemin": -most, "aria-valuemax": most, "aria-valuenow": 0})
         box.on("keydown", pressed, ["key", "repeat", "shiftKey"]).on("keyup", lambda: deflect(0), [])
@@ -202,7 +202,6 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
             on_move=lambda event: deflect(event.x or 0), on_end=lambda: deflect(0), throttle=THROTTLE_S,
             color="#2457c5", size=90, mode="static", position={"left": "50%", "top": "50%"},
         ).mark(f"{name}-joystick")  # fmt: skip
-    label = ui.label().classes("figure").mark(f"{name}-joystick-rate")
     client.on_disconnect(let_go)
 
     def refresh() -> None:
