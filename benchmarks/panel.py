@@ -124,7 +124,7 @@ async def _answer_frames(address: str) -> None:
     import socketio
 
     with urllib.request.urlopen(address) as answer:
-        found = re.search(r'"?client_id"?: ?"([^"]+)"', answer.read().decode())
+        found = re.search(r"client_id\W+([\w-]+)", answer.read().decode())
     assert found is not None
     who = found[1]
     client = socketio.AsyncClient()

@@ -1,5 +1,7 @@
 """What the oscilloscope remembers: all changes of late, extremes of long ago, in a limited memory."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -86,7 +88,7 @@ def naive(changes, from_ns, to_ns, pixels):
     """Least and greatest in each pixel, one after the other."""
     edges = [from_ns + (to_ns - from_ns) * n // pixels for n in range(pixels + 1)]
     found = []
-    for left, right in zip(edges, edges[1:], strict=False):
+    for left, right in pairwise(edges):
         before = [value for time_ns, value in changes if time_ns < left][-1:]
         values = before + [value for time_ns, value in changes if left <= time_ns < right]
         found.append((min(values), max(values)) if values else (None, None))
@@ -117,8 +119,6 @@ def test_the_line_has_two_points_for_a_pixel_at_most_and_shows_all_extremes(step
     if expected:
         assert seen.values.min() == min(low for low, _ in expected)
         assert seen.values.max() == max(high for _, high in expected)
-
-
 
 
 long_ = st.lists(st.tuples(st.integers(1, 200), st.integers(-9, 9)), min_size=30, max_size=400)
