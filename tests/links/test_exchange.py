@@ -396,6 +396,26 @@ def test_what_a_new_client_finds_can_be_seen_to_by_somebody_else(model):
     assert seen == [model]
 
 
+def test_somebody_is_told_of_a_port_before_anything_is_done_there():
+    """A second channel is among those of a bench only when somebody has asked for it."""
+    told = []
+
+    def opening(name):
+        served.bench.ports[name].watch_host(told.append)
+
+    with Served() as served:
+        served.server = Server(served.bench, speed=None, opening=opening)
+        served.do(lambda: served.bench.add("smartmotor", line="instant"))
+        for _ in range(2):
+            address = served.open_name("smartmotor.rs485")
+        with dial(address) as host:
+            host.sendall(b"a=1 ")
+            served.do(served.server.start)
+            served.until(lambda: HostAct("write", b"a=1 ") in told)
+    assert told[0] == HostAct("flow", Flow.DTR)
+    assert [act.kind for act in told].count("write") == 1
+
+
 def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(served):
     served.add()
     url = served.open(served.bench["if1"])
