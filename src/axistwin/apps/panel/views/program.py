@@ -25,7 +25,7 @@ SUFFIXES = {**KINDS, ".sms": "smartmotor"}
 """Whose the files are that can be loaded."""
 EMPTY = Listing("", ())
 SELDOM = 4
-"""While time passes, the line is looked at in each so manieth frame: to know it, a motor has to be brought up to now."""
+"""While time passes, it is looked at in one of so many frames: to tell the line, a motor is brought up to now."""
 
 
 def program(look: Look, name: str) -> Refresh:
