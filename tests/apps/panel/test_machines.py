@@ -200,3 +200,20 @@ def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits(
         return bench
 
     show(build, at("smartmotor"), play)
+
+
+def test_a_servo_with_travel_is_a_slide_with_a_brake():
+    def play(visit):
+        motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
+        visit.run(1)
+        assert written(visit, name, "brake", "temperature") == ["holds", "25.0"]
+        assert seen(visit, name)["row-edges", ".unused"]
+        motor.serial.write(b"A=500 V=400000 P=5000 G ")
+        visit.run(0.2)
+        assert written(visit, name, "brake") == ["released"]
+        assert place(visit, name, "ghost") > place(visit, name, "carriage")
+        motor.master.move(300, 0)
+        visit.run(0.1)
+        assert (written(visit, name, "edges"), seen(visit, name)["row-edges", ".unused"]) == (["300"], False)
+
+    show(bench_of("smartmotor", shaft={**SERVO, "limits": (-100, 9000)}, line="instant"), at("smartmotor"), play)
