@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.apps.panel.scope import tracks
+from axistwin.apps.panel.scope.decimation import line as line_of
 from axistwin.apps.panel.scope.decimation import marks, window
 from axistwin.apps.panel.scope.tracks import MOST_BYTES, Track, Words
 from axistwin.apps.traces.signals import COUNT, LEVEL, TEXT
@@ -62,6 +63,14 @@ def test_nothing_is_known_while_nobody_was_looking():
     track.add(np.array([30]), np.array([2.0]))
 
     assert np.isnan(window(track, 0, 40, 4, now_ns=40).low).tolist() == [False, False, True, False]
+
+
+def test_where_little_has_happened_the_line_is_simply_that():
+    track = track_of((5, 0), (12, 7), (14, 1), (25, 3))
+
+    assert line(line_of(track, 13, 40, 100, now_ns=30)) == [(13, 7), (14, 1), (25, 3), (30, 3)]
+    assert line(line_of(track, 0, 5, 100, now_ns=30)) == []
+    assert line(line_of(track, 0, 40, 4, now_ns=40)) == line(window(track, 0, 40, 4, now_ns=40))
 
 
 def test_what_is_no_change_is_left_out():
