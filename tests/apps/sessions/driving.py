@@ -44,9 +44,12 @@ def drive(doing: Coroutine[Any, Any, Any]) -> Any:
 
 
 async def until(condition: Callable[[], object]) -> None:
-    """Let time pass until something is so; a test in which it never is ends by its own bound."""
-    while not condition():
+    """Let time pass, a minute at most, until something is so."""
+    for _ in range(6000):
+        if condition():
+            return
         await asyncio.sleep(0.01)
+    raise AssertionError("it never is")
 
 
 class Traced:

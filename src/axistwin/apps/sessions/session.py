@@ -67,8 +67,12 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time, in seconds."""
+        """Virtual time, in seconds; while nothing is due it may be a while ago that it was looked at: see `catch_up`."""
         return to_seconds(self.bench.now)
+
+    def catch_up(self) -> None:
+        """Bring virtual time to this moment, for who looks on; it sleeps while nothing is due."""
+        self.pacer.work()
 
     def each_bench(self, attach: Attach) -> None:
         """Call `attach` with the bench there is, and with each that takes its place, before anything happens on it."""
