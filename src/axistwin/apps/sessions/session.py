@@ -67,7 +67,7 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time, in seconds; while nothing is due it may be a while ago that it was looked at: see `catch_up`."""
+        """Virtual time, in seconds, when the bench was last advanced; while nothing is due, see `catch_up`."""
         return to_seconds(self.bench.now)
 
     def catch_up(self) -> None:
@@ -270,9 +270,7 @@ class Session:
             self.pacer.exchange(self.bench.clock)
         self._outside.attach(self.bench)
         self._recorded_ns = recorded_ns
-        self._repetition = Repetition(
-            self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up
-        )
+        self._repetition = Repetition(self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up)
 
     async def _bring_to(self, time_ns: int) -> None:
         """Breaks do not count on the way."""
