@@ -2,7 +2,9 @@
 
 import pytest
 
+from axistwin import Bench
 from axistwin.errors import UsageError
+from axistwin.links.manual import ManualPacer
 from axistwin.links.pacing import BLOCK_S, Pacer, read_speed
 from axistwin.sim.clock import Clock
 from axistwin.units import MS, S
@@ -312,6 +314,14 @@ def test_what_comes_in_while_something_happens_does_not_advance_it_further(clock
     clock.call_later(10 * MS, lambda: log.append("second"))
     pacer.start(loop)
     assert log == ["first", "second"]
+
+
+def test_by_hand_it_is_being_advanced_while_something_happens_too():
+    bench, seen = Bench(), []
+    pacer = ManualPacer(bench)
+    bench.clock.call_later(10 * MS, lambda: seen.append(pacer.advancing))
+    pacer.advance(20 * MS)
+    assert (seen, pacer.advancing, pacer.passes > 0) == ([True], False, True)
 
 
 @pytest.mark.parametrize("speed", SPEEDS)

@@ -1,11 +1,14 @@
 """What the oscilloscope remembers: all changes of late, extremes of long ago, in a limited memory."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.apps.panel.scope import tracks
+from axistwin.apps.panel.scope.decimation import line as line_of
 from axistwin.apps.panel.scope.decimation import marks, window
 from axistwin.apps.panel.scope.tracks import MOST_BYTES, Track, Words
 from axistwin.apps.traces.signals import COUNT, LEVEL, TEXT
@@ -62,6 +65,14 @@ def test_nothing_is_known_while_nobody_was_looking():
     assert np.isnan(window(track, 0, 40, 4, now_ns=40).low).tolist() == [False, False, True, False]
 
 
+def test_where_little_has_happened_the_line_is_simply_that():
+    track = track_of((5, 0), (12, 7), (14, 1), (25, 3))
+
+    assert line(line_of(track, 13, 40, 100, now_ns=30)) == [(13, 7), (14, 1), (25, 3), (30, 3)]
+    assert line(line_of(track, 0, 5, 100, now_ns=30)) == []
+    assert line(line_of(track, 0, 40, 4, now_ns=40)) == line(window(track, 0, 40, 4, now_ns=40))
+
+
 def test_what_is_no_change_is_left_out():
     assert track_of((0, 2), (5, 2), (6, 3)).rows(0, 10).begin.tolist() == [0, 6]
 
@@ -86,7 +97,7 @@ def naive(changes, from_ns, to_ns, pixels):
     """Least and greatest in each pixel, one after the other."""
     edges = [from_ns + (to_ns - from_ns) * n // pixels for n in range(pixels + 1)]
     found = []
-    for left, right in zip(edges, edges[1:], strict=False):
+    for left, right in pairwise(edges):
         before = [value for time_ns, value in changes if time_ns < left][-1:]
         values = before + [value for time_ns, value in changes if left <= time_ns < right]
         found.append((min(values), max(values)) if values else (None, None))
@@ -117,8 +128,6 @@ def test_the_line_has_two_points_for_a_pixel_at_most_and_shows_all_extremes(step
     if expected:
         assert seen.values.min() == min(low for low, _ in expected)
         assert seen.values.max() == max(high for _, high in expected)
-
-
 
 
 long_ = st.lists(st.tuples(st.integers(1, 200), st.integers(-9, 9)), min_size=30, max_size=400)

@@ -149,6 +149,18 @@ def test_the_stick_is_dragged_and_springs_back():
     show(bench_of("1811"), of("1811"), play)
 
 
+def test_a_page_that_goes_lets_the_stick_go():
+    def play(visit):
+        joystick = visit.bench["1811"].joystick
+        visit.trigger("1811-stick", "keydown", {"key": "ArrowRight"})
+        assert joystick.rate == 1000
+        for handler in visit.user.client.disconnect_handlers:
+            handler()
+        assert joystick.rate == 0
+
+    show(bench_of("1811"), of("1811"), play)
+
+
 def test_looking_at_a_joystick_changes_nothing():
     def play(visit):
         visit.run(0.1)

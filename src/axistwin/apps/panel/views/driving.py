@@ -21,7 +21,7 @@ STEPS = {
     "move": "a move begins or ends",
 }
 KEYS = {
-    "space": "run or pause", "e": "step to the next event", "s": "step to the next statement",
+    "r": "run or pause", "e": "step to the next event", "s": "step to the next statement",
     "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
 }  # fmt: skip
 STEPS_BY_KEY: dict[str, Literal["event", "statement", "move"]] = {"e": "event", "s": "statement", "m": "move"}
@@ -71,7 +71,7 @@ async def _key(look: Look, event: events.KeyEventArguments) -> None:
     if not event.action.keydown or event.modifiers.ctrl or event.modifiers.alt or event.modifiers.meta:
         return
     match event.key.name:
-        case " ":
+        case "r":
             _toggle(look)
         case "e" | "s" | "m" as letter:
             await _step(look, STEPS_BY_KEY[letter])
