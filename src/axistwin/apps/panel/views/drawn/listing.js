@@ -14,6 +14,9 @@ export default {
       if (button) this.$emit("toggle", { line: Number(button.dataset.line) });
     });
   },
+  activated() {
+    this.$emit("ready"); // it comes back to a page on which it was hidden, and has heard nothing meanwhile
+  },
   watch: {
     lines() {
       this.build();
