@@ -61,10 +61,13 @@ def joined(parts: list[Rows]) -> Rows:
 
 def summed(rows: Rows, shift: int) -> Rows:
     """Those of the same interval of `2 ** shift` ns as one."""
-    starts = np.flatnonzero(np.diff(rows.begin >> shift, prepend=-1))
+    places = rows.begin >> shift
+    starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
-    area = rows.area.copy()
-    area[:-1] += rows.last[:-1] * (rows.begin[1:] - rows.end[:-1])
+    area = np.empty(len(rows.begin))
+    np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
+    if rows.begin is not rows.end:  # single changes have none
+        area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
         rows.begin[starts],
@@ -103,8 +106,9 @@ class Track:
 
     def add(self, times: Times, values: Numbers) -> None:
         """What has come, later than all before; what is no change is left out."""
-        last = self._values[self._size - 1] if self._size else np.nan
-        changed = values != np.concatenate(((last,), values[:-1]))
+        changed = np.empty(len(values), bool)
+        changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
+        np.not_equal(values[1:], values[:-1], out=changed[1:])
         if not changed.all():
             times, values = times[changed], values[changed]
         half = CHANGES // 2
