@@ -236,3 +236,37 @@ def test_registers_that_are_none_are_told(act, tmp_path):
     (tmp_path / "s.toml").write_text(f'[[controller]]\nmodel = "1811"\n[[script]]\nat = 0\ndo = "{act}"\n')
     with pytest.raises(SceneError, match=r"s\.toml:5:\d+: "):
         Scene.load(tmp_path / "s.toml").build()
+
+
+def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_comes_after_them(tmp_path):
+    (tmp_path / "own.talk").write_text("+0.5\n+0.5\n! input3 high\n")
+    (tmp_path / "s.toml").write_text(
+        '[[controller]]\nmodel = "if1"\nline = "instant"\nhost = "own.talk"\n'
+        '[[script]]\nat = 0.75\ndo = "input1 high"\n[[script]]\nat = 1.0\ndo = "input1 low"\n'
+    )
+
+    async def main():
+        session = Session(Scene.load(tmp_path / "s.toml").build, 1.0, scene=Scene.load(tmp_path / "s.toml"))
+        traced, order = Traced(session, tmp_path), []
+        session.each_bench(lambda bench: watch(bench, order))
+        while session.seconds < 1:
+            assert await session.step("event")
+        session.do("if1", "input2", "high")
+        session.say("if1", b"(")
+        session.do("if1", "input1", "high")
+        first = [*order]
+        assert first == ["input1 True", "input3 True", "input1 False", "input2 True", "input1 True"]
+        end_ns, found, files = session.bench.now, traced.rows(), session.save()
+        order.clear()
+        await session.go_to(0)
+        await session.go_to(end_ns / 1e9)
+        assert order == first
+        assert traced.rows() == found
+        assert run_again(tmp_path / "saved", files, end_ns) == found
+
+    drive(main())
+
+
+def watch(bench, order):
+    for name in ("input1", "input2", "input3"):
+        bench["if1"].pins[name].watch(lambda pin, name=name: order.append(f"{name} {pin.level}"))

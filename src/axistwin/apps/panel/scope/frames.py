@@ -15,8 +15,8 @@ from axistwin.units import MS, US, S
 
 FULL = 65_535
 """The right edge; as a value: that it is not known."""
-TOP = FULL - 1
-"""The greatest value of a signal's range."""
+TOP = 4000
+"""The greatest value of a signal's range: finer no screen is."""
 WORD_PIXELS = 72
 """A word for so many pixels, at most."""
 UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
@@ -81,7 +81,8 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
     parts = np.rint((seen.values - low) * (TOP / (high - low)))
     parts[np.isnan(parts)] = FULL
     pairs[:, 1] = parts
-    return b64encode(pairs.tobytes()).decode()
+    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # and where the line ends
+    return b64encode(pairs[new].tobytes()).decode()
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
