@@ -66,7 +66,7 @@ class _View:
         self._title.text = listing.title
         self._state.text = "" if listing.running is None else f"line {listing.running + 1} runs"
         self._none.visible = not listing.lines
-        self._lines.visible = self._follow.visible = bool(listing.lines)
+        self._lines.visible = bool(listing.lines)
         self._lines.show(listing, follow=bool(self._follow.value))
         self._show_breaks(which)
         for each, row in self._orders.items():
