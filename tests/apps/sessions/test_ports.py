@@ -3,7 +3,7 @@
 import asyncio
 
 from axistwin import Bench
-from axistwin.apps.sessions.session import Session
+from axistwin.apps.sessions.session import DRAINED_EVERY, Session
 from axistwin.links.urls import parse
 
 PATIENCE_S = 10
@@ -144,3 +144,38 @@ def test_a_client_that_finds_the_controller_just_switched_on_is_repeated():
 
 def test_nobody_is_connected_where_nobody_serves():
     assert Session(if1).client("if1") == ""
+
+
+def test_a_host_at_a_second_channel_is_repeated_too():
+    def motor() -> Bench:
+        bench = Bench()
+        bench.add("smartmotor", line="instant")
+        return bench
+
+    async def main():
+        session = Session(motor, None)
+        _, writer = await connected(session, "smartmotor.rs485")
+        session.run()
+        writer.write(b"RP ")
+        while not any(act.controller == "smartmotor.rs485" for moment in session.journal for act in moment.acts):
+            await asyncio.sleep(0)
+        writer.close()
+        session.pause()
+        session.server.close()
+
+    asyncio.run(asyncio.wait_for(main(), PATIENCE_S))
+
+
+def test_what_nobody_is_connected_to_hear_is_not_kept_for_ever():
+    async def main():
+        session = Session(if1, None)
+        session.do("if1", "estop", "high")
+        session.say("if1", b"(")
+        session.run()
+        while session.pacer.passes <= 2 * DRAINED_EVERY:
+            await asyncio.sleep(0)
+            session.pacer.by_hand(lambda _: session.bench.run(0.001))
+        session.pause()
+        assert session.bench["if1"].serial.read() == b""
+
+    asyncio.run(asyncio.wait_for(main(), PATIENCE_S))

@@ -27,6 +27,8 @@ from axistwin.storage import FileStore
 from axistwin.units import S, to_ns, to_seconds
 
 Attach = Callable[[Bench], object]
+DRAINED_EVERY = 1 << 12
+"""So many passes of the clock."""
 
 
 class Session:
@@ -63,7 +65,7 @@ class Session:
         self._recorded_ns = 0
         self._running = self._busy = self._halted = self._caught_up = False
         self._aim: Break | None = None
-        self.pacer.watch(self._go_live)
+        self.pacer.watch(self._passed)
 
     @property
     def seconds(self) -> float:
@@ -78,7 +80,13 @@ class Session:
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False) -> Server:
         """A server for hosts at real ports, whose clients stay when another bench takes the place of this one."""
         self.pacer.sync()
-        self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=self._power_cycle if reset else False)
+        self.server = Server(
+            self.bench,
+            pacer=self.pacer,
+            flow=flow,
+            reset=self._power_cycle if reset else False,
+            opening=lambda _: self._outside.watch(),
+        )
         return self.server
 
     def client(self, name: str) -> str:
@@ -313,9 +321,18 @@ class Session:
         self._caught_up = True
         self.pacer.speed = self.pacer.speed  # it comes up for air
 
-    def _go_live(self) -> None:
+    def _passed(self) -> None:
+        """The bench has been advanced."""
         if self._caught_up:
             self._be_live()
+        if self.pacer.passes % DRAINED_EVERY == 0:
+            self._drain()
+
+    def _drain(self) -> None:
+        """What nobody is connected to hear is lost, as with nobody at the other end of the cable."""
+        for name, port in self.bench.ports.items():
+            if not self.client(name):
+                port.read()
 
     def _be_live(self) -> None:
         """Outside hosts are heard again; what they have missed is made up for."""

@@ -9,7 +9,7 @@ WIDE = "document.scrollingElement.scrollWidth"
 UNREACHED = """() => {
   const wanted = [...document.querySelectorAll('button, input, textarea, a[href], [role=tab], [role=slider], [role=combobox]')];
   return wanted.filter((each) => each.offsetParent && !each.disabled && !each.closest('[disabled], [aria-disabled=true], .disabled'))
-    .filter((each) => each.tabIndex < 0 && !each.closest('[tabindex="0"], .listing, [role=tablist], label'))
+    .filter((each) => each.tabIndex < 0 && !each.querySelector('[tabindex="0"]') && !each.closest('[tabindex="0"], .listing, [role=tablist], label'))
     .map((each) => each.outerHTML.slice(0, 120));
 }"""
 

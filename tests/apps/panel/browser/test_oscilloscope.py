@@ -28,6 +28,29 @@ def span(scope):
     return scope.locator(".scope-span")
 
 
+def test_a_trigger(panel, scope):
+    panel.choose("Trigger", "single", scope)
+    panel.choose("on", f"{panel.facts.who}.{panel.facts.pin}", scope)
+    panel.choose("edge", "either", scope)
+    scope.get_by_role("spinbutton", name="at").fill("0.5")
+    thumb(scope.get_by_role("slider", name="place of the edge")).press("ArrowRight")
+    panel.button("Arm", scope).click()
+    expect(scope.get_by_role("status")).to_contain_text("waiting for an edge")
+    panel.tab(panel.facts.who, "Pins")
+    name = f"{panel.facts.who}.{panel.facts.pin}"
+    for word in ("high", "low", "high"):
+        panel.button(f"{word} {name}").click()
+        panel.button("event").click()
+        panel.stands()
+    panel.speed("1")
+    panel.button("Run").click()
+    expect(scope.get_by_role("status")).to_contain_text("view paused")
+    panel.pause()
+    panel.button(f"release {name}").click()
+    panel.choose("Trigger", "off", scope)
+    panel.button("Live", scope).click()
+
+
 def test_signals_are_chosen_from_a_list(panel, scope):
     panel.button("List", scope).click()
     search = panel.field("Search")
@@ -98,29 +121,6 @@ def test_cursors_measure(panel, scope):
     plot.press("Escape")
     expect(times).to_contain_text("no cursors")
     panel.stands()
-
-
-def test_a_trigger(panel, scope):
-    panel.choose("Trigger", "single", scope)
-    panel.choose("on", f"{panel.facts.who}.{panel.facts.pin}", scope)
-    panel.choose("edge", "either", scope)
-    scope.get_by_role("spinbutton", name="at").fill("0.5")
-    thumb(scope.get_by_role("slider", name="place of the edge")).press("ArrowRight")
-    panel.button("Arm", scope).click()
-    expect(scope.get_by_role("status")).to_contain_text("waiting for an edge")
-    panel.tab(panel.facts.who, "Pins")
-    name = f"{panel.facts.who}.{panel.facts.pin}"
-    for word in ("high", "low", "high"):
-        panel.button(f"{word} {name}").click()
-        panel.button("event").click()
-        panel.stands()
-    panel.speed("1")
-    panel.button("Run").click()
-    expect(scope.get_by_role("status")).to_contain_text("view paused")
-    panel.pause()
-    panel.button(f"release {name}").click()
-    panel.choose("Trigger", "off", scope)
-    panel.button("Live", scope).click()
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".vcd", ".parquet", ".png", ".svg"])

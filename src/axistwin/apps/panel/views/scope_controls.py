@@ -106,7 +106,7 @@ def _save_menu(card: Card) -> None:
         for whole, what in ((False, "what is seen"), (True, "all that is known")):
             for suffix in (*TRACES, *PICTURES):
                 item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: card.save(s, w))
-                item.mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
+                item.props("role=menuitem").mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
 
 
 def choice(card: Card) -> Refresh:
