@@ -145,11 +145,6 @@ class Session:
     # Time
 
     @property
-    def busy(self) -> bool:
-        """Whether it is on its way, by a step or to another moment, so that nothing can be done to it."""
-        return self._busy
-
-    @property
     def running(self) -> bool:
         """Whether time passes."""
         return self._running
