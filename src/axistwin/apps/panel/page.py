@@ -51,7 +51,8 @@ def _header(look: Look) -> Iterator[Refresh]:
 
 
 def _body(look: Look) -> Iterator[Refresh]:
-    with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
+    columns = max(2, len(look.bench.controllers) + len(look.bench.lines))
+    with ui.element("div").classes("bench").props("id=bench tabindex=-1").style(f"--columns: {columns}"):
         for name in look.bench.controllers:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 yield from _machine(look, name)

@@ -83,7 +83,7 @@ def _line(look: Look, name: str, whole: bool) -> None:
                 box.value = ""
 
         box.on("keydown.enter", send)
-        ui.button("Send", on_click=send).props("dense").mark(f"send {name}")
+        ui.button("Send", on_click=send).props("dense no-caps").mark(f"send {name}")
 
 
 def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
@@ -100,7 +100,7 @@ def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
 def _buttons(look: Look, name: str) -> None:
     port = look.bench.port(name)
     with ui.row().classes("terminal-line"):
-        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline").mark(
+        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline no-caps").mark(
             f"break {name}"
         )
         if port.handshake:
