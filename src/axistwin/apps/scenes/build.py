@@ -52,8 +52,8 @@ class Builder:
     def __init__(self, contents: SceneFile, source: Source, served: bool, texts: dict[str, str]) -> None:
         self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()
-        self._load = hosting.loader(self.bench, lambda file: self._text(str(self._beside(Path(file)))))
-        self._hands = Hands(self.bench, self._load)
+        load = hosting.loader(self.bench, lambda file: self._text(str(self._beside(Path(file)))))
+        self._hands = Hands(self.bench, load)
 
     def build(self) -> Bench:
         """All of it; the controllers have just been switched on."""
@@ -270,7 +270,7 @@ class Builder:
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
             with self.source.blaming(*path):
-                hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._load)()
+                hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._hands)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
         """Those that live here: where the file says so, whom they talk to, and what."""

@@ -16,6 +16,7 @@ from axistwin.apps.conversations.conversation import Do, Say
 from axistwin.apps.scenes.scene import Scene
 from axistwin.apps.sessions import programs, saving, steps
 from axistwin.apps.sessions.breaks import Break
+from axistwin.apps.sessions.journal import Journal
 from axistwin.apps.sessions.outside import Outside, Repetition
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
@@ -66,8 +67,12 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time, in seconds."""
+        """Virtual time, in seconds; while nothing is due it may be a while ago that it was looked at: see `catch_up`."""
         return to_seconds(self.bench.now)
+
+    def catch_up(self) -> None:
+        """Bring virtual time to this moment, for who looks on; it sleeps while nothing is due."""
+        self.pacer.work()
 
     def each_bench(self, attach: Attach) -> None:
         """Call `attach` with the bench there is, and with each that takes its place, before anything happens on it."""
@@ -77,12 +82,17 @@ class Session:
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False) -> Server:
         """A server for hosts at real ports, whose clients stay when another bench takes the place of this one."""
         self.pacer.sync()
-        self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=reset)
+        self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=self._power_cycle if reset else False)
         return self.server
 
     def client(self, name: str) -> str:
         """Who is connected there from outside; "" if nobody is."""
         return "" if self.server is None else self.server.client(name)
+
+    @property
+    def journal(self) -> Journal:
+        """What has been done to it from outside."""
+        return self._outside.journal
 
     # Doing something to it
 
@@ -240,7 +250,7 @@ class Session:
     @property
     def _recorded(self) -> int:
         ns = max(self._recorded_ns, self.bench.now)
-        full_ns = self._outside.journal.full_ns
+        full_ns = self.journal.full_ns
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
     def _begin_again(self) -> None:
@@ -261,7 +271,7 @@ class Session:
         self._outside.attach(self.bench)
         self._recorded_ns = recorded_ns
         self._repetition = Repetition(
-            self.bench.clock, self._outside.journal, self._outside.again, recorded_ns, self._catch_up
+            self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up
         )
 
     async def _bring_to(self, time_ns: int) -> None:
@@ -312,6 +322,5 @@ class Session:
 
     def save(self) -> dict[str, str]:
         """A scene that repeats all that has been recorded, by `axistwin run`: the texts of its files, by name."""
-        outside = self._outside
-        recorded = self._recorded
-        return saving.files(self._scene, self._served, self.bench, outside.journal, outside.texts, recorded)
+        texts, end_ns = self._outside.texts, self._recorded
+        return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)
