@@ -10,7 +10,6 @@ from axistwin import Bench
 from axistwin.apps.sessions.session import Session
 from axistwin.apps.traces.trace import tracing
 
-
 TURN_S = 1e-6
 """What a turn of the loop takes at least."""
 

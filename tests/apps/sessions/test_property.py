@@ -1,7 +1,10 @@
-"""Whatever is done to a bench, and at whatever pace: going back to any moment gives the same trace, byte by byte, and so
-does the scene that is saved."""
+"""Whatever is done to a bench, and at whatever pace: going back to any moment gives the same trace, byte by byte.
+
+So does the scene that is saved, run by `axistwin run`.
+"""
 
 import asyncio
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -46,12 +49,14 @@ def all_of_them() -> Bench:
 
 
 SAID = {
-    "if1": [b"(", b"U61\r", b"X40@300S1$\r", b"Y-20$\r", b"E\r", b"K\r", b"C\r", b":Z3:P0,2:X20$:=2,1:$\r", b"G$\r", b"\xff"],
+    "if1": [
+        b"(", b"U61\r", b"X40@300S1$\r", b"Y-20$\r", b"E\r", b"K\r", b"C\r", b":Z3:P0,2:X20$:=2,1:$\r", b"\xff",
+    ],
     "1811": [
         bytes.fromhex(text)
-        for text in ("31 00 00 00 00 03 E8 00 03 D0 90", "33 00 00 00 64", "83", "84", "33 FF FF FF 90", "00", "70")
+        for text in ("31 00 00 00 00 03 E8 00 03 D0 90", "33 00 00 00 64", "83", "84", "33 FF FF FF 90", "70")
     ],
-    "motor": [b"UCI UDI ZS ", b"A=100 V=400000 MP O=0 P=500 G ", b"RP RPE ", b"MV V=-100000 G ", b"X ", b"a=7 Ra ", b"G"],
+    "motor": [b"UCI UDI ZS ", b"A=100 V=400000 MP O=0 P=500 G ", b"RP RPE ", b"MV V=-100000 G ", b"X ", b"a=7 Ra "],
 }  # fmt: skip
 DONE = {
     "if1": [
@@ -67,7 +72,8 @@ DONE = {
         ("fault", 'power_cut duration=0.1 when="motor passes 300"'), ("mend", "all"),
     ],
     "motor": [
-        ("A", "2.5V"), ("A", "release"), ("B", "low"), ("shaft.load", "0.05"), ("shaft.jam", "on"), ("shaft.jam", "off"),
+        ("A", "2.5V"), ("A", "release"), ("B", "low"), ("shaft.load", "0.05"),
+        ("shaft.jam", "on"), ("shaft.jam", "off"),
         ("shaft.push", "20"), ("ambient", "60"), ("master", "400 in 0.5"), ("power", "off"), ("power", "on"),
         ("line", "9600 8N1"), ("break", "0.1"), ("fault", "double 3 way=from name=echo"), ("mend", "all"),
         ("fault", 'jam when="echo ends" duration=0.2'), ("hold", "on"), ("hold", "off"),
@@ -95,10 +101,8 @@ async def say(name: str, data: bytes, session: Session) -> None:
 
 
 async def do(name: str, act: tuple[str, str], session: Session) -> None:
-    try:
+    with suppress(AxistwinError):  # such as a fault that is to be mended, or another of its name
         session.do(name, *act)
-    except AxistwinError:
-        pass  # such as a fault that is to be mended, or another of its name
 
 
 async def pause(session: Session) -> None:

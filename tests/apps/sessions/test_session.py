@@ -7,7 +7,6 @@ import logging
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.conversations import stored
 from axistwin.apps.sessions.session import Session
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.serial_port import Flow
@@ -153,6 +152,22 @@ def test_a_step_where_nothing_happens_tells_so():
         await asyncio.sleep(0.1)
         assert not await session.step("move")
         assert session.seconds < 61
+
+    drive(main())
+
+
+def test_statements_of_a_stored_program_are_stepped():
+    async def main():
+        session = Session(motor, 1.0)
+        session.run()
+        await asyncio.sleep(1)
+        session.load("motor", "count.sms", "WAIT=400\na=1\na=2\nb=3\nEND\n")
+        found = []
+        for _ in range(4):
+            assert await session.step("statement")
+            registers = session.bench["motor"].registers
+            found.append((registers["Ra"].read(), registers["Rb"].read()))
+        assert found == [(0, 0), (1, 0), (2, 0), (2, 3)]
 
     drive(main())
 
@@ -325,7 +340,7 @@ def test_what_is_kept_without_power_is_as_it_was_at_the_beginning(tmp_path):
         end_s = session.seconds
         await session.go_to(0.5)
         assert not file.exists()
-        stored.store(SOURCE.encode(), "home.sms", old["motor"])
+        old["motor"].store.save(b"{}")
         assert not file.exists()
         await session.go_to(end_s)
         assert file.read_text() == kept

@@ -31,22 +31,24 @@ class Outside:
         self.pacer, self.journal = pacer, Journal()
         self.texts: dict[str, str] = {}
         """Programs that have been loaded, by the names of their files."""
+        self._watched: dict[str, Callable[[], None]] = {}
 
     def attach(self, bench: Bench) -> None:
-        """From now on to this bench."""
+        """From now on to this bench, and to none before."""
+        for unwatch in self._watched.values():
+            unwatch()
+        self._watched.clear()
         self.bench = bench
         self.hands = Hands(bench, loader(bench, self.texts.__getitem__))
-        self._watched: set[str] = set()
         self.watch()
 
     def watch(self) -> None:
         """Note what hosts do to whom they can talk to."""
         for name in partners.names(self.bench):
             if name not in self._watched:
-                self._watched.add(name)
                 at_a_bus = partners.at_a_bus(self.bench, name)
                 port = self.bench[name].bus if at_a_bus else self.bench.port(name)
-                port.watch_host(partial(self._by_a_host, name))
+                self._watched[name] = port.watch_host(partial(self._by_a_host, name))
 
     def prepared(self, act: Act) -> Callable[[], None]:
         """Somebody is going to do this; what cannot be done is found now.  Raises AxistwinError."""

@@ -67,12 +67,8 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Virtual time, in seconds; while nothing is due it may be a while ago that it was looked at: see `catch_up`."""
+        """Virtual time, in seconds, when the bench was last advanced: it sleeps while nothing is due (`pacer.work`)."""
         return to_seconds(self.bench.now)
-
-    def catch_up(self) -> None:
-        """Bring virtual time to this moment, for who looks on; it sleeps while nothing is due."""
-        self.pacer.work()
 
     def each_bench(self, attach: Attach) -> None:
         """Call `attach` with the bench there is, and with each that takes its place, before anything happens on it."""
@@ -139,6 +135,11 @@ class Session:
             raise UsageError(f"wait until it is there: it is on its way, at {self.seconds:.3f} s")
 
     # Time
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is on its way, by a step or to another moment, so that nothing can be done to it."""
+        return self._busy
 
     @property
     def running(self) -> bool:
@@ -270,9 +271,7 @@ class Session:
             self.pacer.exchange(self.bench.clock)
         self._outside.attach(self.bench)
         self._recorded_ns = recorded_ns
-        self._repetition = Repetition(
-            self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up
-        )
+        self._repetition = Repetition(self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up)
 
     async def _bring_to(self, time_ns: int) -> None:
         """Breaks do not count on the way."""
