@@ -20,10 +20,15 @@ from time import perf_counter, process_time
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import tracing
 
+from axistwin import Bench
 from axistwin.apps.panel.views import scope
 from axistwin.apps.panel.web import Address, Panel
 from axistwin.apps.sessions.session import Session
+from axistwin.bench import Controller
+from axistwin.sim.clock import Procedure
+from axistwin.units import MS
 
 SIGNALS = (
     "if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.host_says", "1811.motor.pulses", "1811.motor.velocity",
@@ -42,6 +47,7 @@ GOAL_LATE, GOAL_SPEED = 0.01, 0.5
 
 def main() -> None:
     """Print the ratios."""
+    tracing.run(None, "default")  # so that what is to be compiled has been
     asyncio.run(_measured())
 
 
@@ -65,6 +71,32 @@ async def _measured() -> None:
     ratio, by_wall = (max(one[n] for one in looked_at) / max(one[n] for one in speeds) for n in (0, 1))
     print(f"as fast as it goes, {who}: {ratio:.2f} of the speed without (goal >= {GOAL_SPEED:g}), ", end="")
     print(f"with the browser's own work on the same processors {by_wall:.2f}")
+
+
+def at_work() -> Session:
+    """One of each family, moving for as long as one likes, and a host that asks them ten times a second."""
+
+    def build() -> Bench:
+        bench, hosts = tracing.at_work()
+        bench.clock.process(_asking(bench, hosts))
+        return bench
+
+    return Session(build)
+
+
+def _asking(bench: Bench, hosts: list[Controller]) -> Procedure:
+    if1, board, motor = hosts
+    while True:
+        if1.serial.write(b"E\r")
+        tracing.command(board, "83")
+        motor.serial.write(b"RP ")
+        yield bench.clock.timeout(98 * MS)
+        if1.serial.read(), motor.serial.read()
+        while board.bus.read(1) & 8:
+            for _ in range(16):
+                board.bus.read(0)
+            board.bus.write(1, 0x80)
+            yield bench.clock.timeout(2 * MS)
 
 
 @contextlib.contextmanager

@@ -64,6 +64,8 @@ class Pacer:
         self.overruns = 0
         """In how many of these blocks it happened too late."""
         self.most_late_s = 0.0
+        self.agenda_ns = 0
+        """As fast as it goes, it goes on at least up to here, though nothing happens by itself."""
         self._speed = speed
         self._dirty: list[Port] = []
         self._watchers: list[Callable[[], None]] = []
@@ -209,21 +211,26 @@ class Pacer:
 
     # As fast as it goes
 
+    @property
+    def _idle(self) -> bool:
+        """Whether nothing is to be done."""
+        return self.clock.quiet and (self.clock.now >= self.agenda_ns or self.clock.next_event_ns() is None)
+
     def _slice(self) -> None:
         self._next = None
-        if not self.clock.quiet:
+        if not self._idle:
             self._pass(self._rush)
         self._flush()
         self._go_on()
 
     def _go_on(self) -> None:
-        if self._next is None and self._loop is not None and not self.clock.quiet:
+        if self._next is None and self._loop is not None and not self._idle:
             self._next = self._loop.call_soon(self._slice)
 
     def _rush(self) -> None:
         clock, plan, end_s = self.clock, self._plan, perf_counter() + SLICE_S
         clock.step()
-        while not clock.quiet and plan == self._plan and perf_counter() < end_s:
+        while not self._idle and plan == self._plan and perf_counter() < end_s:
             clock.step()
 
     # By the wall clock

@@ -51,17 +51,17 @@ def _header(look: Look) -> Iterator[Refresh]:
 
 
 def _body(look: Look) -> Iterator[Refresh]:
-    with ui.element("main").classes("bench").props("id=bench"):
+    with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
         for name in look.bench.controllers:
-            with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+            with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 yield from _machine(look, name)
         for name in look.bench.lines:
-            with ui.card().classes("machine").props(f'data-test="machine {name}"'):
+            with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 ui.label(name).classes("machine-name")
                 yield terminal(look, name)
         with ui.element("div").classes("beside" if len(look.bench.controllers) == 1 else "beside wide"):
             yield scope(look)
-            with ui.card().classes("machine"):
+            with ui.card().classes("machine").props("role=region aria-label=faults"):
                 ui.label("Faults").classes("machine-name")
                 yield faults(look)
 

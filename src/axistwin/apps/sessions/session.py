@@ -147,6 +147,11 @@ class Session:
         return self._running
 
     @property
+    def busy(self) -> bool:
+        """Whether it is on its way, by a step or to another moment; nobody can do anything meanwhile."""
+        return self._busy
+
+    @property
     def speed(self) -> float | None:
         """Times real time; None: as fast as it goes."""
         return self.pacer.speed
@@ -159,6 +164,7 @@ class Session:
         """Let time pass."""
         self._check_free()
         self.halted_by, self._halted, self._running = "", False, True
+        self.pacer.agenda_ns = self.bench.agenda_ns  # who drives wants to see what the scene has in store
         self.pacer.start()
 
     def pause(self) -> None:

@@ -3,12 +3,12 @@
 import io
 import zipfile
 from collections.abc import Awaitable, Callable
-from typing import Literal
 
 from nicegui import events, ui
 
 from axistwin.apps.panel.look import Look, Refresh, together
 from axistwin.apps.panel.sentences import stems
+from axistwin.apps.panel.views.keys import keys
 from axistwin.apps.sessions.breaks import Break
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
@@ -16,15 +16,11 @@ from axistwin.links.pacing import read_speed
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
 """What the slider chooses from; any other number can be typed."""
 STEPS = {
-    "event": "something that can be seen",
+    "event": "something can be seen",
     "statement": "a line of a program begins",
     "move": "a move begins or ends",
 }
-KEYS = {
-    "r": "run or pause", "e": "step to the next event", "s": "step to the next statement",
-    "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
-}  # fmt: skip
-STEPS_BY_KEY: dict[str, Literal["event", "statement", "move"]] = {"e": "event", "s": "statement", "m": "move"}
+STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SELDOM = 10
 """What need not be smooth is brought up to date in one frame of so many."""
 
@@ -36,7 +32,7 @@ def driving(look: Look) -> Refresh:
     with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
         views += [_timeline(look), _until(look), _breaks(look)]
         _save(look)
-        _help(look)
+        keys(lambda key: _key(look, key))
     return together(*views)
 
 
@@ -48,7 +44,6 @@ def _run(look: Look) -> Refresh:
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
         step.props("dense outline no-caps color=white").mark(f"step {kind}").tooltip(f"on to where {what}")
-    ui.keyboard(lambda event: _key(look, event))
 
     def refresh() -> None:
         button.text = "Pause" if look.session.running else "Run"
@@ -61,24 +56,22 @@ def _toggle(look: Look) -> None:
     look.touch(look.session.pause if look.session.running else look.session.run)
 
 
-async def _step(look: Look, kind: Literal["event", "statement", "move"]) -> None:
+async def _step(look: Look, kind: str) -> None:
     found = await look.wait_for(lambda: look.session.step(kind))
     if found is False:
         ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
 
 
-async def _key(look: Look, event: events.KeyEventArguments) -> None:
-    if not event.action.keydown or event.modifiers.ctrl or event.modifiers.alt or event.modifiers.meta:
-        return
-    match event.key.name:
-        case "r":
+async def _key(look: Look, key: str) -> None:
+    match key:
+        case " ":
             _toggle(look)
-        case "e" | "s" | "m" as letter:
-            await _step(look, STEPS_BY_KEY[letter])
         case "+":
             _change_speed(look, 1)
         case "-":
             _change_speed(look, -1)
+        case _:
+            await _step(look, STEPS_BY_KEY[key])
 
 
 # Speed
@@ -90,9 +83,15 @@ def _speed(look: Look) -> Refresh:
     )
     box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
     box.classes("speed-box").mark("speed box").tooltip("times real time, or max")
-    slider.on("change", lambda event: _set_speed(look, SPEEDS[round(event.args)]))
-    box.on("keydown.enter", lambda: look.touch(lambda: _read_speed(look, box.value)))
     shown: float | None = -1.0
+
+    def wish(act: Callable[[], object]) -> None:
+        nonlocal shown
+        if not look.touch(act):
+            shown = -1.0  # what it is comes back
+
+    slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
+    box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))
 
     def refresh() -> None:
         nonlocal shown
@@ -115,7 +114,7 @@ def _nearest(speed: float | None) -> int:
 
 
 def _set_speed(look: Look, speed: float | None) -> None:
-    look.touch(lambda: setattr(look.session, "speed", speed))
+    look.session.speed = speed
 
 
 def _read_speed(look: Look, text: str) -> None:
@@ -124,7 +123,7 @@ def _read_speed(look: Look, text: str) -> None:
 
 def _change_speed(look: Look, by: int) -> None:
     place = _nearest(look.session.speed) + by
-    _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)])
+    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]))
 
 
 # How it is
@@ -150,6 +149,8 @@ def _in_words(look: Look) -> str:
     session = look.session
     if session.progress is not None:
         return f"repeating the run: {session.progress:.0%}"
+    if session.busy:
+        return "on its way"
     repeating = ", repeating what was recorded" if session.repeating else ""
     if session.running:
         return f"running{repeating}"
@@ -172,7 +173,13 @@ def _timeline(look: Look) -> Refresh:
         .classes("moment")
         .mark("moment")
     )
-    slider.on("change", lambda event: _go_to(look, float(event.args)))
+    dragged = False
+
+    def drag(event: events.GenericEventArguments) -> None:
+        nonlocal dragged
+        dragged = event.args == "start"
+
+    slider.on("pan", drag).on("change", lambda event: _go_to(look, float(event.args)))
     box.on("keydown.enter", lambda: _go_to(look, box.value))
     forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
     forget.props("dense outline no-caps color=white").mark("forget").tooltip(
@@ -183,7 +190,7 @@ def _timeline(look: Look) -> Refresh:
     def refresh() -> None:
         nonlocal frame
         frame += 1
-        if frame % SELDOM == 1:
+        if frame % SELDOM == 1 and not dragged:
             forget.set_visibility(look.session.repeating)
             slider.props["max"] = max(round(look.session.recorded_seconds, 3), 0.001)
             slider.value = round(look.session.seconds, 3)
@@ -258,7 +265,7 @@ def _remove(look: Look, each: Break) -> Callable[[], object]:
     return lambda: look.touch(lambda: look.session.remove_break(each))
 
 
-# Saving, help
+# Saving
 
 
 def _save(look: Look) -> None:
@@ -273,15 +280,3 @@ def _download(look: Look) -> None:
         for name, text in look.session.save().items():
             archive.writestr(name, text)
     ui.download.content(packed.getvalue(), "session.zip")
-
-
-def _help(look: Look) -> None:  # noqa: ARG001
-    with ui.dialog() as dialog, ui.card():
-        ui.label("Keys").classes("title")
-        for key, what in KEYS.items():
-            with ui.row():
-                ui.label(key).classes("key")
-                ui.label(what)
-        ui.button("Close", on_click=dialog.close)
-    ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').mark("help")
-    ui.keyboard(lambda event: dialog.open() if event.action.keydown and event.key.name == "?" else None)

@@ -61,7 +61,7 @@ def scope(look: Look) -> Refresh:
     all_ = look.common(Scopes)
     screen = all_.come(look.person)
     ui.context.client.on_delete(lambda: all_.go(screen))
-    with ui.card().classes("scope").mark("scope"):
+    with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
         return _Scope(screen, all_).refresh
 
 

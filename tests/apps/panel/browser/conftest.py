@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 ARTEFACTS = ROOT / "tests" / "artefacts"
 PROGRAM = [sys.executable, "-c", "from axistwin.apps.cli import main; main()", "serve"]
 FLAGS = [
@@ -20,17 +20,24 @@ FLAGS = [
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PATIENCE_MS = 20_000
 PANEL = re.compile(r"panel on (http://\S+)")
+SCENES = ("drill", "winder", "cut-to-length")
 
 
-@pytest.fixture(scope="module")
+def pytest_collection_modifyitems(items):
+    """The first test of a machine starts a program, and browsers are slow where much else is going on."""
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.timeout(300))
+
+
+@pytest.fixture(scope="package")
 def browser():
     """Debian's chromium, or whatever is called so."""
     path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if path is None:
         pytest.skip("there is no browser here: install Debian's package chromium to test the panel in one")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
+    playwright_of = pytest.importorskip("playwright.sync_api", reason="the panel is tested with playwright")
+    with playwright_of.sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
         program = playwright.chromium.launch(executable_path=path, args=FLAGS)
         yield program
@@ -39,7 +46,7 @@ def browser():
 
 @contextmanager
 def _shown(scene, *options):
-    """The address of the panel of a scene (a path, or a model's name), served at ten times real time."""
+    """The address of the panel of a scene (a path, or a model's name)."""
     words = [*PROGRAM, str(scene), "--panel", "0", *options]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as program:
         try:
@@ -79,20 +86,48 @@ class Visit:
         assert not self.wrong, self.wrong
 
 
-@pytest.fixture(scope="module")
-def shown(browser):  # without one nothing need be served
+@pytest.fixture(scope="package")
+def shown(browser):  # noqa: ARG001  # without one nothing need be served
     """`with shown(SCENE) as address:` serves it with a panel meanwhile."""
     return _shown
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def visiting(browser):
     """`with visiting(address) as visit:` is a browser there, of any size."""
 
     @contextmanager
     def visit(address, **size):
         one = Visit(browser, address, **size)
-        yield one
+        try:
+            yield one
+        except BaseException:
+            one.keep_picture("failed")
+            one.context.close()
+            raise
         one.close()
 
     return visit
+
+
+@pytest.fixture(scope="package", params=SCENES)
+def machine(request, shown):
+    """One of the examples, served with a panel: its name and its address."""
+    with shown(f"examples/{request.param}/scene.toml", "--speed", "5") as address:
+        yield request.param, address
+
+
+@pytest.fixture(scope="package")
+def driver(machine, visiting):
+    """Somebody who drives it, with one page for all tests."""
+    with visiting(machine[1]) as visit:
+        visit.page.get_by_text("you drive").wait_for()
+        yield visit
+
+
+@pytest.fixture
+def panel(machine, driver):
+    """That page, as `Panel`."""
+    from .using import Panel
+
+    return Panel(machine[0], driver)

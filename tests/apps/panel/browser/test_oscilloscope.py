@@ -1,0 +1,134 @@
+"""The oscilloscope: signals, time, cursors, trigger, files."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from .using import thumb
+
+
+@pytest.fixture
+def scope(panel):
+    """Of a machine that has just begun to move; it shows an axis and a pin."""
+    panel.begin()
+    panel.run_until(panel.facts.moving)
+    card = panel.region("oscilloscope")
+    card.get_by_test_id("scope-plot").scroll_into_view_if_needed()
+    panel.say(card.get_by_test_id("scope-signals"), signals(panel))
+    expect(card.get_by_role("row")).to_have_count(3)
+    return card
+
+
+def signals(panel):
+    return f"{panel.facts.moving.split()[0]}.velocity, {panel.facts.who}.{panel.facts.pin}"
+
+
+def span(scope):
+    return scope.locator(".scope-span")
+
+
+def test_signals_are_chosen_from_a_list(panel, scope):
+    panel.button("List", scope).click()
+    search = panel.field("Search")
+    search.fill(f"{panel.facts.who}.{panel.facts.pin}")
+    box = panel.page.get_by_role("checkbox", name=f"{panel.facts.who}.{panel.facts.pin}", exact=True)
+    expect(box).to_be_checked()
+    box.click()
+    panel.page.keyboard.press("Escape")
+    expect(scope.get_by_role("row")).to_have_count(2)
+    scope.get_by_test_id("scope-signals").fill(signals(panel))
+    panel.button("Show", scope).click()
+    expect(scope.get_by_role("row")).to_have_count(3)
+    panel.say(scope.get_by_test_id("scope-signals"), "nothing")
+    panel.message("nothing")
+
+
+def test_pause_zoom_and_pan(panel, scope):
+    expect(span(scope)).to_have_text(re.compile("s$"))
+    panel.button("Pause", scope).click()
+    expect(scope.get_by_role("status")).to_contain_text("view paused; the bench goes on")
+    for control in ("shorter time", "longer time", "all that is known"):
+        before = span(scope).inner_text()
+        panel.button(control, scope).click()
+        expect(span(scope)).not_to_have_text(before)
+    before = span(scope).inner_text()
+    scope.get_by_role("slider", name="time base").press("ArrowRight")
+    expect(span(scope)).not_to_have_text(before)
+    plot = scope.get_by_test_id("scope-plot")
+    plot.hover()
+    before = span(scope).inner_text()
+    panel.page.mouse.wheel(0, -300)
+    expect(span(scope)).not_to_have_text(before)
+    before = span(scope).inner_text()
+    plot.press("-")
+    expect(span(scope)).not_to_have_text(before)
+    plot.press("ArrowLeft")
+    box = plot.bounding_box()
+    panel.page.mouse.move(box["x"] + 300, box["y"] + 50)
+    panel.page.mouse.down()
+    panel.page.mouse.move(box["x"] + 200, box["y"] + 50, steps=3)
+    panel.page.mouse.up()
+    panel.button("Live", scope).click()
+    expect(scope.get_by_role("status")).to_have_text("")
+    panel.stands()
+
+
+def test_lanes_and_overlaid(panel, scope):
+    for word in ("Overlaid", "Lanes"):
+        panel.button(word, scope).click()
+        expect(panel.button(word, scope)).to_have_attribute("aria-pressed", "true")
+
+
+def test_cursors_measure(panel, scope):
+    panel.button("all that is known", scope).click()
+    plot, times = scope.get_by_test_id("scope-plot"), scope.locator(".scope-times")
+    panel.button("Clear", scope).click()
+    expect(times).to_contain_text("no cursors")
+    box = plot.bounding_box()
+    for part in (0.3, 0.6):
+        plot.click(position={"x": box["width"] * part, "y": 30})
+    expect(times).to_contain_text("B − A")
+    scope.get_by_role("switch", name="to edges").click()
+    for name in ("cursor A", "edge before", "next edge", "cursor B"):
+        panel.button(name, scope).click()
+    plot.press("Shift+ArrowRight")
+    expect(times).to_contain_text("B moves")
+    scope.get_by_role("switch", name="to edges").click()
+    plot.press("Escape")
+    expect(times).to_contain_text("no cursors")
+    panel.stands()
+
+
+def test_a_trigger(panel, scope):
+    panel.choose("Trigger", "single", scope)
+    panel.choose("on", f"{panel.facts.who}.{panel.facts.pin}", scope)
+    panel.choose("edge", "either", scope)
+    scope.get_by_role("spinbutton", name="at").fill("0.5")
+    thumb(scope.get_by_role("slider", name="place of the edge")).press("ArrowRight")
+    panel.button("Arm", scope).click()
+    expect(scope.get_by_role("status")).to_contain_text("waiting for an edge")
+    panel.tab(panel.facts.who, "Pins")
+    name = f"{panel.facts.who}.{panel.facts.pin}"
+    for word in ("high", "low", "high"):
+        panel.button(f"{word} {name}").click()
+        panel.button("event").click()
+        panel.stands()
+    panel.speed("1")
+    panel.button("Run").click()
+    expect(scope.get_by_role("status")).to_contain_text("view paused")
+    panel.pause()
+    panel.button(f"release {name}").click()
+    panel.choose("Trigger", "off", scope)
+    panel.button("Live", scope).click()
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".vcd", ".parquet", ".png", ".svg"])
+def test_saving(panel, scope, suffix):
+    magic = {".csv": b"#", ".vcd": b"$", ".parquet": b"PAR1", ".png": b"\x89PNG", ".svg": b"<?xml"}
+    whole = "what is seen" if suffix in (".png", ".csv") else "all that is known"
+    panel.button("Save", scope).click()
+    with panel.page.expect_download() as download:
+        panel.page.get_by_role("menuitem", name=f"{whole}, {suffix}").click()
+    assert download.value.suggested_filename == f"scope{suffix}"
+    assert download.value.path().read_bytes().startswith(magic[suffix])

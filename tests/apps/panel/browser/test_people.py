@@ -1,0 +1,57 @@
+"""Several people: who drives, who watches, and what is as it was after a reload."""
+
+from playwright.sync_api import expect
+
+from .using import Panel
+
+
+def people(page):
+    """The menu that tells who is there."""
+    page.get_by_role("button", name="drive").first.click()
+    return page.get_by_role("textbox", name="your name")
+
+
+def test_one_drives_and_another_sees_who_and_takes_over(machine, panel, visiting):
+    panel.begin()
+    name = people(panel.page)
+    panel.say(name, "Anna")
+    expect(panel.page.get_by_text("Anna — drives")).to_be_visible()
+    panel.page.keyboard.press("Escape")
+    with visiting(machine[1]) as visit:
+        second = Panel(machine[0], visit)
+        expect(second.button("Anna drives")).to_be_visible()
+        second.button("Run").click()
+        second.message("Anna drives: press Drive to take over")
+        expect(second.state).to_have_text("stands")
+        second.button("Anna drives").click()
+        second.button("Drive", visit.page).click()
+        visit.page.keyboard.press("Escape")
+        expect(second.button("you drive")).to_be_visible()
+        panel.message("drives now")
+        expect(panel.button("you drive")).to_be_hidden()
+        second.button("event").click()
+        expect(panel.clock).not_to_have_text("0.000000 s")
+        assert panel.clock.inner_text() == second.clock.inner_text()
+        people(panel.page)
+        panel.button("Drive").click()
+        panel.page.keyboard.press("Escape")
+        second.message("Anna drives now")
+
+
+def test_a_reload_loses_nothing(panel):
+    panel.begin()
+    panel.run_until(panel.facts.moving)
+    terminal = panel.tab(panel.facts.terminal, "Terminal")
+    said = terminal.get_by_test_id(f"terminal {panel.facts.terminal}")
+    expect(said).to_contain_text("1.") if panel.machine != "cut-to-length" else None
+    scope = panel.region("oscilloscope")
+    panel.say(scope.get_by_test_id("scope-signals"), f"{panel.facts.who}.{panel.facts.pin}")
+    expect(scope.get_by_role("row")).to_have_count(2)
+    before = panel.clock.inner_text(), said.inner_text()
+    panel.page.reload()
+    expect(panel.button("you drive")).to_be_visible()
+    expect(panel.clock).to_have_text(before[0])
+    expect(scope.get_by_role("row")).to_have_count(2)
+    expect(said).to_be_visible()
+    expect(said).to_have_text(before[1], use_inner_text=True)
+    panel.say(scope.get_by_test_id("scope-signals"), f"{panel.facts.who}.*")

@@ -1,0 +1,87 @@
+"""Stored programs: loaded, started, stopped; the line that runs, and breaks at lines."""
+
+from playwright.sync_api import expect
+
+
+def loaded(panel):
+    """A program of its own is in the controller, and begins to run; what is behind the tab."""
+    panel.begin()
+    panel.button("event").click()
+    expect(panel.clock).not_to_have_text("0.000000 s")
+    program = panel.tab(panel.facts.who, "Program")
+    panel.button("Load…", program).click()
+    dialog = panel.page.get_by_role("dialog")
+    name, text = panel.facts.program
+    dialog.locator("input[type=file]").set_input_files({"name": name, "mimeType": "text/plain", "buffer": text.encode()})
+    expect(panel.field("called", dialog)).to_have_value(name)
+    expect(panel.field("or its text", dialog)).to_have_value(text)
+    panel.button("Load", dialog).click()
+    expect(dialog).to_be_hidden()
+    return program
+
+
+def listed(panel):
+    return panel.page.get_by_test_id(f"listing {panel.facts.who}")
+
+
+def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(panel):
+    program = loaded(panel)
+    running = listed(panel).locator("li.running")
+    sentence = f"{panel.facts.who} runs {'1:' * (panel.machine == 'winder')}{panel.facts.line}"
+    if panel.machine != "cut-to-length":  # whose program begins by itself
+        panel.speed("max")
+        panel.button("Run").click()
+        expect(listed(panel).get_by_role("listitem")).not_to_have_count(0)
+        panel.button(panel.facts.start, program).click()
+        panel.pause()
+    panel.say(panel.field("run until"), sentence)
+    if panel.machine == "winder":
+        panel.button(panel.facts.start, program).click()
+    panel.stands(f": {sentence}")
+    expect(running).to_have_attribute("aria-current", "step")
+    expect(running.get_by_role("button")).to_have_text(str(panel.facts.line))
+    panel.button(panel.facts.stop, program).click()
+    panel.button("Run").click()
+    expect(running).to_have_count(0)
+    panel.pause()
+
+
+def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
+    loaded(panel)
+    panel.button("Run").click()
+    first, second = (listed(panel).get_by_role("button").nth(n) for n in (0, 1))
+    first.click()
+    expect(first).to_have_attribute("aria-pressed", "true")
+    expect(panel.button("Breaks (1)")).to_be_visible()
+    first.press("ArrowDown")
+    expect(second).to_be_focused()
+    second.press("Enter")
+    expect(second).to_have_attribute("aria-pressed", "true")
+    for number in (first, second):
+        number.click()
+        expect(number).to_have_attribute("aria-pressed", "false")
+    expect(panel.button("Breaks")).to_be_visible()
+
+
+def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded(panel):
+    panel.begin()
+    program = panel.tab(panel.facts.who, "Program")
+    panel.button("Load…", program).click()
+    dialog = panel.page.get_by_role("dialog")
+    panel.field("or its text", dialog).fill("§\n")
+    panel.button("Load", dialog).click()
+    panel.message(":1:1")
+    panel.button("Cancel", dialog).click()
+    expect(dialog).to_be_hidden()
+
+
+def test_off_and_on(panel):
+    panel.begin()
+    panel.run_until(panel.facts.moving)
+    program = panel.tab(panel.facts.who, "Program")
+    follow = program.get_by_role("checkbox", name="follow")
+    follow.click()
+    expect(follow).not_to_be_checked()
+    follow.click()
+    panel.button("Off and on", program).click()
+    expect(panel.button(f"power of {panel.facts.who}")).to_have_text("power: on")

@@ -1,0 +1,84 @@
+"""Terminals: what is said, and saying something oneself."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+
+def terminal(panel, who):
+    tab = panel.tab(who, "Terminal")
+    return tab, tab.get_by_test_id(f"terminal {who}")
+
+
+def ready(panel):
+    """Somebody who can be talked to."""
+    who = panel.facts.terminal
+    panel.begin()
+    panel.run_until(panel.facts.moving)
+    tab, said = terminal(panel, who)
+    expect(tab).to_contain_text("nobody is connected from outside")
+    return who, tab, said
+
+
+def test_what_host_and_controller_say_appears(panel):
+    _, _, said = ready(panel)
+    if panel.machine == "cut-to-length":
+        _, said = terminal(panel, "feeder")
+    expect(said).to_contain_text("velocity_time" if panel.machine == "winder" else "U61<CR>")
+
+
+def test_a_line_is_typed_and_answered(panel):
+    who, tab, said = ready(panel)
+    panel.speed("5")
+    panel.say(panel.field(f"say to {who}"), panel.facts.says)
+    expect(said).to_contain_text(f"> {panel.facts.says}" if panel.machine != "winder" else "> 84")
+    panel.button("Run").click()
+    expect(said).to_contain_text(re.compile(r"< .*" + re.escape(panel.facts.answer)))
+    panel.pause()
+    expect(panel.field(f"say to {who}")).to_have_value("")
+
+
+def test_how_a_line_ends(panel):
+    if panel.machine == "winder":
+        pytest.skip("commands of a board have no end")
+    who, tab, said = ready(panel)
+    panel.choose("ended by", "LF", tab)
+    panel.field(f"say to {who}").fill("Q")
+    panel.button("Send", tab).click()
+    panel.button("Run").click()
+    expect(said).to_contain_text("Q<LF>")
+    panel.pause()
+    panel.choose("ended by", "CR", tab)
+
+
+def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
+    who, _, said = ready(panel)
+    said.click()
+    panel.page.keyboard.type("R")
+    if panel.machine == "winder":
+        panel.message("a board takes whole commands")
+        return
+    panel.button("Run").click()
+    expect(said).to_contain_text("> R")
+    panel.pause()
+
+
+def test_break_lines_and_format(panel):
+    if panel.machine == "winder":
+        pytest.skip("a board on a bus has no serial line")
+    who, tab, said = ready(panel)
+    panel.button("Break", tab).click()
+    panel.button("Run").click()
+    expect(said).to_contain_text("<BREAK 0.25 s>")
+    panel.pause()
+    panel.say(panel.field("format", tab), "2400 7E1")
+    panel.say(panel.field("format", tab), "fast")
+    panel.message("fast")
+    if panel.machine == "drill":
+        for line in ("DTR", "RTS"):
+            switch = tab.get_by_role("switch", name=line)
+            switch.click()
+            expect(switch).not_to_be_checked()
+            switch.click()
+            expect(switch).to_be_checked()

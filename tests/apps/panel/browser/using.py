@@ -1,0 +1,162 @@
+"""A panel as people use it: by the words on its controls, and what it then says."""
+
+import re
+from dataclasses import dataclass
+
+from playwright.sync_api import expect
+
+expect.set_options(timeout=20_000)
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is on one of the example machines."""
+
+    who: str
+    """A controller with a program."""
+    axis: str
+    moving: str
+    """A sentence that comes true in the middle of a motion."""
+    pin: str
+    """An input that nothing is wired to."""
+    says: str
+    """What a controller is asked, at its terminal, and `answer`."""
+    answer: str
+    program: tuple[str, str]
+    """The name of a file that can be loaded, and its text; `line`: one that begins when it runs."""
+    line: int
+    start: str
+    stop: str
+    faults: tuple[tuple[str, str, dict[str, str]], ...]
+    """Of each kind of place one: the kind, on what, parameters."""
+    talker: str = ""
+    """A controller to talk to, if it is another."""
+
+    @property
+    def terminal(self):
+        return self.talker or self.who
+
+
+STUCK = ("stuck", "pin", {})
+FACTS = {
+    "drill": Facts(
+        who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0<CR>",
+        program=("holes.if1", ":X400:P0,20:R1:$\nW0.2\n"), line=2, start="start :$", stop="cancel #",
+        faults=(
+            ("lose", "serial line", {"count, characters": "3"}), STUCK, ("jam", "axis", {}),
+            ("open_limit", "controller", {}),
+        ),
+    ),
+    "winder": Facts(
+        who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
+        says="request_motor_position", answer="",
+        program=(
+            "there.181x",
+            "begin_sequence_definition 1\ngo_relative 2000\nwait_milliseconds 100\nend_sequence_definition\n",
+        ),
+        line=2, start="perform", stop="kill",
+        faults=(STUCK, ("jam", "axis", {}), ("power_cut", "controller", {})),
+    ),
+    "cut-to-length": Facts(
+        who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="<CR>",
+        program=("turn.sms", "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"), line=4, start="RUN", stop="END",
+        faults=(
+            ("lose", "serial line", {"count, characters": "3"}), STUCK, ("load", "axis", {"torque, Nm": "0.1"}),
+            ("overheat", "controller", {}),
+        ),
+    ),
+}  # fmt: skip
+
+
+class Panel:
+    """One page, and the machine that is on it."""
+
+    def __init__(self, machine, visit):
+        self.machine, self.facts = machine, FACTS[machine]
+        self.visit, self.page = visit, visit.page
+        self.clock = self.page.get_by_test_id("clock")
+        self.driving = self.page.get_by_role("toolbar", name="driving")
+        self.time = self.page.get_by_role("toolbar", name="time")
+        self.state = self.driving.get_by_role("status")
+
+    def button(self, name, within=None):
+        return (within or self.page).get_by_role("button", name=name, exact=True)
+
+    def field(self, name, within=None):
+        return (within or self.page).get_by_role("textbox", name=name, exact=True)
+
+    def say(self, field, text):
+        """Type it there, and Enter."""
+        field.fill(text)
+        field.press("Enter")
+
+    def region(self, name):
+        """A controller's card, or another part of the page."""
+        return self.page.get_by_role("region", name=name, exact=True)
+
+    def tab(self, who, name):
+        """What is behind this tab of a controller."""
+        card = self.region(who)
+        card.get_by_role("tab", name=name, exact=True).click()
+        return card.get_by_role("tabpanel").last
+
+    def choose(self, label, option, within=None):
+        """Another value of a list that drops down."""
+        (within or self.page).get_by_role("combobox", name=label, exact=True).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+
+    def message(self, words):
+        """What has been told, somewhere on the page."""
+        expect(self.page.get_by_role("alert").filter(has_text=words).last).to_be_visible()
+
+    # Time
+
+    @property
+    def seconds(self):
+        return float(self.clock.inner_text().removesuffix(" s"))
+
+    def stands(self, why=""):
+        expect(self.state).to_contain_text(f"stands{why}")
+
+    def pause(self):
+        if self.driving.get_by_role("button", name="Pause").is_visible():
+            self.button("Pause", self.driving).click()
+        self.stands()
+
+    def go_to(self, seconds):
+        self.say(self.field("go to this moment"), f"{seconds}")
+        expect(self.clock).to_have_text(f"{seconds:.6f} s")
+        self.stands()
+
+    def near(self, seconds, within):
+        """It comes to stand about there."""
+        near = "([clock, at, within]) => Math.abs(parseFloat(clock.innerText) - at) <= within"
+        self.page.wait_for_function(near, arg=[self.clock.element_handle(), seconds, within])
+        self.stands()
+
+    def begin(self):
+        """At the beginning, where nothing has been recorded; it stands, and is quick when it does not."""
+        self.pause()
+        if self.seconds > 0:
+            self.go_to(0)
+            self.button("Live from here").click()
+            expect(self.state).to_have_text("stands")
+        self.speed("max")
+
+    def speed(self, text):
+        self.say(self.field("times real time"), text)
+
+    def run_until(self, sentence):
+        self.say(self.field("run until"), sentence)
+        self.stands(f": {sentence}")
+
+
+def number(text):
+    """The first number in a text, with thin spaces and a true minus."""
+    found = re.search(r"[−-]?\d[\d\u2009]*(\.\d+)?", text)
+    return float(found[0].replace("\u2009", "").replace("−", "-"))
+
+
+def thumb(slider):
+    """The part of a slider that can have the focus."""
+    return slider.locator("[tabindex='0']")
