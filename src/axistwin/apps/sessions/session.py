@@ -151,6 +151,11 @@ class Session:
     # Time
 
     @property
+    def busy(self) -> bool:
+        """Whether it is on its way, by a step or to another moment; nobody can do anything meanwhile."""
+        return self._busy
+
+    @property
     def running(self) -> bool:
         """Whether time passes."""
         return self._running
