@@ -76,7 +76,11 @@ class Served:
 
     def open(self, controller: Controller, url: str = "tcp://127.0.0.1:0") -> PortUrl:
         """Open a port to it."""
-        opening = self.server.open(controller.name, parse(url))
+        return self.open_name(controller.name, url)
+
+    def open_name(self, name: str, url: str = "tcp://127.0.0.1:0") -> PortUrl:
+        """Open a port to whom a host reaches by this name."""
+        opening = self.server.open(name, parse(url))
         return asyncio.run_coroutine_threadsafe(opening, self._loop).result(PATIENCE_S)
 
     def until(self, condition: Callable[[], object]) -> None:

@@ -3,6 +3,7 @@
 import logging
 
 import pytest
+import serial
 
 from axistwin import Bench
 from axistwin.errors import UsageError
@@ -18,7 +19,7 @@ from axistwin.sim.serial_port import Flow, SerialPort
 from axistwin.sim.wirings import direct
 from axistwin.units import S
 
-from .serving import Served, ask, dial, initialise, receive
+from .serving import PATIENCE_S, Served, ask, dial, initialise, receive
 from .test_bus import Host
 
 FAST = UartFormat(19200, 8, "N", 1)
@@ -395,6 +396,26 @@ def test_what_a_new_client_finds_can_be_seen_to_by_somebody_else(model):
     assert seen == [model]
 
 
+def test_somebody_is_told_of_a_port_before_anything_is_done_there():
+    """A second channel is among those of a bench only when somebody has asked for it."""
+    told = []
+
+    def opening(name):
+        served.bench.ports[name].watch_host(told.append)
+
+    with Served() as served:
+        served.server = Server(served.bench, speed=None, opening=opening)
+        served.do(lambda: served.bench.add("smartmotor", line="instant"))
+        for _ in range(2):
+            address = served.open_name("smartmotor.rs485")
+        with dial(address) as host:
+            host.sendall(b"a=1 ")
+            served.do(served.server.start)
+            served.until(lambda: HostAct("write", b"a=1 ") in told)
+    assert told[0] == HostAct("flow", Flow.DTR)
+    assert [act.kind for act in told].count("write") == 1
+
+
 def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(served):
     served.add()
     url = served.open(served.bench["if1"])
@@ -406,3 +427,54 @@ def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(
         new.add("if1", line="instant")
         served.do(lambda: served.server.exchange(new))
         assert new["if1"].serial.host.rts is False
+
+
+# Transports that show more than characters
+
+
+@pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
+def test_a_client_of_rfc_2217_has_its_format_and_lines_on_a_bench_that_is_earlier(served):
+    url = served.open(served.add(), "rfc2217://127.0.0.1:0")
+    with serial.serial_for_url(str(url), 9600, stopbits=2, timeout=PATIENCE_S) as host:
+        host.apply_settings({"baudrate": 1200, "bytesize": 7, "parity": "E", "stopbits": 1})
+        host.rts = False
+        new = served.do(Bench)
+        served.do(lambda: new.add("if1", line="instant"))
+        served.do(lambda: served.server.exchange(new))
+        port = new["if1"].serial
+        assert (port.host.format, port.host.rts) == (UartFormat(1200, 7, "E", 1), False)
+        heard = []
+        served.do(lambda: port.listen(heard.append))
+        host.write(b"(")
+        served.until(lambda: heard)
+
+
+def test_a_client_of_a_pty_waits_and_goes_on(served):
+    url = served.open(served.add(), "pty:")
+    with serial.Serial(url.path, 9600, stopbits=2, timeout=PATIENCE_S) as host:
+        host.write(b"E\r")
+        assert host.read(2) == b"C\r"
+        served.do(lambda: setattr(served.server, "deaf", True))
+        host.write(b"E\r")
+        new = served.do(lambda: another(served))
+        served.do(lambda: served.server.exchange(new))
+        heard = []
+        new["if1"].serial.listen(heard.append)
+        assert heard == []
+        served.do(lambda: setattr(served.server, "deaf", False))
+        assert host.read(2) == b"C\r"
+        assert served.do(lambda: served.server.client("if1")) == str(url)
+    served.until(lambda: served.server.client("if1") == "")
+
+
+def test_a_pty_closed_while_nobody_is_heard_is_closed_afterwards(served):
+    url = served.open(served.add(), "pty:")
+    with serial.Serial(url.path, 9600, stopbits=2, timeout=PATIENCE_S) as host:
+        host.write(b"E\r")
+        assert host.read(2) == b"C\r"
+        served.do(lambda: setattr(served.server, "deaf", True))
+    served.do(lambda: setattr(served.server, "deaf", False))
+    served.until(lambda: served.server.client("if1") == "")
+    with serial.Serial(url.path, 9600, stopbits=2, timeout=PATIENCE_S) as host:
+        host.write(b"E\r")
+        assert host.read(2) == b"C\r"

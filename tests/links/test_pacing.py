@@ -2,7 +2,9 @@
 
 import pytest
 
+from axistwin import Bench
 from axistwin.errors import UsageError
+from axistwin.links.manual import ManualPacer
 from axistwin.links.pacing import BLOCK_S, Pacer, read_speed
 from axistwin.sim.clock import Clock
 from axistwin.units import MS, S
@@ -211,9 +213,10 @@ def test_stopped_and_started_while_something_happens_it_goes_on(clock, loop):
 
 @pytest.mark.parametrize("speed", [1, None])
 def test_what_comes_in_finds_the_end_of_a_nanosecond_even_if_a_slice_ended_in_it(clock, loop, speed, monkeypatch):
+    """A slice begins, two things happen, and it is over; by the wall clock another one is, at once."""
     log = []
     eventful(clock, log)
-    looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0])  # a slice begins, two events, it is over; another one, over at once
+    looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0] if speed else [0.0, 0.0, 9.0])
     monkeypatch.setattr("axistwin.links.pacing.perf_counter", lambda: next(looks))
     pacer = paced(clock, loop, speed)
     loop.now_s = 0.5
@@ -311,6 +314,14 @@ def test_what_comes_in_while_something_happens_does_not_advance_it_further(clock
     clock.call_later(10 * MS, lambda: log.append("second"))
     pacer.start(loop)
     assert log == ["first", "second"]
+
+
+def test_by_hand_it_is_being_advanced_while_something_happens_too():
+    bench, seen = Bench(), []
+    pacer = ManualPacer(bench)
+    bench.clock.call_later(10 * MS, lambda: seen.append(pacer.advancing))
+    pacer.advance(20 * MS)
+    assert (seen, pacer.advancing, pacer.passes > 0) == ([True], False, True)
 
 
 @pytest.mark.parametrize("speed", SPEEDS)

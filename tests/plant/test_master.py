@@ -1,5 +1,6 @@
 """The external encoder at pins A and B: edges at constant speed, exactly."""
 
+from fractions import Fraction
 from typing import ClassVar
 
 import pytest
@@ -95,6 +96,7 @@ def test_its_ratio_is_told(clock):
     class Shaft:
         position = 0
         on_motion: ClassVar[list] = []
+        follows = None
 
     master = Master(clock)
     assert master.ratio == 1

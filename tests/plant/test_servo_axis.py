@@ -222,7 +222,8 @@ def test_a_data_sheet_by_its_name(clock):
 
 def test_its_travel_and_the_counts_of_a_turn_are_told():
     clock = Clock()
-    axis = servo_axis(clock, "shaft", {"limits": (-100, 5000), "motor": {**asdict(FRAME23), "counts_per_rev": 4000}}, 100)
+    motor = {**asdict(FRAME23), "counts_per_rev": 4000}
+    axis = servo_axis(clock, "shaft", {"limits": (-100, 5000), "motor": motor}, 100)
     assert (axis.limits, axis.per_rev) == ((-100, 5000), 4000)
     ideal = servo_axis(clock, "shaft", {}, 100)
     assert (ideal.limits, ideal.per_rev, ideal.setpoint) == (None, 2000, 0)

@@ -1,11 +1,13 @@
 """The stored program as lines, the line that is being carried out, and the sample in which each begins."""
 
 import json
+from pathlib import Path
 from random import Random
 
 import pytest
 
 from axistwin import Bench
+from axistwin.apps.traces.trace import tracing
 from axistwin.bench import Controller
 from axistwin.controllers.smartmotor import state
 
@@ -456,3 +458,45 @@ def test_nobody_watches_so_nothing_is_announced(bench):
     assert list(motor._device._motor.core.code) != plain
     look_away()
     assert list(motor._device._motor.core.code) == plain
+
+
+# In a trace
+
+
+def traced(path: Path, *, watch: bool) -> bytes:
+    bench = Bench()
+    motor = motor_with(bench, "A=100 V=65536 MP\nC5\nP=a*9 G TWAIT\na=a+1\nIF a<20\nGOTO5\nENDIF\nPRINT(a)\nEND\n")
+    if watch:
+        motor.watch_lines(lambda *_: None)
+    with tracing(bench, path, ("*", "smartmotor.line")):
+        motor.serial.write(b"RUN ")
+        bench.run(0.5)
+    return path.read_bytes()
+
+
+def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
+    seen, unseen = traced(tmp_path / "a.csv", watch=True), traced(tmp_path / "b.csv", watch=False)
+    assert seen == unseen
+    assert unseen.count(b",smartmotor.line,") > 10
+
+
+def test_the_line_is_followed_in_its_samples(bench):
+    """Also beside other numbers; 0 when the program has ended, and when the power goes."""
+    motor = motor_with(bench, "a=1\nC5\nWAIT=3\na=a+1\nIF a<3\nGOTO5\nENDIF\nEND\n")
+    changes = []
+    zero = bench.now // SAMPLE_NS
+    end = motor.follow(["Ra", "line"], lambda *told: changes.extend(zip(*told, strict=True)))
+    tell(bench, motor, "RUN", 0)
+    samples(bench, 30)
+    lines = [(ns // SAMPLE_NS - zero, value) for ns, which, value in changes if which == 1]
+    assert lines == [(0, 1), (2, 3), (5, 4), (6, 5), (7, 6), (8, 3), (11, 4), (12, 5), (13, 0)], (
+        "END ends in the sample in which it begins"
+    )
+    values = [(ns // SAMPLE_NS - zero, value) for ns, which, value in changes if which == 0]
+    assert values == [(1, 1), (5, 2), (11, 3)]
+    changes.clear()
+    tell(bench, motor, "GOTO5", 0)
+    motor.power(False)
+    samples(bench, 3)
+    assert [value for _, which, value in changes if which == 1] == [3, 0]
+    end()

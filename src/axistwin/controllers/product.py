@@ -144,7 +144,7 @@ class FollowedDevice(RegisteredDevice, Protocol):
     """A device that computes ahead of the clock, so that it has to tell what has changed and when."""
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell one follower of every change of these registers, late, and more than once if it is none.
+        """Tell a follower, beside others, of every change of these registers, late, and also of what is none.
 
         Returns what ends it.
         """

@@ -13,7 +13,7 @@ from typing import Protocol
 
 from axistwin.links.one import Guest, OneClient
 from axistwin.links.pacing import Pacer
-from axistwin.sim.frames import LineError
+from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.host_acts import HostAct
 from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
 from axistwin.units import to_seconds
@@ -59,7 +59,7 @@ class Plug(OneClient[Client]):
         self.flow, self.reset = flow, reset
         self.usual = self.serial.host.format
         self._dirty = False
-        self._errors = LineError.NONE
+        self._errors = SOUND
         self._break_from_ns: int | None = None
         self._unwatch: Callable[[], None] | None = None
         self._asked: dict[str, tuple[int, HostAct]] = {}  # what lasts, when, by kinds of acts
@@ -86,7 +86,7 @@ class Plug(OneClient[Client]):
     def _clean(self) -> None:
         self.serial.drop_pending()
         self.serial.read()
-        self._errors = LineError.NONE
+        self._errors = SOUND
         self.serial.host.format = self.usual
         self.serial.flow = self._flow
 
@@ -150,10 +150,10 @@ class Plug(OneClient[Client]):
     def flush(self) -> None:
         """Hand over what has come.  Without a client it is lost, as with nobody at the other end of the cable."""
         self._dirty = False
-        data, errors, self._errors = self.serial.read(), self._errors, LineError.NONE
+        data, errors, self._errors = self.serial.read(), self._errors, SOUND
         if self.client is None or self._deaf:
             return
-        if self.serial.flow is Flow.X_ON_X_OFF:
+        if (X_ON in data or X_OFF in data) and self.serial.flow is Flow.X_ON_X_OFF:
             data = data.translate(None, bytes((X_ON, X_OFF)))
         self.client.deliver(data, errors)
 

@@ -30,7 +30,8 @@ class Server:
 
     `speed`: times real time, None as fast as it goes.  `flow`: what holds back characters of the host on a transport
     that does not say so itself.  `reset`: whether a new client finds the controller just switched on; or what does that
-    to whoever has a name, in place of a power cycle.  `pacer`: one that advances the bench in another way.
+    to whoever has a name, in place of a power cycle.  `pacer`: one that advances the bench in another way.  `opening`:
+    told the name of each who is opened a port to, the first time, before anything is done there.
     """
 
     def __init__(
@@ -41,11 +42,12 @@ class Server:
         flow: Flow = Flow.DTR,
         reset: bool | Callable[[str], object] = False,
         pacer: Pacer | None = None,
+        opening: Callable[[str], object] = lambda name: None,
     ) -> None:
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
         """Each open port, with its controller's name."""
-        self._flow = flow
+        self._flow, self._opening = flow, opening
         self._reset = reset if callable(reset) else self._power_cycle if reset else lambda name: None
         self._deaf = False
         self._plugs: dict[str, Plug] = {}
@@ -125,6 +127,7 @@ class Server:
         if name not in self._plugs:
             port = self.bench.port(name)
             title = self.bench[name].product.model if name in self.bench.controllers else name
+            self._opening(name)
             self.pacer.sync()
             plug = Plug(name, port, self.pacer, title=title, flow=self._flow, reset=partial(self._reset, name))
             plug.deaf = self._deaf
@@ -141,6 +144,7 @@ class Server:
         from axistwin.links.bus import Slot
 
         if name not in self._slots:
+            self._opening(name)
             slot = Slot(name, self.bench[name].bus, self.pacer, reset=partial(self._reset, name))
             slot.deaf = self._deaf
             self._slots[name] = slot

@@ -313,6 +313,7 @@ class _EdgeWatch:
         self._positions = [position for edge in edges for position in (edge - 1, edge)]
         self._plan, self._waiting = 0, False
         axis.on_motion.append(self._look)
+        self._wait()
 
     def end(self) -> None:
         """Come back no more."""
@@ -321,10 +322,16 @@ class _EdgeWatch:
 
     def _look(self) -> None:
         self._forget()
+        plan = self._plan
         self._look_there()
+        if plan == self._plan:
+            self._wait()
+
+    def _wait(self) -> None:
+        """Come back at the next of them, if the axis gets there."""
         plan, axis = self._plan, self._axis
         due = [at_ns for position in self._positions if (at_ns := axis.reaches_ns(position)) is not None]
-        if due and plan == self._plan:
+        if due:
             self._waiting = True
             axis.clock.call_later(min(due) - axis.clock.now, lambda: self._come_back(plan))
 

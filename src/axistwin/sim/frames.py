@@ -27,6 +27,10 @@ class LineError(Flag):
     BREAK = 4
 
 
+SOUND = LineError.NONE
+"""Said of every character that comes through; looking it up in the enumeration takes longer than the rest."""
+
+
 @dataclass(frozen=True)
 class UartFormat:
     """How characters are framed.  Parity in pyserial's letters: none, even, odd, mark, space."""

@@ -16,7 +16,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from axistwin.sim.clock import Clock, Event
-from axistwin.sim.frames import MARK, SPACE, Break, Frame, LineError, UartFormat
+from axistwin.sim.frames import MARK, SOUND, SPACE, Break, Frame, LineError, UartFormat
 from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
 from axistwin.units import to_ns
 
@@ -128,7 +128,7 @@ class Line:
             return self._carry_break(item)
         undisturbed = not self._troubles and not self._cuts and self._free_ns <= self.clock.now
         if self.instant and undisturbed and self.receiver.understands(sent):
-            self.receiver.take(item & ((1 << sent.bytesize) - 1), LineError.NONE)  # nothing to find out on the way
+            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # nothing to find out on the way
             return 0
         passage = self._passage(sent)
         if not self._cuts:
@@ -228,7 +228,7 @@ class Line:
         """The first stop bit is over: read the character off the wire."""
         intact = frame.intact if frame.start_ns == edge_ns and self._alone(frame, fmt) else None
         if intact and intact[0].shape == fmt.shape:
-            character: tuple[int, LineError] | None = intact[1], LineError.NONE
+            character: tuple[int, LineError] | None = intact[1], SOUND
         else:
             character = fmt.decode(lambda since_ns: self._level(edge_ns + since_ns))
         # The chip looks for the next start bit from the middle of the stop bit on.
@@ -258,7 +258,7 @@ class Line:
         if fmt is None:
             return
         if frame.intact and frame.intact[0].shape == fmt.shape:
-            self.receiver.take(frame.intact[1], LineError.NONE)
+            self.receiver.take(frame.intact[1], SOUND)
             return
         character = fmt.decode(lambda since_ns: frame.level(origin + since_ns))
         if character is not None:

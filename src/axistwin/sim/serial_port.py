@@ -12,6 +12,7 @@ from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.wirings import Wiring
+from axistwin.units import to_ns
 
 X_ON, X_OFF = 0x11, 0x13
 
@@ -147,7 +148,9 @@ class SerialPort:
         return data
 
     def send_break(self, seconds: float = 0.25) -> None:
-        """Hold the host's transmit line at space for so long."""
+        """Hold the host's transmit line at space for so long.  Raises UsageError for less than 1 ns."""
+        if to_ns(seconds) < 1:
+            raise UsageError(f"a break of {seconds:g} s is none: give 1 ns or more, such as 0.25 s")
         self._doing("break", seconds, self._break)
 
     def _break(self, seconds: float) -> None:
@@ -263,7 +266,7 @@ class SerialPort:
         self._received_bytes.append(byte)
         for hearer in tuple(self._hearers):
             hearer(byte, errors)
-        if self._flow is Flow.X_ON_X_OFF and byte in (X_ON, X_OFF):
+        if byte in (X_ON, X_OFF) and self._flow is Flow.X_ON_X_OFF:
             self._stopped = byte == X_OFF
             self._settle()
 

@@ -149,6 +149,18 @@ def test_the_stick_is_dragged_and_springs_back():
     show(bench_of("1811"), of("1811"), play)
 
 
+def test_a_page_that_goes_lets_the_stick_go():
+    def play(visit):
+        joystick = visit.bench["1811"].joystick
+        visit.trigger("1811-stick", "keydown", {"key": "ArrowRight"})
+        assert joystick.rate == 1000
+        for handler in visit.user.client.disconnect_handlers:
+            handler()
+        assert joystick.rate == 0
+
+    show(bench_of("1811"), of("1811"), play)
+
+
 def test_looking_at_a_joystick_changes_nothing():
     def play(visit):
         visit.run(0.1)
@@ -156,16 +168,3 @@ def test_looking_at_a_joystick_changes_nothing():
         assert [pins[name].level for name in ("at_zero", "step_in", "direction_in")] == [True, True, True]
 
     show(bench_of("1811"), of("1811"), play)
-
-
-def test_what_is_closed_costs_no_look():
-    def play(visit):
-        visit.choose("if1-terminals", False)
-        visit.bench["if1"].pins["input1"].drive(True)
-        visit.frame()
-        assert not visit.lit("if1-input1-level")
-        visit.choose("if1-terminals", True)
-        visit.frame()
-        assert visit.lit("if1-input1-level")
-
-    show(bench_of("if1"), of("if1"), play)

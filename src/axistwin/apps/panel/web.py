@@ -58,7 +58,13 @@ class Panel:
         self.common(Talk)  # which listens from the beginning
         gate = Gate(_application(self, title), address.token)
         self._server = _Server(
-            uvicorn.Config(gate, log_level="warning", access_log=False, timeout_graceful_shutdown=GOODBYE_S)
+            uvicorn.Config(
+                gate,
+                log_level="warning",
+                access_log=False,
+                timeout_graceful_shutdown=GOODBYE_S,
+                ws_per_message_deflate=False,  # which costs more than all else in a frame
+            )
         )
         self._task: asyncio.Task[None] | None = None
 

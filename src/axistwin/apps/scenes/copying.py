@@ -64,7 +64,8 @@ class Copy:
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
-        return {**data, "script": [*data.get("script", ()), *self.script]}
+        script = [*data.get("script", ()), *self.script]
+        return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
         """What is to be in each table."""
@@ -103,7 +104,8 @@ class Copy:
     def of_bench(self, note: str) -> str:
         """A scene with the same on it."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
-        return f"# {note}\n\n{tables({**data, 'script': self.script})}"
+        script = {"script": self.script} if self.script else {}
+        return f"# {note}\n\n{tables({**data, **script})}"
 
     def _controller(self, name: str) -> dict[str, Any]:
         controller = self.bench[name]

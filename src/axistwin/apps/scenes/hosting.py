@@ -12,7 +12,7 @@ from pathlib import Path
 
 from axistwin.apps.conversations import partners, stored
 from axistwin.apps.conversations.conversation import Act, Conversation, Do, Hear, Say, Wait, load_text, parse
-from axistwin.apps.conversations.hands import Hands, Load, no_programs
+from axistwin.apps.conversations.hands import Hands, Load
 from axistwin.apps.conversations.host import Host, host_of
 from axistwin.apps.conversations.machine import FAULT_ACTS, action
 from axistwin.apps.conversations.operator import command_strings
@@ -37,16 +37,16 @@ Start = Callable[[], Process]
 """Lets a host begin."""
 
 
-def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], load: Load = no_programs) -> Start:
+def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], hands: Hands | None = None) -> Start:
     """A host that sends this file to whoever is reached by this name.
 
-    `read`: finds the text of a file.  `load`: where a conversation's programs come from.  Raises ProgramError or
-    UsageError if it cannot.
+    `read`: finds the text of a file.  `hands`: who does what a conversation has, the same for all of a bench.  Raises
+    ProgramError or UsageError if it cannot.
     """
     suffix, clock = _kind(bench, name, file), bench.clock
     text = read(file)
     if suffix == TALK:
-        talker = _Talker(bench, name, _conversation(bench, name, file, text), load)
+        talker = _Talker(bench, name, _conversation(bench, name, file, text), hands or Hands(bench))
         return lambda: clock.process(talker.converse())
     controller = bench[name]
     if KINDS[suffix] == "digiplan":
@@ -116,9 +116,9 @@ class _Talker:
     What must be so (`=`) is nothing that a host does.
     """
 
-    def __init__(self, bench: Bench, name: str, conversation: Conversation, load: Load) -> None:
+    def __init__(self, bench: Bench, name: str, conversation: Conversation, hands: Hands) -> None:
         self.bench, self.name, self.conversation = bench, name, conversation
-        self._hands = Hands(bench, load)
+        self._hands = hands
         self._patience_ns = to_ns(float(conversation.headers.get("patience", PATIENCE_S)))
         self._rank = SCRIPT if conversation.headers.get("host") == OUTSIDE else HOST
         self._heard: dict[str, bytearray] = {}

@@ -16,6 +16,7 @@ from axistwin.apps.conversations.conversation import Do, Say
 from axistwin.apps.scenes.scene import Scene
 from axistwin.apps.sessions import programs, saving, steps
 from axistwin.apps.sessions.breaks import Break
+from axistwin.apps.sessions.journal import Journal
 from axistwin.apps.sessions.outside import Outside, Repetition
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
@@ -26,6 +27,8 @@ from axistwin.storage import FileStore
 from axistwin.units import S, to_ns, to_seconds
 
 Attach = Callable[[Bench], object]
+DRAINED_EVERY = 1 << 12
+"""So many passes of the clock."""
 
 
 class Session:
@@ -62,11 +65,11 @@ class Session:
         self._recorded_ns = 0
         self._running = self._busy = self._halted = self._caught_up = False
         self._aim: Break | None = None
-        self.pacer.watch(self._go_live)
+        self.pacer.watch(self._passed)
 
     @property
     def seconds(self) -> float:
-        """Virtual time, in seconds."""
+        """Virtual time, in seconds, when the bench was last advanced: it sleeps while nothing is due (`pacer.work`)."""
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
@@ -77,12 +80,23 @@ class Session:
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False) -> Server:
         """A server for hosts at real ports, whose clients stay when another bench takes the place of this one."""
         self.pacer.sync()
-        self.server = Server(self.bench, pacer=self.pacer, flow=flow, reset=reset)
+        self.server = Server(
+            self.bench,
+            pacer=self.pacer,
+            flow=flow,
+            reset=self._power_cycle if reset else False,
+            opening=lambda _: self._outside.watch(),
+        )
         return self.server
 
     def client(self, name: str) -> str:
         """Who is connected there from outside; "" if nobody is."""
         return "" if self.server is None else self.server.client(name)
+
+    @property
+    def journal(self) -> Journal:
+        """What has been done to it from outside."""
+        return self._outside.journal
 
     # Doing something to it
 
@@ -91,8 +105,14 @@ class Session:
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
-        """A host says this to whom it reaches by this name: characters; to a board on a bus, a whole command."""
-        if not partners.at_a_bus(self.bench, name):
+        """A host says this to whom it reaches by this name: characters; to a board on a bus, a whole command.
+
+        Raises AxistwinError if nobody is called so, or if it is no command.
+        """
+        if partners.at_a_bus(self.bench, name):
+            codec = partners.codec_at(self.bench, name)
+            codec.read(codec.show(data))  # as it is kept; raises if it cannot be
+        else:
             self.bench.port(name)  # raises if there is none
         self._do(Say(data, controller=name))
 
@@ -131,18 +151,18 @@ class Session:
     # Time
 
     @property
-    def running(self) -> bool:
-        """Whether time passes."""
-        return self._running
-
-    @property
     def busy(self) -> bool:
         """Whether it is on its way, by a step or to another moment; nobody can do anything meanwhile."""
         return self._busy
 
     @property
+    def running(self) -> bool:
+        """Whether time passes."""
+        return self._running
+
+    @property
     def speed(self) -> float | None:
-        """Times real time; None: as fast as it goes."""
+        """Times real time; None: as fast as it goes.  Raises UsageError for what is no speed."""
         return self.pacer.speed
 
     @speed.setter
@@ -180,13 +200,14 @@ class Session:
 
     def add_break(self, sentence: str) -> Break:
         """Stop whenever this comes true, in the middle of anything: "table.X passes 1000".  Raises UsageError."""
+        self._check_free()
         self.breaks.append(Break(sentence, self.bench, self._hit))
         return self.breaks[-1]
 
     def remove_break(self, which: Break) -> None:
-        """It stops nothing any more."""
+        """It stops nothing any more, also if it has been removed before."""
         which.on = False
-        self.breaks.remove(which)
+        self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
         """Run until this comes true, or a break does; then it stands.  Raises UsageError."""
@@ -238,6 +259,7 @@ class Session:
 
     def forget_rest(self) -> None:
         """What has been recorded of the time to come will not happen: from here on it is live."""
+        self._check_free()
         self.pacer.sync()
         if self._repetition is not None:
             self._repetition.forget_rest()
@@ -246,18 +268,19 @@ class Session:
     @property
     def _recorded(self) -> int:
         ns = max(self._recorded_ns, self.bench.now)
-        full_ns = self._outside.journal.full_ns
+        full_ns = self.journal.full_ns
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
     def _begin_again(self) -> None:
         """Another bench takes the place of this one, on which nothing has happened yet."""
         recorded_ns = self._recorded
-        if self.server is not None:
-            self.server.deaf = True
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        self.bench = self._build()
+        bench = self._build()  # if that cannot be, hosts are heard as before
+        if self.server is not None:
+            self.server.deaf = True
+        self.bench = bench
         for attach in self._attached:
             attach(self.bench)
         if self.server is not None:
@@ -266,21 +289,21 @@ class Session:
             self.pacer.exchange(self.bench.clock)
         self._outside.attach(self.bench)
         self._recorded_ns = recorded_ns
-        self._repetition = Repetition(
-            self.bench.clock, self._outside.journal, self._outside.again, recorded_ns, self._catch_up
-        )
+        self._repetition = Repetition(self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up)
 
     async def _bring_to(self, time_ns: int) -> None:
         """Breaks do not count on the way."""
         since_ns = self.bench.now
         for each in self.breaks:
             each.rest()
-        while not self._is_at(time_ns):
-            self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
-            self._slice(partial(steps.run_to, self.bench.clock, time_ns))
-            await asyncio.sleep(0)
-        for each in self.breaks:
-            each.go_on(self.bench)
+        try:
+            while not self._is_at(time_ns):
+                self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
+                self._slice(partial(steps.run_to, self.bench.clock, time_ns))
+                await asyncio.sleep(0)
+        finally:
+            for each in self.breaks:
+                each.go_on(self.bench)
 
     def _is_at(self, time_ns: int) -> bool:
         """Whether all has happened that was done by then."""
@@ -304,9 +327,18 @@ class Session:
         self._caught_up = True
         self.pacer.speed = self.pacer.speed  # it comes up for air
 
-    def _go_live(self) -> None:
+    def _passed(self) -> None:
+        """The bench has been advanced."""
         if self._caught_up:
             self._be_live()
+        if self.pacer.passes % DRAINED_EVERY == 0:
+            self._drain()
+
+    def _drain(self) -> None:
+        """What nobody is connected to hear is lost, as with nobody at the other end of the cable."""
+        for name, port in self.bench.ports.items():
+            if not self.client(name):
+                port.read()
 
     def _be_live(self) -> None:
         """Outside hosts are heard again; what they have missed is made up for."""
@@ -318,6 +350,5 @@ class Session:
 
     def save(self) -> dict[str, str]:
         """A scene that repeats all that has been recorded, by `axistwin run`: the texts of its files, by name."""
-        outside = self._outside
-        recorded = self._recorded
-        return saving.files(self._scene, self._served, self.bench, outside.journal, outside.texts, recorded)
+        texts, end_ns = self._outside.texts, self._recorded
+        return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

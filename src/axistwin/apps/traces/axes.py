@@ -21,6 +21,10 @@ STEP_NS = 250
 """How long a step pulse is drawn: shorter than half the period of the fastest controller."""
 
 
+SHAPES, LONGEST_SHAPE = 8, 1 << 14
+"""So many strokes are known by the times of their pulses, if they have no more than that."""
+
+
 class StepperTrace:
     """The signals of a stepper axis; `places`: which of them are traced, by name."""
 
@@ -29,6 +33,8 @@ class StepperTrace:
         self.direction = train.stroke.direction
         self.velocity = _rate_at(train.stroke, now_ns)
         self._falls: list[NDArray[np.int64]] = []
+        self._shapes: dict[tuple[int, ...], NDArray[np.int64]] = {}
+        """When the pulses of strokes that were traced lately are, from their starts on."""
 
     def first(self, name: str, now_ns: int) -> float:
         """What a signal is to begin with."""
@@ -82,9 +88,7 @@ class StepperTrace:
 
         times, places = [], []
         for stroke, first, last in stretches:
-            at = np.empty(last - first + 1, np.int64)
-            stroke.profile.fill_pulse_times(first, stroke.start_ns, at)
-            times.append(at)
+            times.append(self._pulse_times(stroke, first, last))
             places.append(stroke.origin + stroke.direction * np.arange(first, last + 1, dtype=np.int64))
         rises = np.concatenate(times) if times else np.empty(0, np.int64)
         found = []
@@ -93,6 +97,25 @@ class StepperTrace:
         if "step" in self._places:
             found.append(self._steps(rises, before_ns))
         return found
+
+    def _pulse_times(self, stroke: Stroke, first: int, last: int) -> "NDArray[np.int64]":
+        """When pulses `first` to `last` are; machines do the same again and again, so that many a shape is known."""
+        import numpy as np
+
+        profile, start_ns = stroke.profile, stroke.start_ns
+        if profile.pulses is None or profile.pulses > LONGEST_SHAPE:
+            at = np.empty(last - first + 1, np.int64)
+            profile.fill_pulse_times(first, start_ns, at)
+            return at
+        key = (profile.ticks, profile.parts, profile.pulses, *profile.rates, *profile.starts, *profile.phases[:1])
+        shape = self._shapes.pop(key, None)
+        if shape is None:
+            shape = np.empty(profile.pulses, np.int64)
+            profile.fill_pulse_times(1, 0, shape)
+        self._shapes[key] = shape
+        if len(self._shapes) > SHAPES:
+            del self._shapes[next(iter(self._shapes))]
+        return shape[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
         """Up at each pulse, and down again."""

@@ -22,7 +22,7 @@ from typing import Self
 from axistwin.apps.conversations import partners
 from axistwin.apps.conversations.events import terminals
 from axistwin.apps.traces.axes import ServoTrace, StepperTrace
-from axistwin.apps.traces.batch import Rows, Value, Waiting, merged
+from axistwin.apps.traces.batch import Part, Rows, Value, Waiting, merged
 from axistwin.apps.traces.files import Output, Sink, kept, sink_for
 from axistwin.apps.traces.provenance import provenance
 from axistwin.apps.traces.registers import Followed, Looked, written
@@ -119,6 +119,8 @@ class Tracer:
     def __init__(self, bench: Bench, signals: Sequence[Signal]) -> None:
         self.bench, self.signals = bench, signals
         self.sink: Sink | None = None
+        self.taker: Callable[[list[Part], list[bytes]], None] | None = None
+        """Who is given changes in the place of a sink: signal by signal, not all in order of time."""
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = Waiting(signals)
@@ -288,7 +290,7 @@ class Tracer:
         much = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
         for rows in self._rows:
             much |= rows.waiting >= CHUNK
-        if much and self.sink is not None:
+        if much and (self.sink is not None or self.taker is not None):
             try:
                 self._write(self.bench.now + 1)
             except OSError as error:
@@ -323,6 +325,8 @@ class Tracer:
         parts = self._waiting.parts(before_ns, texts)
         for source in self._sources:
             parts += source.parts(self._upto_ns, before_ns)
-        if self.sink is not None and parts:
+        if self.taker is not None and parts:
+            self.taker(parts, texts)
+        elif self.sink is not None and parts:
             self.sink.write(merged(parts, texts))
         self._upto_ns, self._writing = before_ns, False

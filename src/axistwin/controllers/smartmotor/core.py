@@ -183,11 +183,12 @@ class Core:
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
         """From now on tell one follower of each change of these numbers, an operation and a place each (`log.py`).
 
-        `restless`: there are some among them that change while the motor rests, so it must not.
+        Of those that were followed before, changes that have not been told yet will be.  `restless`: there are some
+        among them that change while the motor rests, so it must not.
         """
         if self.running:
             self.catch_up()
-        self.log = log.following(numbers, self.i, self.v)
+        self.log = log.following(numbers, self.i, self.v, log.known(self.log))
         self._look_at = log.Look(self.log)
         self._follower, self._restless = follower, restless
 

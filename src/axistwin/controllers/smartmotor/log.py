@@ -13,7 +13,7 @@ The kernel writes changes into an array of integers, which the processor's core 
 """
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, VARIABLE, Ints, computed
 from axistwin.controllers.smartmotor.jit import sampled
@@ -67,14 +67,23 @@ def moving(operation: int, place: int) -> bool:
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
-def following(numbers: Sequence[tuple[int, int]], i: Ints, v: Ints) -> "array[int]":
-    """A log of these numbers, each an operation and a place, as they are now."""
+def following(
+    numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
+) -> "array[int]":
+    """A log of these numbers, each an operation and a place, as they are now, or as another log had them `before`."""
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
     for k in order:
-        log.extend((*numbers[k], value(i, v, *numbers[k]), k))
+        last = before.get(numbers[k])
+        log.extend((*numbers[k], value(i, v, *numbers[k]) if last is None else last, k))
     log.extend([0] * (CHANGE * log[ROOM]))
     return log
+
+
+def known(log: "array[int]") -> dict[tuple[int, int], int]:
+    """How the numbers are, as far as this log has been told."""
+    heads = range(HEAD, head(log).stop, NUMBER)
+    return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Look:

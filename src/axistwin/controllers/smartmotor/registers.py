@@ -6,6 +6,7 @@ outside, and the levels of pins.  `line` is the line of the stored program that 
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -41,43 +42,81 @@ def numbers() -> Mapping[str, tuple[int, int]]:
     return found | {"RI": (SLOT, state.INDEX), "RMODE": (SLOT, state.MODE), LINE: (COMPUTED, AT_STATEMENT)}
 
 
+@dataclass(eq=False)
+class _Following:
+    """Somebody who follows some of them."""
+
+    names: tuple[str, ...]
+    follower: Follower
+
+    def share(self, names: Sequence[str]) -> Follower:
+        """Tells him of what happens to these names, as far as it concerns him."""
+        place = {names.index(name): k for k, name in enumerate(self.names)}
+
+        def tell(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
+            his = [n for n, number in enumerate(which) if number in place]
+            if his:
+                self.follower([times[n] for n in his], [place[which[n]] for n in his], [values[n] for n in his])
+
+        return tell
+
+
 class Registers:
     """Reads them, and has them followed, in whatever processor has the power."""
 
     def __init__(self, clock: Clock, lines: Lines) -> None:
         self.clock, self._lines = clock, lines
         self._motor: Motor | None = None
-        self._names: Sequence[str] = ()
-        self._follower: Follower = lambda times, which, values: None
+        self._followings: list[_Following] = []
 
     def connect(self, motor: "Motor | None") -> None:
         """This processor has its power on now; everything in it is as it is at power-up."""
         self._motor = motor
-        if motor is not None and self._names:
-            self._begin()
-            count = len(self._names)
-            self._follower([self.clock.now] * count, range(count), [self._read(name) for name in self._names])
+        if motor is not None and self._followings:
+            self._follow()
+            for one in self._followings:
+                count = len(one.names)
+                one.follower([self.clock.now] * count, range(count), [self._read(name) for name in one.names])
 
     def table(self) -> dict[str, Register]:
         """All of them, also under their names in an expression."""
         return {name: Register(partial(self._look, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell one follower of each change of these."""
-        self._names, self._follower = tuple(names), self._lines.in_lines(names, follower)
-        self._begin()
-        return self._end
+        """Tell a follower of each change of these.  Several may follow, each its own ones."""
+        one = _Following(tuple(names), self._lines.in_lines(names, follower))
+        self._followings.append(one)
+        self._follow()
 
-    def _begin(self) -> None:
-        if self._motor is not None:
-            places = [numbers()[name] for name in self._names]
-            restless = any(name in WHILE_RESTING for name in self._names)
-            self._motor.core.follow(places, self._follower, restless=restless)
+        def end() -> None:
+            self._followings.remove(one)
+            self._follow()
 
-    def _end(self) -> None:
-        self._names = ()
-        if self._motor is not None:
+        return end
+
+    def _follow(self) -> None:
+        """Have the motor tell what is followed, and by whom, as it is now."""
+        if self._motor is None:
+            return
+        if not self._followings:
             self._motor.core.unfollow()
+            return
+        names, follower = self._all_followed()
+        restless = any(name in WHILE_RESTING for name in names)
+        self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
+
+    def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
+        """Everything that somebody follows, and who is told of it: a single follower at once."""
+        if len(self._followings) == 1:
+            return self._followings[0].names, self._followings[0].follower
+        names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))
+        shares = [one.share(names) for one in self._followings]
+
+        def tell(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
+            for share in shares:
+                share(times, which, values)
+
+        return names, tell
 
     def _look(self, name: str) -> int:
         """As it is at the last sample by now; 0 without power."""

@@ -1,5 +1,6 @@
 """Stored programs: loaded, started, stopped; the line that runs, and breaks at lines."""
 
+import pytest
 from playwright.sync_api import expect
 
 
@@ -101,3 +102,22 @@ def test_off_and_on(panel):
     follow.click()
     panel.button("Off and on", program).click()
     expect(panel.button(f"power of {panel.facts.who}")).to_have_text("power: on")
+
+
+@pytest.mark.parametrize("machine", ["cut-to-length"], indirect=True)
+def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
+    """Line 15 of the knife's program waits for the feeder; about a dozen lines are in view."""
+    panel.begin()
+    program = panel.tab("knife", "Program")
+    panel.run_until("knife runs 15")
+    for again in range(2):
+        if again:
+            panel.tab("knife", "Pins")
+            expect(listed(panel)).to_be_hidden()
+            program = panel.tab("knife", "Program")
+        expect(program.locator("li.running").get_by_role("button")).to_have_text("15")
+        panel.page.wait_for_function("""() => {
+            const line = document.querySelector('[data-test="listing knife"] .running').getBoundingClientRect();
+            const box = document.querySelector('[data-test="listing knife"]').getBoundingClientRect();
+            return line.top >= box.top && line.bottom <= box.bottom;
+        }""")

@@ -8,11 +8,15 @@ change if there is only one, else its least and its greatest.
 from bisect import bisect_left
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axistwin.apps.panel.scope.tracks import Numbers, Rows, Times, Track, Words
+
+FEW = 4
+"""With fewer changes than one for so many pixels, a window is not worked out pixel by pixel."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,13 @@ class Window:
     high: Numbers
     times: Times
     """Points of the line."""
+    values: Numbers
+
+
+class Line(NamedTuple):
+    """Points, each value held until the next."""
+
+    times: Times
     values: Numbers
 
 
@@ -42,12 +53,26 @@ class _Pixels:
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
     """What is to be seen of it; `now_ns`: nothing is known from then on."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns, min(to_ns, now_ns))
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with what it was just before
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
     times, values = _line(rows, edges, seen, min(to_ns, now_ns))
     return Window(edges, seen.low, seen.high, times, values)
+
+
+def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
+    """The window's line; where little has happened, simply all of it."""
+    until_ns = min(to_ns, now_ns)
+    rows = track.rows(from_ns, until_ns)
+    if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
+        seen = window(track, from_ns, to_ns, pixels, now_ns)
+        return Line(seen.times, seen.values)
+    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
+    times, values = np.maximum(rows.begin[first:], from_ns), rows.last[first:]
+    if not len(times) or times[0] >= until_ns:
+        return Line(times[:0], values[:0])
+    return Line(np.append(times, until_ns), np.append(values, values[-1]))
 
 
 def _pixels(rows: Rows, edges: Times) -> _Pixels:

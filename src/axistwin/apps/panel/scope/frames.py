@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from axistwin.apps.panel.scope.decimation import Window, marks, window
+from axistwin.apps.panel.scope.decimation import Line, line, marks
 from axistwin.apps.panel.scope.screen import Screen
-from axistwin.apps.panel.scope.tracks import Numbers, Track, Words
+from axistwin.apps.panel.scope.tracks import Track, Words
 from axistwin.apps.panel.scope.triggers import OFF
 from axistwin.apps.traces.signals import COUNT, REAL
 from axistwin.units import MS, US, S
 
 FULL = 65_535
 """The right edge; as a value: that it is not known."""
-TOP = FULL - 1
-"""The greatest value of a signal's range."""
+TOP = 4000
+"""The greatest value of a signal's range: finer no screen is."""
 WORD_PIXELS = 72
 """A word for so many pixels, at most."""
 UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
@@ -56,12 +56,12 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
     track = screen.record.tracks.get(name)
     if track is None:
         return {"name": name, "data": "", "low": "", "high": "", "words": []}
-    seen = window(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
+    seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
     low, high = span(track, seen)
     numbers = track.kind in (COUNT, REAL)
     return {
         "name": name,
-        "data": packed(seen, low, high),
+        "data": packed(seen, (from_ns, to_ns), (low, high)),
         "low": f"{low:.9g}" if numbers else "",
         "high": f"{high:.9g}" if numbers else "",
         "words": _words(track, from_ns, to_ns, screen.pixels) if isinstance(track, Words) else [],
@@ -73,21 +73,24 @@ def _words(words: Words, from_ns: int, to_ns: int, pixels: int) -> list[tuple[fl
     return [((time_ns - from_ns) / (to_ns - from_ns), text) for time_ns, text in found]
 
 
-def packed(seen: Window, low: float, high: float) -> str:
-    """Points: where, as a part of the width, and what, as a part of the range."""
-    from_ns, to_ns = int(seen.edges[0]), int(seen.edges[-1])
+def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
+    """Points: where, as a part of the time, and what, as a part of the range."""
+    (from_ns, to_ns), (low, high) = times_ns, values
     pairs = np.empty((len(seen.times), 2), "<u2")
     pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
-    parts = np.clip((seen.values - low) / (high - low), 0.0, 1.0) * TOP
-    pairs[:, 1] = np.where(np.isnan(parts), FULL, np.rint(np.nan_to_num(parts)))
-    return b64encode(pairs.tobytes()).decode()
+    parts = np.rint((seen.values - low) * (TOP / (high - low)))
+    parts[np.isnan(parts)] = FULL
+    pairs[:, 1] = parts
+    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # and where the line ends
+    return b64encode(pairs[new].tobytes()).decode()
 
 
-def span(track: Track, seen: Window) -> tuple[float, float]:
+def span(track: Track, seen: Line) -> tuple[float, float]:
     """The range that a signal is drawn in: of a number round limits around what it is in the window."""
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
-    low, high = _least(seen.low), -_least(-seen.high)
+    low = float(np.fmin.reduce(seen.values, initial=np.inf))
+    high = float(np.fmax.reduce(seen.values, initial=-np.inf))
     if not isfinite(low) or not isfinite(high):
         return 0.0, 1.0
     if low == high:
@@ -100,7 +103,3 @@ def _grain(size: float) -> float:
     """A tenth of it or less, 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)
-
-
-def _least(values: Numbers) -> float:
-    return float(np.fmin.reduce(values, initial=np.inf))

@@ -6,12 +6,11 @@ Another bench that takes the place of the one before begins at 0, and so does th
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
 from axistwin.apps.panel.scope.tracks import Times, Track, Words
-from axistwin.apps.traces.batch import Batch, Value
+from axistwin.apps.traces.batch import Part, Value
 from axistwin.apps.traces.provenance import provenance
 from axistwin.apps.traces.signals import REAL, TEXT, Signal, catalogue
 from axistwin.apps.traces.trace import Tracer
@@ -111,39 +110,28 @@ class Recorder:
         for signal, value in zip(self._recorded, tracer.first(), strict=True):
             track = self.record.tracks.setdefault(signal.full, _track(signal))
             _add(track, np.array([bench.now], np.int64), [value])
-        tracer.sink = self
+        tracer.taker = self._take
         self.record.now_ns = bench.now
         self.version += 1
         self._stack.enter_context(tracer)
 
-    # A sink
-
-    def write(self, batch: Batch) -> None:
+    def _take(self, parts: list[Part], texts: list[bytes]) -> None:
         """Changes, signal by signal."""
-        if not len(batch):
-            return
-        order = np.argsort(batch.signals.astype(np.int16), kind="stable")
-        times, values, signals = batch.times[order], batch.values[order], batch.signals[order]
-        places = np.searchsorted(signals, np.arange(len(self._recorded) + 1)).tolist()
-        for signal, (first, upto) in zip(self._recorded, pairwise(places), strict=True):
-            if first < upto:
-                track, of_one = self.record.tracks[signal.full], values[first:upto]
-                if isinstance(track, Words):
-                    track.say(times[first:upto], [batch.texts[n] for n in of_one])
-                else:
-                    numbers = of_one.view(np.float64) if signal.kind == REAL else of_one.astype(float)
-                    track.add(times[first:upto], numbers)
+        for part in parts:
+            if len(part.times):
+                self._add(part, texts)
         self.version += 1
-        self.record.now_ns = max(self.record.now_ns, int(batch.times[-1]) + 1)
         for watcher in tuple(self.watchers):
             watcher()
 
-    def flush(self) -> None:
-        """It is there already."""
-
-    def end(self, now_ns: int) -> None:
-        """It goes up to here."""
-        self.record.now_ns = now_ns
+    def _add(self, part: Part, texts: list[bytes]) -> None:
+        signal = self._recorded[part.signal]
+        track = self.record.tracks[signal.full]
+        if isinstance(track, Words):
+            track.say(part.times, [texts[n] for n in part.values])
+        else:
+            track.add(part.times, part.values.view(float) if signal.kind == REAL else part.values.astype(float))
+        self.record.now_ns = max(self.record.now_ns, int(part.times[-1]) + 1)
 
 
 def _track(signal: Signal) -> Track:

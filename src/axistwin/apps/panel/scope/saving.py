@@ -12,6 +12,7 @@ import numpy as np
 from axistwin.apps.conversations.visible import CHARACTERS
 from axistwin.apps.drawing import picture
 from axistwin.apps.drawing.trace_chart import of_trace
+from axistwin.apps.panel.scope.decimation import window
 from axistwin.apps.panel.scope.recorder import Record
 from axistwin.apps.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 from axistwin.apps.traces.batch import Part, Value, merged
@@ -23,6 +24,8 @@ from axistwin.units import to_seconds
 
 TRACES, PICTURES = (".csv", ".vcd", ".parquet"), picture.SUFFIXES
 PIECE = 1 << 15
+PIXELS = 1500
+"""Across a picture; the line of a signal has two points for each."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,8 @@ class Piece:
 def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: int, suffix: str) -> bytes:
     """A file of this kind.  Raises UsageError, MissingExtraError."""
     from_ns, to_ns = max(from_ns, 0), max(min(to_ns, record.now_ns), 0)
-    pieces = [_piece(record.tracks[name], signal, from_ns, to_ns) for name, signal in signals.items()]
+    make = _drawn if suffix in PICTURES else _piece
+    pieces = [make(record.tracks[name], signal, from_ns, to_ns) for name, signal in signals.items()]
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / f"scope{suffix}"
         if suffix in PICTURES:
@@ -97,6 +101,17 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
     first = float(values[begin - 1]) if begin else 0.0
     given = first if signal.kind == REAL else int(first)
     return Piece(signal, given, times[begin:end], np.ascontiguousarray(values[begin:end]), [])
+
+
+def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
+    """As much of it as can be seen in a picture."""
+    if isinstance(track, Words):
+        return _texts(track, signal, from_ns, to_ns)
+    seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns + 1)
+    known = ~np.isnan(seen.values)
+    times, values = seen.times[known], seen.values[known]
+    first = float(values[0]) if len(values) else 0.0
+    return Piece(signal, first if signal.kind == REAL else int(first), times, values, [])
 
 
 def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:

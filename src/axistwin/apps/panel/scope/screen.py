@@ -162,7 +162,7 @@ class Screen:
 
     @property
     def _auto_is_over(self) -> bool:
-        """Whether there has been no edge for twice the width."""
+        """Whether there has been no edge for three times the width."""
         late_ns = self.recorder.record.now_ns - (self.hit_ns or 0)
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 

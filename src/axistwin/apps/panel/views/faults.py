@@ -8,7 +8,7 @@ from nicegui import ui
 
 from axistwin.apps.conversations.machine import targets
 from axistwin.apps.panel.look import Look, Refresh
-from axistwin.apps.panel.views.parts import Key, drawer
+from axistwin.apps.panel.views.parts import Key, called, drawer
 from axistwin.faults.desk import Fault, State
 from axistwin.faults.kinds import KINDS, THINGS
 from axistwin.faults.table import Kind, Parameter, Sort
@@ -34,7 +34,7 @@ def power(look: Look, name: str) -> Refresh:
         word = "off" if look.bench[name].powered else "on"
         look.touch(partial(look.session.do, name, "power", word))
 
-    key = Key("power:", f"power of {name}", turn).classes("power").mark(f"{name}-power")
+    key = called(Key("power:", f"power of {name}", turn).classes("power"), f"{name}-power")
     show_ambient = _ambient(look, name) if "ambient" in targets(controller) else lambda: None
 
     def refresh() -> None:
@@ -57,7 +57,7 @@ def _ambient(look: Look, name: str) -> Refresh:
             look.touch(partial(look.session.do, name, "ambient", f"{number.value:g}"))
 
     number = ui.number("around it, °C", min=CELSIUS[0], max=CELSIUS[1], step=1).props("dense").classes("ambient")
-    number.on("change", set_it, []).on("keydown.enter", set_it, []).mark(f"{name}-ambient")
+    called(number.on("change", set_it, []).on("keydown.enter", set_it, []), f"{name}-ambient")
 
     def refresh() -> None:
         nonlocal known
@@ -80,7 +80,7 @@ def faults(look: Look) -> Refresh:
 
 
 def _list(look: Look) -> Refresh:
-    box = ui.element("ul").classes("faults").mark("faults")
+    box = called(ui.element("ul").classes("faults"), "faults")
     box.props["aria-label"] = "faults"
     known: list[tuple[str, State]] | None = None
 
@@ -109,10 +109,10 @@ def _row(look: Look, fault: Fault) -> None:
         ui.label(name).classes("fault-name")
         what = f"{fault.kind.name} of {fault.spot.name}" + (f" ({values})" if values else "")
         ui.label(what).props["title"] = fault.kind.doc
-        ui.label(state).classes("why").mark(f"fault-{name}-state")
+        called(ui.label(state).classes("why"), f"fault-{name}-state")
         if fault.state is not State.OVER:
             mend = partial(look.session.do, who, "mend", name)
-            Key("mend", f"mend {name}", lambda: look.touch(mend)).mark(f"mend-{name}")
+            called(Key("mend", f"mend {name}", lambda: look.touch(mend)), f"mend-{name}")
 
 
 def _who(look: Look, spot: str) -> str:
@@ -137,11 +137,12 @@ class _Form:
             self._kind = ui.select(
                 {kind.name: f"{kind.name}: {kind.doc}" for kind in KINDS.values()}, label="kind", value="lose",
                 on_change=self._build,
-            ).mark("fault-kind")  # fmt: skip
+            )  # fmt: skip
+            called(self._kind, "fault-kind")
             self._own = ui.element("div").classes("form")
         with ui.element("div").classes("form terms"):
             self._terms = {name: self._term(name) for name in TERMS}
-        ui.button("Put it in", on_click=self._put).props("no-caps").mark("fault-put")
+        called(ui.button("Put it in", on_click=self._put).props("no-caps"), "fault-put")
         self._build()
 
     @property
@@ -154,7 +155,8 @@ class _Form:
         self._own.clear()
         spots = self._spots()
         with self._own:
-            self._on = ui.select(spots, label=THINGS[self.kind.on], value=spots[0] if spots else None).mark("fault-on")
+            self._on = ui.select(spots, label=THINGS[self.kind.on], value=spots[0] if spots else None)
+            called(self._on, "fault-on")
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
@@ -165,7 +167,8 @@ class _Form:
 
     def _term(self, name: str) -> ui.input:
         label, unit, hint = TERMS[name]
-        return ui.input(f"{label}, {unit}" if unit else label, placeholder=hint).props("dense").mark(f"fault-{name}")
+        field = ui.input(f"{label}, {unit}" if unit else label, placeholder=hint).props("dense")
+        return called(field, f"fault-{name}")
 
     def _put(self) -> None:
         if self._on.value is None:
@@ -186,7 +189,7 @@ def _field(parameter: Parameter) -> ui.input | ui.select:
     if parameter.sort in (Sort.LEVEL, Sort.WORD):
         words = list(parameter.words) or ["high", "low"]
         usual = _shown(parameter.default) if parameter.default is not None else words[0]
-        return ui.select(words, label=label, value=usual).props("dense").tooltip(parameter.doc).mark(mark)
+        return called(ui.select(words, label=label, value=usual).props("dense").tooltip(parameter.doc), mark)
     usual = "" if parameter.default is None else f"{parameter.default:g}"
     field = ui.input(label, placeholder=parameter.wanted, value=usual).props("dense")
-    return field.props(f'hint="{parameter.doc}"').mark(mark)
+    return called(field.props(f'hint="{parameter.doc}"'), mark)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from nicegui import ui
 
 from axistwin.apps.panel.look import Look, Refresh
-from axistwin.apps.panel.views.parts import Light, Told, drawer
+from axistwin.apps.panel.views.parts import Light, Told, called, drawer
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
 
@@ -92,9 +92,9 @@ def _item(who: str, item: Item, group: Group) -> Show:
     tip = f"{item.name.capitalize()}.  {item.doc}  [{group.chapter}]".replace("  []", "")
     mark = f"{who} {item.label or item.name} {group.title}".replace(" ", "-")
     if isinstance(item, Lamp):
-        lamp, light = item, Light(item.label, item.name, item.tone, tip).mark(mark)
+        lamp, light = item, called(Light(item.label, item.name, item.tone, tip), mark)
         return lambda value: light.show(lamp.shows(int(value)))
-    told = Told(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip).mark(mark)
+    told = called(Told(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
     if isinstance(item, Word):
         word = item
         return lambda value: told.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
@@ -132,7 +132,7 @@ def _registers(look: Look, name: str) -> Refresh:
         with found, ui.element("div").classes("registers"):
             for register in look.bench[name].registers:
                 source = _Source(look, name, register)
-                source.shows.append(_plainly(Told(register, register).mark(f"{name}-register-{register}")))
+                source.shows.append(_plainly(called(Told(register, register), f"{name}-register-{register}")))
                 sources.append(source)
 
     def refresh() -> None:

@@ -1,12 +1,22 @@
 """What views are put together from: a lamp, a key, a part of the page that can be opened."""
 
 from collections.abc import Callable
+from typing import TypeVar
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from axistwin.apps.panel.look import Look
 from axistwin.controllers.front import Tone
+
+Thing = TypeVar("Thing", bound=ui.element)
+
+
+def called(element: Thing, name: str) -> Thing:
+    """Let tests find it, with a browser and without."""
+    element.props["data-test"] = name
+    element.mark(name)
+    return element
 
 
 class Light(TextElement):
@@ -75,4 +85,4 @@ def drawer(look: Look, key: str, title: str, *, opened: bool = False) -> ui.expa
         settings[key] = found.value
 
     found = ui.expansion(title, value=bool(settings.get(key, opened)), on_value_change=turned)
-    return found.classes("drawer").mark(key.replace(" ", "-"))
+    return called(found.classes("drawer"), key.replace(" ", "-"))

@@ -1,15 +1,17 @@
 """Terminals to be touched: inputs as switches, analog ones as sliders, a joystick, the host's control lines."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 from nicegui import events, ui
 
 from axistwin.apps.conversations.machine import targets
 from axistwin.apps.panel.look import Look, Refresh
-from axistwin.apps.panel.views.parts import Key, Light, drawer
+from axistwin.apps.panel.views.parts import Key, Light, called
 from axistwin.bench import Controller
 from axistwin.controllers.product import Product
+from axistwin.errors import AxistwinError
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
 
 LEVELS = {"high": True, "low": False}
@@ -23,24 +25,21 @@ GENTLY = 0.2
 
 
 def pins(look: Look, name: str) -> Refresh:
-    """Everything of a controller that can be touched, in a part of the page that can be closed."""
+    """Everything of a controller that can be touched."""
     controller = look.bench[name]
-    found = drawer(look, f"{name} terminals", "Terminals", opened=True)
+    possible = targets(controller)
     shown: list[Refresh] = []
-    with found:
-        if controller.product.joystick is not None:
-            shown.append(_joystick(look, name, controller.product))
-        with ui.element("div").classes("switches"):
-            shown += [_terminal(look, name, names) for names in inputs(controller)]
-            possible = targets(controller)
-            shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
-        if "master" in possible:
-            _encoder(look, name)
+    if controller.product.joystick is not None:
+        shown.append(_joystick(look, name, controller.product))
+    with ui.element("div").classes("switches"):
+        shown += [_terminal(look, name, names) for names in inputs(controller)]
+        shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
+    if "master" in possible:
+        _encoder(look, name)
 
     def refresh() -> None:
-        if found.value:
-            for each in shown:
-                each()
+        for each in shown:
+            each()
 
     return refresh
 
@@ -60,8 +59,8 @@ def _terminal(look: Look, name: str, names: list[str]) -> Refresh:
     analog = isinstance(look.bench[name].pins[pin_name], UserPin)
     with ui.element("div").classes("switch analog" if analog else "switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name}.{pin_name}"})
-        light = Light(", ".join(names), f"{pin_name} high").mark(f"{name}-{pin_name}-level")
-        why = ui.label().classes("why").mark(f"{name}-{pin_name}-why")
+        light = called(Light(", ".join(names), f"{pin_name} high"), f"{name}-{pin_name}-level")
+        why = called(ui.label().classes("why"), f"{name}-{pin_name}-why")
         with ui.element("span").classes("keys"):
             keys = {word: _key(look, name, pin_name, word) for word in (*LEVELS, "release")}
         volts = _volts(look, name, pin_name) if analog else None
@@ -105,7 +104,7 @@ def _key(look: Look, name: str, target: str, word: str) -> Key:
     def press() -> None:
         look.touch(partial(look.session.do, name, target, word))
 
-    return Key(word, f"{word} {name}.{target}", press).mark(f"{name}-{target}-{word}")
+    return called(Key(word, f"{word} {name}.{target}", press), f"{name}-{target}-{word}")
 
 
 def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
@@ -118,12 +117,11 @@ def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
         pin = look.bench[name].pins[pin_name]
         known = float(event.args) if isinstance(pin, UserPin) and pin.volts == float(event.args) else None
 
-    slider = (
-        ui.slider(min=0, max=PULLED_UP_VOLTS, step=STEP_V, value=0).classes("volts").mark(f"{name}-{pin_name}-volts")
-    )
+    slider = ui.slider(min=0, max=PULLED_UP_VOLTS, step=STEP_V, value=0).classes("volts")
+    called(slider, f"{name}-{pin_name}-volts")
     slider.props["aria-label"] = f"{name}.{pin_name} volts"
     slider.on("update:model-value", moved, throttle=THROTTLE_S)
-    figure = ui.label().classes("figure").mark(f"{name}-{pin_name}-figure")
+    figure = called(ui.label().classes("figure"), f"{name}-{pin_name}-figure")
     figure.props["title"] = f"0 to {FULL_SCALE} are 0 to {PULLED_UP_VOLTS:g} V"
 
     def show(pin: UserPin) -> None:
@@ -141,7 +139,7 @@ def _host_line(look: Look, name: str, line: str) -> Refresh:
     """A control line at the host's end."""
     with ui.element("div").classes("switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
-        light = Light(f"host {line.upper()}", f"host's {line.upper()} on").mark(f"{name}-host-{line}-level")
+        light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
         with ui.element("span").classes("keys"):
             keys = {word: _key(look, name, line, word) for word in LEVELS}
 
@@ -159,14 +157,14 @@ def _encoder(look: Look, name: str) -> None:
     """The external encoder: turn it so far in so long."""
     with ui.row().classes("encoder items-center"):
         ui.label("External encoder")
-        counts = ui.number("counts", value=2000, precision=0).props("dense").mark(f"{name}-master-counts")
-        seconds = ui.number("in seconds", value=1, min=0.001).props("dense").mark(f"{name}-master-seconds")
+        counts = called(ui.number("counts", value=2000, precision=0).props("dense"), f"{name}-master-counts")
+        seconds = called(ui.number("in seconds", value=1, min=0.001).props("dense"), f"{name}-master-seconds")
 
         def turn() -> None:
             run = f"{int(counts.value or 0)} in {float(seconds.value or 0):.6f}"
             look.touch(partial(look.session.do, name, "master", run))
 
-        Key("turn", f"turn the external encoder of {name}", turn).mark(f"{name}-master-turn")
+        called(Key("turn", f"turn the external encoder of {name}", turn), f"{name}-master-turn")
 
 
 # Joystick
@@ -187,22 +185,25 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
     def let_go() -> None:
         """The page is gone, and with it the hand on the stick."""
         if held and look.drives:
-            look.session.do(name, "joystick", "0")
+            with suppress(AxistwinError):  # it may be on its way to another moment
+                look.session.do(name, "joystick", "0")
 
     def pressed(event: events.GenericEventArguments) -> None:
         if event.args["key"] in ARROWS and not event.args.get("repeat"):
             deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
 
-    with ui.element("div").classes("stick") as box:
+    with ui.element("div").classes("stick-row"):
+        box = ui.element("div").classes("stick")
+        label = called(ui.label().classes("figure"), f"{name}-joystick-rate")
+    with box:
         box.props.update({"tabindex": "0", "role": "slider", "aria-label": f"joystick of {name}, by arrow keys"})
         box.props.update({"aria-valuemin": -most, "aria-valuemax": most, "aria-valuenow": 0})
         box.on("keydown", pressed, ["key", "repeat", "shiftKey"]).on("keyup", lambda: deflect(0), [])
-        box.on("blur", lambda: deflect(0), []).mark(f"{name}-stick")
+        called(box.on("blur", lambda: deflect(0), []), f"{name}-stick")
         ui.joystick(
             on_move=lambda event: deflect(event.x or 0), on_end=lambda: deflect(0), throttle=THROTTLE_S,
             color="#2457c5", size=90, mode="static", position={"left": "50%", "top": "50%"},
         ).mark(f"{name}-joystick")  # fmt: skip
-    label = ui.label().classes("figure").mark(f"{name}-joystick-rate")
     client.on_disconnect(let_go)
 
     def refresh() -> None:

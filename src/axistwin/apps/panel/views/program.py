@@ -24,6 +24,8 @@ MOST_BYTES = 1 << 20
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}
 """Whose the files are that can be loaded."""
 EMPTY = Listing("", ())
+SELDOM = 4
+"""While time passes, it is looked at in one of so many frames: to tell the line, a motor is brought up to now."""
 
 
 def program(look: Look, name: str) -> Refresh:
@@ -35,6 +37,7 @@ class _View:
     def __init__(self, look: Look, name: str) -> None:
         self.look, self.name = look, name
         self._orders: dict[str, ui.row] = {}
+        self._frames = 0
         with ui.element("section").classes("program"):
             with ui.element("div").classes("program-head"):
                 self._choice = ui.select([], label="program", on_change=self._chosen).props(_DENSE)
@@ -53,6 +56,9 @@ class _View:
 
     def refresh(self) -> None:
         """Lines, the running one, breaks."""
+        self._frames += 1
+        if self.look.session.running and self._frames % SELDOM:
+            return
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -163,7 +169,7 @@ class _Loading:
             self._file = ui.input("called", value=f"program{suffix}").props("dense").mark(f"{name} called")
             self._text = ui.textarea("or its text").props("outlined").classes("pasted").mark(f"{name} text")
             with ui.row():
-                ui.button("Load", on_click=self._load).mark(f"{name} load it")
+                ui.button("Load", on_click=self._load).mark(f"{name} loading")
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:

@@ -1,6 +1,6 @@
 // The oscilloscope's screen: draws what the server sends, and tells it what is done with wheel, fingers and keys.
 window.axistwinScope = (() => {
-  const FULL = 65535, TOP = 65534, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
+  const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
   const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B07A00", "#3A8FBF"], DASHES = ["solid", "dashed", "dotted"];
   const INK = "#1c2430", RULE = "#d5dae1", CURSORS = ["#2457c5", "#8a2be2"], TRIGGER = "#d0342c";
   let last = null, shape = "", waiting = 0;
@@ -12,11 +12,29 @@ window.axistwinScope = (() => {
     return new Uint16Array(bytes.buffer);
   }
 
-  function points(signal, frame, base, height) {
-    const data = pairs(signal.data), found = [], scale = (frame.to - frame.from) / FULL;
-    for (let n = 0; n < data.length; n += 2)
-      found.push([frame.from + data[n] * scale, data[n + 1] === FULL ? null : base + (height * data[n + 1]) / TOP]);
+  // Steps as they lie on the canvas, one list of points for each stretch in which something is known.
+  function stretches(signal, [base, height], count, area) {
+    const data = pairs(signal.data), found = [];
+    const wide = area.width / FULL, bottom = area.y + area.height * (1 - base / count), high = (area.height * height) / count / TOP;
+    let steps = null, before = 0;
+    for (let n = 0; n < data.length; n += 2) {
+      const x = area.x + data[n] * wide, unknown = data[n + 1] === FULL, y = bottom - data[n + 1] * high;
+      if (steps) steps.push([x, before]);
+      if (unknown) steps = null;
+      else if (!steps) found.push((steps = [[x, y]]));
+      else if (y !== before) steps.push([x, y]);
+      before = y;
+    }
     return found;
+  }
+
+  function drawn(params) {
+    const n = params.dataIndex, signal = last.signals[n], count = last.signals.length;
+    const style = { fill: "none", stroke: COLOURS[n % COLOURS.length], lineWidth: 1.4,
+      lineDash: last.lanes ? "solid" : DASHES[Math.floor(n / 2) % 3] };
+    const lines = signal ? stretches(signal, lanes(last)[n], count, params.coordSys) : [];
+    return { type: "group", silent: true, children: lines.map((points) => (
+      { type: "polyline", silent: true, shape: { points }, style })) };
   }
 
   function lanes(frame) {
@@ -30,7 +48,7 @@ window.axistwinScope = (() => {
 
   function series(frame) {
     const places = lanes(frame), count = frame.signals.length, width = frame.to - frame.from;
-    const lines = frame.signals.map((signal, n) => ({ data: points(signal, frame, ...places[n]) }));
+    const lines = { data: frame.signals.map(() => [frame.from, 0]) };
     const names = frame.signals.map((signal, n) => ({
       value: [frame.from, frame.lanes ? count - n - 0.14 : count * (1 - (n + 0.5) * 0.06)], name: label(signal),
       label: { color: COLOURS[n % COLOURS.length] },
@@ -38,15 +56,12 @@ window.axistwinScope = (() => {
     const words = frame.signals.flatMap((signal, n) => signal.words.map(([at, text]) => (
       { value: [frame.from + at * width, places[n][0] + places[n][1] / 2], name: text })));
     const upright = (place) => (place === null ? [] : [[frame.from + place * width, 0], [frame.from + place * width, count]]);
-    return [...lines, { data: names }, { data: words }, ...frame.cursors.map((at) => ({ data: upright(at) })),
+    return [lines, { data: names }, { data: words }, ...frame.cursors.map((at) => ({ data: upright(at) })),
       { data: upright(frame.trigger) }];
   }
 
-  function looks(frame) {
-    const lines = frame.signals.map((_, n) => ({
-      type: "line", step: "end", showSymbol: false, silent: true, connectNulls: false,
-      lineStyle: { width: 1.4, color: COLOURS[n % COLOURS.length], type: frame.lanes ? "solid" : DASHES[Math.floor(n / 2) % 3] },
-    }));
+  function looks() {
+    const lines = { type: "custom", silent: true, clip: true, renderItem: drawn, z: 3 };
     const text = { type: "scatter", silent: true, symbol: "rect", clip: true };
     const names = { ...text, symbolSize: 0.1, z: 5, label: { show: true, position: "right", distance: 2, formatter: "{b}",
       fontSize: 11, fontWeight: 600, backgroundColor: "rgba(255,255,255,.8)", padding: [1, 3] } };
@@ -55,7 +70,7 @@ window.axistwinScope = (() => {
         width: 150, overflow: "truncate" } };
     const upright = (name, color, type) => ({ type: "line", silent: true, symbol: "none", showSymbol: false, z: 6,
       lineStyle: { color, type, width: 1.4 }, endLabel: { show: true, formatter: name, color, fontWeight: 700, distance: -14, offset: [14, 8] } });
-    return [...lines, names, words, upright("A", CURSORS[0], "solid"), upright("B", CURSORS[1], "dashed"), upright("T", TRIGGER, "dotted")];
+    return [lines, names, words, upright("A", CURSORS[0], "solid"), upright("B", CURSORS[1], "dashed"), upright("T", TRIGGER, "dotted")];
   }
 
   function options(frame) {
@@ -65,7 +80,7 @@ window.axistwinScope = (() => {
         axisLabel: { hideOverlap: true, showMinLabel: false, showMaxLabel: false }, splitLine: { lineStyle: { color: RULE } } },
       yAxis: { type: "value", interval: 1, axisLabel: { show: false }, axisTick: { show: false },
         splitLine: { show: frame.lanes, lineStyle: { color: RULE } } },
-      series: looks(frame),
+      series: looks(),
     };
   }
 

@@ -3,15 +3,14 @@
 import asyncio
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from importlib import resources
 from math import isfinite
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from nicegui import events, run, ui
 
 from axistwin.apps.panel.look import Look, Refresh
+from axistwin.apps.panel.people import Person
 from axistwin.apps.panel.scope import frames
 from axistwin.apps.panel.scope.recorder import Recorder
 from axistwin.apps.panel.scope.saving import PICTURES, TRACES, exact_ns, saved
@@ -25,59 +24,43 @@ READOUT_EVERY = 5
 """Numbers are told in every so manieth frame: faster nobody reads."""
 
 
-@dataclass
 class Scopes:
-    """A session's recorder, and everybody's screen."""
+    """A session's recorder, attached to each of its benches; and everybody's screen."""
 
-    recorder: Recorder = field(default_factory=Recorder)
-    screens: dict[str, Screen] = field(default_factory=dict)
-    pages: dict[str, int] = field(default_factory=dict)
-    drawn: int = 0
-    """Pictures that have been sent, to all."""
-    saving: asyncio.Lock = field(default_factory=asyncio.Lock)
+    def __init__(self, session: Session) -> None:
+        self.recorder = Recorder()
+        self.drawn = 0
+        """Pictures that have been sent, to all."""
+        self.saving = asyncio.Lock()
+        self._pages: dict[Screen, int] = {}
+        session.each_bench(self.recorder.attach)
 
-    def screen(self, key: str) -> Screen:
-        """This person's; somebody who is new sees how the axes move."""
-        if key not in self.screens:
-            self.screens[key] = Screen(self.recorder)
-            self.screens[key].names = tuple(first_choice(list(self.recorder.signals.values())))
-        return self.screens[key]
-
-    def come(self, key: str) -> Screen:
-        """One more page of this person, until `go`."""
-        screen = self.screen(key)
-        self.pages[key] = self.pages.get(key, 0) + 1
+    def come(self, person: Person) -> Screen:
+        """One more page of this person, until it goes; somebody who is new sees how the axes move."""
+        screen = person.settings.get("scope")
+        if not isinstance(screen, Screen):
+            screen = person.settings["scope"] = Screen(self.recorder)
+            screen.names = tuple(first_choice(list(self.recorder.signals.values())))
+        self._pages[screen] = self._pages.get(screen, 0) + 1
         try:
             screen.show(screen.names)
         except AxistwinError:  # the others look at so much
             screen.show(())
         return screen
 
-    def go(self, key: str) -> None:
+    def go(self, screen: Screen) -> None:
         """A page less."""
-        self.pages[key] -= 1
-        if not self.pages[key]:
-            self.recorder.leave(self.screens[key])
+        self._pages[screen] -= 1
+        if not self._pages[screen]:
+            self.recorder.leave(screen)
 
 
-_scopes: WeakKeyDictionary[Session, Scopes] = WeakKeyDictionary()
-
-
-def scopes(session: Session) -> Scopes:
-    """Those of a session; its recorder is attached to each of its benches."""
-    if session not in _scopes:
-        _scopes[session] = Scopes()
-        session.each_bench(_scopes[session].recorder.attach)
-    return _scopes[session]
-
-
-def scope(look: Look, _name: str = "") -> Refresh:
+def scope(look: Look) -> Refresh:
     """An oscilloscope for whoever looks."""
     ui.add_head_html(f"<script>{(resources.files(__package__) / 'scope.js').read_text()}</script>")
-    all_ = scopes(look.session)
-    key = look.person.key
-    screen = all_.come(key)
-    ui.context.client.on_delete(lambda: all_.go(key))
+    all_ = look.common(Scopes)
+    screen = all_.come(look.person)
+    ui.context.client.on_delete(lambda: all_.go(screen))
     with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
         return _Scope(screen, all_).refresh
 

@@ -84,7 +84,7 @@ def _time_base(screen: Screen) -> Refresh:
     shorter = ui.button(icon="remove", on_click=lambda: turn(-1)).props("dense flat round aria-label='shorter time'")
     shorter.mark("scope-shorter")
     knob = ui.knob(bisect_left(SPANS_NS, screen.span_ns), min=0, max=len(SPANS_NS) - 1, step=1, on_change=turned)
-    knob.props("aria-label='time base' size=2.4rem").mark("scope-time")
+    knob.props("aria-label='time base' size=2.4rem track-color=grey-4").mark("scope-time")
     longer = ui.button(icon="add", on_click=lambda: turn(1)).props("dense flat round aria-label='longer time'")
     longer.mark("scope-longer")
     label = ui.label().classes("scope-span").mark("scope-span")

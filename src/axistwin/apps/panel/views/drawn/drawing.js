@@ -8,6 +8,9 @@ export default {
     for (const part of this.$el.querySelectorAll("[data-part]")) this.parts[part.dataset.part] = part;
     this.$emit("ready");
   },
+  activated() {
+    this.$emit("ready"); // it comes back to a page on which it was hidden, and has heard nothing meanwhile
+  },
   methods: {
     // Changes: [part, how, value]; how: "move" to a transform smoothly, "jump" there, "text", ".class" or an attribute.
     show(changes) {

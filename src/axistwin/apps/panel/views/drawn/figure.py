@@ -8,6 +8,8 @@ from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
+SELDOM = 10
+"""What changes slowly and costs something is looked at once in so many frames."""
 STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 

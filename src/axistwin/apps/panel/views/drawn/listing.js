@@ -1,6 +1,10 @@
 // A listing that is put on the page once.  Its lines are then marked by class: the running one, and those with a break.
+// A long one is made of blocks, of which only those in sight are laid out and painted.
+const BLOCK = 100;
+const LONG = 300;
+
 export default {
-  template: '<div class="listing" role="group"><ol></ol></div>',
+  template: '<div class="listing" role="group"></div>',
   props: { lines: Array, silent: Array, label: String },
   mounted() {
     this.build();
@@ -10,6 +14,9 @@ export default {
       if (button) this.$emit("toggle", { line: Number(button.dataset.line) });
     });
   },
+  activated() {
+    this.$emit("ready"); // it comes back to a page on which it was hidden, and has heard nothing meanwhile
+  },
   watch: {
     lines() {
       this.build();
@@ -17,7 +24,7 @@ export default {
   },
   methods: {
     build() {
-      const list = document.createElement("ol");
+      const blocks = [];
       const silent = new Set(this.silent);
       this.rows = this.lines.map((text, index) => {
         const row = document.createElement("li");
@@ -32,13 +39,21 @@ export default {
         number.setAttribute("aria-label", `break at line ${index + 1}: ${text}`);
         code.textContent = text;
         row.append(number, code);
-        list.append(row);
+        if (index % BLOCK === 0) blocks.push(this.block(index));
+        blocks.at(-1).append(row);
         return row;
       });
       this.$el.setAttribute("aria-label", this.label);
-      this.$el.replaceChildren(list);
+      this.$el.replaceChildren(...blocks);
       this.running = null;
       this.$emit("ready");
+    },
+    block(first) {
+      const block = document.createElement("ol");
+      block.start = first + 1;
+      block.classList.toggle("far", this.lines.length > LONG);
+      block.style.height = `${Math.min(this.lines.length - first, BLOCK) * 1.5}em`;
+      return block;
     },
     // The line that runs, or null; `follow`: bring it into view.
     run(index, follow) {
@@ -50,7 +65,7 @@ export default {
       if (!this.running) return;
       this.running.classList.add("running");
       this.running.setAttribute("aria-current", "step");
-      if (follow) this.reveal(this.running);
+      if (follow) this.reveal(index);
     },
     // Lines with a break, and those where it is switched off.
     breaks(on, off) {
@@ -64,17 +79,21 @@ export default {
       row.classList.toggle("asleep", asleep);
       row.firstChild.setAttribute("aria-pressed", String(there));
     },
-    reveal(row) {
+    height() {
+      return parseFloat(getComputedStyle(this.$el).fontSize) * 1.5;
+    },
+    reveal(index) {
       const box = this.$el;
-      const above = row.offsetTop - box.scrollTop;
-      if (above < 0 || above + row.offsetHeight > box.clientHeight) box.scrollTop = row.offsetTop - box.clientHeight / 2;
+      const height = this.height();
+      const above = index * height - box.scrollTop;
+      if (above < 0 || above + height > box.clientHeight) box.scrollTop = index * height - box.clientHeight / 2;
     },
     // Arrow keys go from number to number; Enter and the space bar press it, as any button.
     key(event) {
       const from = event.target.closest("button");
       if (!from) return;
       const last = this.rows.length - 1;
-      const page = Math.max(1, Math.floor(this.$el.clientHeight / this.rows[0].offsetHeight) - 1);
+      const page = Math.max(1, Math.floor(this.$el.clientHeight / this.height()) - 1);
       const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -last, End: last };
       if (!(event.key in steps)) return;
       event.preventDefault();
@@ -86,7 +105,7 @@ export default {
       from.tabIndex = -1;
       to.tabIndex = 0;
       to.focus({ preventScroll: true });
-      this.reveal(this.rows[index]);
+      this.reveal(index);
     },
   },
 };

@@ -7,7 +7,7 @@ clockwise.
 from html import escape
 
 from axistwin.apps.panel.views.drawn.drawing import Drawing
-from axistwin.apps.panel.views.drawn.figure import STATES, readout, readouts, states, unit
+from axistwin.apps.panel.views.drawn.figure import SELDOM, STATES, readout, readouts, states, unit
 from axistwin.apps.panel.views.drawn.scale import grouped, signed
 from axistwin.bench import Bench, Controller
 from axistwin.plant.axes import Axis
@@ -21,8 +21,6 @@ WHEEL_EDGES = 2000
 """The same for a measuring wheel that sits on no shaft that turns."""
 MOST_TURNS = 2
 """More in a frame cannot be seen."""
-SELDOM = 10
-"""What changes slowly and costs something is looked at once in so many frames."""
 
 
 class Shaft:

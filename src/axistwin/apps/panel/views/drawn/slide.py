@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from axistwin.apps.panel.views.drawn.drawing import Drawing
-from axistwin.apps.panel.views.drawn.figure import STATES, readout, readouts, states, unit
+from axistwin.apps.panel.views.drawn.figure import SELDOM, STATES, readout, readouts, states, unit
 from axistwin.apps.panel.views.drawn.scale import grouped, signed, ticks
 from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
@@ -23,7 +23,10 @@ class Slide:
         axis = controller.axes[name]
         assert axis.limits is not None, "it has travel"
         self.name, self.limits = name, axis.limits
-        self.drawing = Drawing(self._art(axis)).classes("drawing slide").mark(f"axis {controller.name}.{name}")
+        self._frames = 0
+        self.drawing = (
+            Drawing(self._art(controller, axis)).classes("drawing slide").mark(f"axis {controller.name}.{name}")
+        )
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         """Where it is, how fast, and what is the matter with it."""
@@ -41,6 +44,8 @@ class Slide:
         drawing.write("position", grouped(position))
         drawing.write("velocity", signed(round(axis.velocity)))
         self._show_rest(axis, wanted - position)
+        if isinstance(axis, ServoAxis):
+            self._show_servo(controller, axis)
         drawing.send()
 
     def _show_rest(self, axis: Axis, behind: int) -> None:
@@ -48,12 +53,23 @@ class Slide:
         drawing.write("behind", signed(behind))
         drawing.flag("row-behind", "wrong", not isinstance(axis, ServoAxis) and behind != 0)
         if isinstance(axis, ServoAxis):
-            drawing.write("temperature", f"{axis.temperature:.1f}")
             return
         if axis.encoder_count is not None:
             drawing.write("encoder", grouped(axis.encoder_count))
         if axis.home is not None:
             drawing.flag("home", "lit", axis.home[0] <= axis.position <= axis.home[1])
+
+    def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
+        drawing, pin = self.drawing, controller.product.brake_pin
+        if self._frames % SELDOM == 0:
+            drawing.write("temperature", f"{axis.temperature:.1f}")
+        self._frames += 1
+        if pin is not None:
+            engaged = controller.pins[pin].level
+            drawing.write("brake", "holds" if engaged else "released")
+            drawing.flag("row-brake", "wrong", engaged)
+        drawing.flag("row-edges", "unused", not (axis.master.moving or axis.master.count))
+        drawing.write("edges", grouped(axis.master.count))
 
     def _x(self, position: float) -> float:
         first, last = self.limits
@@ -62,12 +78,14 @@ class Slide:
     def _at(self, position: int) -> str:
         return f"translate({min(max(self._x(position), LEFT - OVERRUN), RIGHT + OVERRUN):.2f}px, 0)"
 
-    def _art(self, axis: Axis) -> str:
+    def _art(self, controller: Controller, axis: Axis) -> str:
         of = unit(axis)
         told = f"{self.name}: a slide of {self.limits[0]} to {self.limits[1]} {of}"
         rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
         if isinstance(axis, ServoAxis):
             rows += [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
+            rows += [readout("brake", "brake")] if controller.product.brake_pin is not None else []
+            rows += [readout("edges", "external encoder", "edges")]
         else:
             rows += [readout("behind", "lost", of)]
             rows += [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
@@ -92,7 +110,8 @@ class Slide:
             return ""
         low, high = (min(max(self._x(end), LEFT), RIGHT) for end in axis.home)
         bar = f'<rect x="{low - 1:.2f}" y="60" width="{high - low + 2:.2f}" height="4" rx="1"/>'
-        word = f'<text class="figures" x="{(low + high) / 2:.2f}" y="12">home</text>'
+        middle = min(max((low + high) / 2, LEFT + 26), RIGHT - 26)
+        word = f'<text class="figures" x="{middle:.2f}" y="14">home</text>'
         return f'<g class="home" data-part="home">{bar}{word}</g>'
 
     def _switch(self, part: str, x: float) -> str:

@@ -1,6 +1,6 @@
 """Two axes that make a table, seen from above: the bridge, the tool, where it has been and where it has worked."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import islice
 
 from axistwin.apps.panel.views.drawn.drawing import Drawing
@@ -32,7 +32,8 @@ class Table:
         self._high = min(max(self._wide * span_y / span_x, LEAST), MOST)
         self._trail: Trail | None = None
         self._piece, self._shown = 0, (0, (0, 0))
-        self.drawing = Drawing(self._art()).classes("drawing top-view").props(f'data-test="table {controller.name}"')
+        self._marked: tuple[str, int, Point | None] | None = None
+        self.drawing = Drawing(self._art()).classes("drawing top-view").mark(f"table {controller.name}")
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
         """Where the tool is, whether it is down, and its trail."""
@@ -44,9 +45,14 @@ class Table:
         drawing.flag("head", "down", high)
         drawing.write("tool", f"{tool} {'high' if high else 'low'}" if tool else "")
         self._show_trail(trail)
-        places: Mapping[Point, None] = trail.places.get(tool, {})
-        drawing.put("places", "d", "".join(f"M{self._x(x):.1f} {self._y(y):.1f}h0" for x, y in places))
+        self._show_places(tool, trail.places.get(tool, {}))
         drawing.send()
+
+    def _show_places(self, tool: str, places: dict[Point, None]) -> None:
+        now = tool, len(places), next(reversed(places), None)
+        if now != self._marked:
+            self._marked = now
+            self.drawing.put("places", "d", "".join(f"M{self._x(x):.1f} {self._y(y):.1f}h0" for x, y in places))
 
     def _show_trail(self, trail: Trail) -> None:
         trail.look()
@@ -62,7 +68,7 @@ class Table:
         self._piece, self._shown = last, now
 
     def _forget(self) -> None:
-        self._piece, self._shown = 0, (0, (0, 0))
+        self._piece, self._shown, self._marked = 0, (0, (0, 0)), None
         for piece in range(PIECES):
             self.drawing.put(f"trail{piece}", "points", "")
 

@@ -1,0 +1,120 @@
+"""What hosts do at a port, at any speed, stopped and started: done again at its times it is the same run."""
+
+from itertools import groupby
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.links.pacing import Pacer
+from axistwin.links.plug import Plug
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.serial_port import Flow
+
+from .fake_loop import Loop
+from .serving import initialise
+from .test_exchange import Client
+
+LINES = st.sampled_from(["9600 8N2", "instant"])
+SPEEDS = st.sampled_from([0.5, 1.0, 7.0, 100.0, None])
+SAYINGS = st.sampled_from([b"E\r", b"X100$\r", b"X-7Y30$\rN\r", b"S1$\r", b"#\r", b"\x13", b"K"])
+STEPS = st.one_of(
+    st.tuples(st.just("wait"), st.floats(0, 0.2)),
+    st.tuples(st.just("say"), SAYINGS),
+    st.tuples(st.just("line"), st.sampled_from([4800, 9600])),
+    st.tuples(st.just("rts"), st.booleans()),
+    st.tuples(st.just("break"), st.booleans()),
+    st.tuples(st.just("flow"), st.sampled_from(Flow)),
+    st.tuples(st.just("speed"), SPEEDS),
+    st.tuples(st.just("stop"), st.none()),
+    st.tuples(st.just("start"), st.none()),
+    st.tuples(st.just("client"), st.booleans()),
+)
+
+
+class Noted:
+    """An initialised IF1, and all that can be heard and seen of it, with its times."""
+
+    def __init__(self, line):
+        self.bench = Bench()
+        self.if1 = initialise(self.bench, self.bench.add("if1", line=line))
+        self.port = self.if1.serial
+        self.seen = []
+        self.port.hear(lambda byte, errors: self.note("heard", byte, errors))
+        for pin in self.if1.pins.values():
+            pin.watch(lambda pin: self.note(pin.name, pin.level))
+
+    def note(self, *what):
+        self.seen.append((self.bench.now, *what))
+
+    def finished(self, end_ns):
+        self.bench.clock.run_to(end_ns)
+        return self.seen, {name: axis.position for name, axis in self.if1.axes.items()}
+
+
+class Hasty(Loop):
+    """Its clock moves on a little whenever somebody looks at it, as a real one does."""
+
+    def time(self):
+        self.now_s += 1e-6
+        return self.now_s
+
+
+class Session:
+    """Hosts at its plug, by a clock that is told what time it is; and what is kept of them."""
+
+    def __init__(self, line, speed):
+        self.noted, self.loop = Noted(line), Hasty()
+        self.pacer = Pacer(self.noted.bench.clock, speed)
+        self.kept = []
+        self.noted.port.watch_host(self._keep)
+        self.plug = Plug("if1", self.noted.port, self.pacer)
+        self.pacer.start(self.loop)
+
+    def _keep(self, act):
+        if not self.pacer.advancing:
+            self.kept.append(((self.noted.bench.now, self.pacer.passes), act))
+
+    def take(self, what, value):
+        """One step."""
+        host = self.noted.port.host
+        match what:
+            case "wait":
+                self.loop.run_to(self.loop.now_s + value)
+            case "say":
+                self.plug.send(value)
+            case "line":
+                self.plug.change(lambda: setattr(host, "format", UartFormat(value, 8, "N", 2)))
+            case "rts":
+                self.plug.change(lambda: setattr(host, "rts", value))
+            case "break":
+                self.plug.change(lambda: self.plug.set_break(value))
+            case "flow":
+                self.plug.flow = value
+                self.plug.change(self.plug.settle_flow)
+            case "speed":
+                self.pacer.speed = value
+            case "stop":
+                self.pacer.stop()
+            case "start":
+                self.pacer.start(self.loop)
+            case "client" if value:
+                self.plug.connect(Client())
+            case "client" if self.plug.client is not None:
+                self.plug.disconnect(self.plug.client)
+
+
+@settings(max_examples=60, deadline=None)
+@given(LINES, SPEEDS, st.lists(STEPS, max_size=25))
+def test_moments_kept_and_done_again_are_the_same_run(line, speed, steps):
+    session = Session(line, speed)
+    for what, value in steps:
+        session.take(what, value)
+    session.pacer.stop()
+    session.pacer.sync()
+    end_ns = session.noted.bench.now + 2_000_000_000
+    again = Noted(line)
+    for (time_ns, _), acts in groupby(session.kept, key=lambda one: one[0]):
+        moment = [act for _, act in acts]
+        again.bench.clock.after_all(time_ns, lambda moment=moment: [again.port.perform(act) for act in moment])
+    assert again.finished(end_ns) == session.noted.finished(end_ns)
