@@ -113,7 +113,7 @@ def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
     for again in range(2):
         if again:
             panel.tab("knife", "Pins")
-            expect(listed(panel)).to_be_hidden()
+            expect(panel.page.get_by_test_id("listing knife")).to_be_hidden()
             program = panel.tab("knife", "Program")
         expect(program.locator("li.running").get_by_role("button")).to_have_text("15")
         panel.page.wait_for_function("""() => {
