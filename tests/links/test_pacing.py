@@ -81,6 +81,20 @@ def test_at_full_speed_all_that_is_due_happens_without_the_wall_clock(clock, loo
     assert clock.now == 36_000 * S
 
 
+def test_at_full_speed_what_nobody_waits_for_comes_too_as_far_as_somebody_wants_to_see(clock, loop):
+    happened = []
+    for time_ns in (3600 * S, 7200 * S):
+        clock.background += 1
+        clock.call_later(time_ns, lambda: happened.append(clock.now))
+    pacer = paced(clock, loop, None)
+    loop.run_to(0)
+    assert happened == []
+    pacer.agenda_ns = 3600 * S
+    pacer.work()
+    loop.run_to(0)
+    assert happened == [3600 * S]
+
+
 def test_at_full_speed_a_bench_that_never_rests_lets_the_loop_look_at_its_sockets(clock, loop):
     def program():
         while True:
