@@ -53,17 +53,6 @@ def test_a_pin_is_driven_and_released(panel):
     expect(row).not_to_contain_text("driven")
 
 
-def test_the_part_of_the_page_with_terminals_is_closed_and_opened(panel):
-    panel.begin()
-    pins = panel.tab(panel.facts.who, "Pins")
-    title = pins.get_by_role("button", name="Terminals")
-    key = panel.button(f"high {panel.facts.who}.{panel.facts.pin}")
-    title.click()
-    expect(key).to_be_hidden()
-    title.click()
-    expect(key).to_be_visible()
-
-
 def test_the_host_lets_a_control_line_go(panel):
     if panel.machine == "winder":
         pytest.skip("a board on a bus has none")

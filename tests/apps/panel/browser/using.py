@@ -63,7 +63,7 @@ FACTS = {
         line="4", start="RUN", stop="END",
         faults=(
             ("lose", "serial line", {"count, characters": "3"}), STUCK, ("load", "axis", {"torque, N·m": "0.1"}),
-            ("overheat", "controller", {}),
+            ("power_cut", "controller", {}),
         ),
     ),
 }  # fmt: skip
