@@ -1,6 +1,7 @@
 """A view on a page as NiceGUI simulates one: no web server, no browser, and as many frames as one asks for."""
 
 import asyncio
+from inspect import isawaitable
 
 from nicegui.testing.user_simulation import user_simulation
 
@@ -99,7 +100,7 @@ def show(build, view, play):
             visit = Visit(user, look, made[-1])
             visit.frame()
             played = play(visit)
-            if played is not None:  # it waits for something
+            if isawaitable(played):
                 await played
 
     asyncio.run(simulated())
