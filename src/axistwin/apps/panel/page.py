@@ -36,7 +36,10 @@ async def page(look: Look) -> None:
     for view in views(look):
         made.append(view)
         await asyncio.sleep(0)
-    background_tasks.create(_keep_showing(ui.context.client, look, made), name="panel")
+    client = ui.context.client
+    client.on_connect(look.person.came)
+    client.on_disconnect(look.person.left)
+    background_tasks.create(_keep_showing(client, look, made), name="panel")
 
 
 def views(look: Look) -> Iterator[Refresh]:
@@ -99,8 +102,7 @@ def _reached(look: Look, name: str) -> list[str]:
 async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> None:
     """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
     loop = asyncio.get_running_loop()
-    await client.connected(timeout=PATIENCE_S)
-    look.person.came()
+    await client.connected()  # or until it is clear that it never will be
     deafen = look.people.listen(partial(_tell, client))
     try:
         while not client.is_deleted:
@@ -114,7 +116,6 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
         deafen()
-        look.person.left()
 
 
 def _tell(client: Client, words: str) -> None:

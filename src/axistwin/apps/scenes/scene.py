@@ -73,6 +73,11 @@ class Scene:
         return SceneFile.model_json_schema()
 
     @property
+    def title(self) -> str:
+        """What it is, in a few words; "" if its file does not say."""
+        return self._contents.title
+
+    @property
     def ports(self) -> list[tuple[str, str]]:
         """Where a host is to reach whom: the name of a controller, its second channel or a line, and a URL."""
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
