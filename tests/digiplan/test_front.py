@@ -196,9 +196,9 @@ def test_there_is_no_busy_status_until_the_data_format_has_come(bench):
     """Initialisation: until then it is not "ready to receive move instructions", and E is not answered."""
     if1 = bench.add("if1")
     words = []
-    for act in (lambda: None, lambda: bench.run(1.5), lambda: if1.serial.write(b"("), lambda: if1.serial.write(b"U61\r")):
-        act()
-        bench.run(0.1)
+    for seconds, characters in ((0, b""), (1.5, b""), (0.1, b"("), (0.1, b"U61\r")):
+        if1.serial.write(characters)
+        bench.run(seconds)
         words.append(shown(if1, "Interface", "E"))
     assert words == ["no answer yet"] * 3 + ["clear for new commands"]
 
