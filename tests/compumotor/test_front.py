@@ -91,6 +91,7 @@ SITUATIONS = {
     (OUTPUTS, "STEP"): at_a_pulse,
     (INPUTS, "CW"): drive("cw_limit", True),
     (INPUTS, "CCW"): drive("ccw_limit", True),
+    (JOYSTICK, "REQ"): drive("remote_enable", False),
     (JOYSTICK, "ACK"): joystick_enabled,
 }
 """What lights a lamp that is dark on a board that is ready and has nothing to do."""
@@ -101,7 +102,6 @@ LIT_WHEN_READY = {
     (OUTPUTS, "1"): command(0x0C, 1),
     (OUTPUTS, "2"): command(0x0C, 2),
     **{(INPUTS, f"{n}"): drive(f"trigger{n}", False) for n in range(1, 7)},
-    (JOYSTICK, "REQ"): drive("remote_enable", False),
     (JOYSTICK, "ZERO"): stick,
 }
 """What puts out a lamp that is lit there."""
@@ -152,6 +152,35 @@ def test_the_status_byte_from_bit_7_to_bit_0_is_what_the_host_reads(bench, board
 def test_what_the_board_says_in_words(bench, board, act, label, word):
     act(bench, board)
     assert shown(board, BOARD, label) == word
+
+
+def test_no_joystick_requests_nothing(bench, board):
+    """95h: "no Joystick is attached ... there will be no Joystick request"; Joystick: REMOTE ENABLE is active low."""
+    assert shown(board, JOYSTICK, "REQ") is False
+    tell(bench, board, 0x95)
+    bench.run(0.01)
+    assert [board.bus.read(0), board.bus.read(0)] == [0x95, 0xFF]
+
+
+def test_the_board_tells_that_the_joystick_moves_the_motor(bench, board):
+    """11h: pulses go straight through; 88h has bit 4, moving, as well."""
+    command(0x11)(bench, board)
+    stick(bench, board)
+    assert shown(board, BOARD, "motion") == "moved by the joystick"
+    assert shown(board, MOVE, "MOV") is True
+    board.joystick.deflect(0)
+    bench.run(0.02)
+    assert shown(board, BOARD, "motion") == "zero velocity"
+
+
+def test_without_power_the_status_byte_and_the_buffers_are_dark(bench, board):
+    """The Status Byte: a register of the board; a host then reads what the bus floats to."""
+    command(0x09, 1)(bench, board)
+    command(0x84)(bench, board)
+    board.bus.write(0, 0x84)
+    board.power(False)
+    assert not [lamp for lamp in lamps(board) if lamp[0] in (STATUS, BOARD, MOVE, OUTPUTS) and shown(board, *lamp)]
+    assert [shown(board, BOARD, label) for label in ("IDB", "ODB")] == ["empty", "empty"]
 
 
 def test_commands_that_wait_are_counted(bench):

@@ -365,6 +365,26 @@ def test_the_stick_moves_the_motor_both_ways_once_the_joystick_is_enabled(bench,
     assert position(bench, board) == there + position(bench, board, 0x80)
 
 
+@pytest.mark.parametrize("rate", [1000, -400])
+def test_the_axis_is_as_fast_as_the_joystick_has_it(bench, board, rate):
+    """11h: "the pulse frequency out of the 1810/11 ... is identical to the pulse frequency in from the Joystick"."""
+    tell(bench, board, 0x11)
+    bench.run(0.02)
+    motor = board.axes["motor"]
+    board.joystick.deflect(rate)
+    bench.run(0.05)
+    seen = set()
+    for _ in range(100):
+        bench.run(0.000_07)
+        seen.add(motor.velocity)
+    assert seen == {rate}
+    times = motor.pulse_times()
+    assert set((times[1:] - times[:-1]).tolist()) == {1_000_000_000 // abs(rate)}
+    board.joystick.deflect(0)
+    bench.run(0.05)
+    assert motor.velocity == 0
+
+
 def test_a_controller_without_a_joystick_says_so(bench):
     with pytest.raises(UsageError, match="takes no joystick"):
         _ = bench.add("if1").joystick

@@ -192,6 +192,26 @@ def test_the_busy_status_in_words(bench, idle, act, word):
     assert shown(idle, "Interface", "E") == word
 
 
+def test_there_is_no_busy_status_until_the_data_format_has_come(bench):
+    """Initialisation: until then it is not "ready to receive move instructions", and E is not answered."""
+    if1 = bench.add("if1")
+    words = []
+    for seconds, characters in ((0, b""), (1.5, b""), (0.1, b"("), (0.1, b"U61\r")):
+        if1.serial.write(characters)
+        bench.run(seconds)
+        words.append(shown(if1, "Interface", "E"))
+    assert words == ["no answer yet"] * 3 + ["clear for new commands"]
+
+
+def test_a_limit_that_was_read_is_no_fault_any_more_while_the_lamp_stays_lit(bench, idle):
+    """Clearing fault conditions: a status request resets its bit; Installation: the LED waits for the input, too."""
+    idle.pins["limit_plus"].drive(False)
+    assert ask(bench, idle, "K") == b"64\r"
+    assert [shown(idle, K, "64"), shown(idle, "Interface", "LED"), shown(idle, STOPS, "+")] == [False, True, True]
+    idle.pins["limit_plus"].drive(True)
+    assert [shown(idle, "Interface", "LED"), shown(idle, STOPS, "+")] == [False, False]
+
+
 def test_the_step_of_a_sequence_and_the_steps_of_a_move(bench, idle):
     """100 steps at 100 steps/s, then as many of Y: after 1.5 s it is half through step 2."""
     message(":X100@100:Y100:$", 1.5)(bench, idle)

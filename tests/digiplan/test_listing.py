@@ -324,3 +324,25 @@ def test_whoever_has_seen_enough_is_told_no_more(bench, if1):
     tell(if1, ":$")
     bench.run(0.1)
     assert found == [0, 1]
+
+
+# Orders
+
+
+@pytest.mark.parametrize(("message", "end"), [("U61", b"\r"), ("V61", b"\r\n"), ("U62", b"\r")])
+def test_orders_are_messages_in_either_data_format(bench, message, end):
+    """Initialisation: V messages "must be terminated by <LF>", CR being optional; U messages by CR only."""
+    if1 = ready(bench, message)
+    if1.serial.write(b":X400@100:Y:$" + end + b"#" + end)
+    bench.run(1)
+    start, cancel = if1.product.orders("sequence")
+    if1.serial.write(start.says)
+    bench.run(0.5)
+    assert running(if1) == 1
+    if1.serial.write(cancel.says)
+    bench.run(0.5)
+    assert running(if1) is None
+    if1.serial.read()
+    if1.serial.write(b"F" + end)
+    bench.run(0.2)
+    assert if1.serial.read()[-len(end) - 1 :] == b"0" + end

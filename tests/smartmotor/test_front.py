@@ -125,6 +125,7 @@ def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
         ("BRKRLS OFF", "O"),
         ("MTB", "B"),
         (f"A={UNIT} V=10 P=5000 G", "P"),
+        (f"A={UNIT} V=10 D=5000 G", "R"),
         (f"A={UNIT} V=10 MV G", "V"),
         ("T=1 MT", "T"),
         ("MF4", "F"),
@@ -156,6 +157,15 @@ def test_a_mode_that_is_an_error(bench):
     tell(bench, motor, "BRKRLS OFF")
     jammed(bench, motor)
     assert shown(motor, MOTOR, "MODE") == "E  error"
+
+
+def test_without_power_it_is_in_no_mode(bench):
+    """2.0: OFF is a mode of its own, which RMODE reports as O; without power there is none."""
+    motor = ready(bench)
+    tell(bench, motor, f"A={UNIT} V=10 P=5000 G")
+    motor.power(False)
+    assert shown(motor, MOTOR, "MODE") == "no power"
+    assert [letter for group, letter in lamps(motor) if group in (WORD, CHANNELS) and shown(motor, group, letter)] == []
 
 
 def test_looking_changes_nothing(bench):

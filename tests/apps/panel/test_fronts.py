@@ -36,7 +36,7 @@ def test_words_and_readings_follow_the_registers():
         assert visit.found("if1-state-Interface").text == "self-test"
         visit.run(1.5)
         assert visit.found("if1-state-Interface").text == "waiting for ("
-        assert visit.found("if1-E-Interface").text == "clear for new commands"
+        assert visit.found("if1-E-Interface").text == "no answer yet"
         visit.bench["if1"].power(False)
         visit.frame()
         assert visit.found("if1-state-Interface").text == "no power"
@@ -53,7 +53,7 @@ def test_a_status_word_by_letter_and_an_error_in_its_colour():
         visit.run(0.5)
         assert visit.lit("smartmotor-Bt-Status-word-W")
         assert not visit.lit("smartmotor-Bo-Status-word-W")
-        assert visit.found("smartmotor-MODE-Motor").text == "P  position"
+        assert visit.found("smartmotor-MODE-Motor").text == "P  absolute position"
 
     show(bench_of("smartmotor", line="instant"), of("smartmotor"), play)
 

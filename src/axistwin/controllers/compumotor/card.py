@@ -103,6 +103,7 @@ class Card:
     def registers(self) -> Mapping[str, Register]:
         """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait.
 
+        Without power there is nothing in them; what a host reads then is what the bus floats to.
         `sequence` and `command`: which of the fifteen is being performed, and what of it, from 1; 0: none is.
         """
         bus = self.bus
@@ -110,16 +111,16 @@ class Card:
         def kept(read: Callable[[Board], int | str]) -> Callable[[], int | str]:
             return lambda: 0 if self._board is None else read(self._board)
 
-        def told(read: Callable[[Board], str]) -> Callable[[], str]:
-            return lambda: "off" if self._board is None else read(self._board)
+        def told(read: Callable[[Board], str], without_power: str) -> Callable[[], str]:
+            return lambda: without_power if self._board is None else read(self._board)
 
         return {
-            "status": Register(lambda: bus.status, ("SB",)),
-            "input": Register(lambda: _hex(bus.input.contents), ("IDB",), text=True),
-            "output": Register(lambda: _hex(bus.output.contents), ("ODB",), text=True),
+            "status": Register(kept(lambda _: bus.status), ("SB",)),
+            "input": Register(told(lambda _: _hex(bus.input.contents), ""), ("IDB",), text=True),
+            "output": Register(told(lambda _: _hex(bus.output.contents), ""), ("ODB",), text=True),
             "move": Register(kept(move_bits), ("88h",)),
             "mode": Register(kept(lambda board: board.mode)),
-            "phase": Register(told(lambda board: board.pulses.phase.name.lower()), text=True),
+            "phase": Register(told(_phase, "off"), text=True),
             "queue": Register(kept(lambda board: board.queued)),
             "sequence": Register(kept(lambda board: board.sequencer.number if board.sequencer.running else 0)),
             "command": Register(kept(lambda board: board.sequencer.at + 1 if board.sequencer.running else 0)),
@@ -176,6 +177,11 @@ PRODUCTS = {
     "1810": _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810),
     "1811": _product("1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811),
 }
+
+
+def _phase(board: Board) -> str:
+    """What the pulse generator does; while a joystick moves the motor, that: its pulses only pass through."""
+    return "joystick" if board.joystick.moving else board.pulses.phase.name.lower()
 
 
 @lru_cache(1024)

@@ -1,7 +1,7 @@
 """What an 1810 or 1811 shows: its status byte, its one lamp, its connectors, and what 88h would tell of the motion.
 
-Chapters Programming: Reading and writing (C.2), Interrupts, Command language; Installation: Motor controller test;
-appendix C: connectors.
+Chapters Programming: The Status Byte (C.2), Interrupts (D); Functional check; Specifications: Inputs and Outputs;
+appendix A, 88h.
 """
 
 from axistwin.controllers.compumotor.pulses import Phase
@@ -11,8 +11,9 @@ MODES = {
     0: "no power", 0x50: "50h indexer", 0x51: "51h velocity-distance streaming", 0x52: "52h velocity-time streaming",
     0x53: "53h distance-time streaming",
 }  # fmt: skip
-STATUS, AUXILIARY, JOYSTICK = "Programming: The Status Byte", "Appendix C: Auxiliary", "Appendix C: Joystick"
-DRIVER = "Appendix C: Motor/Driver"
+STATUS, INPUTS_OUTPUTS = "Programming: The Status Byte", "Specifications: Inputs and Outputs"
+AUXILIARY, JOYSTICK, DRIVER = (f"{INPUTS_OUTPUTS}, {name}" for name in ("Auxiliary", "Joystick", "Motor/Driver"))
+PHASES = {phase.name.lower(): phase.value for phase in Phase} | {"joystick": "moved by the joystick", "off": "no power"}
 
 FRONT = (
     Group("Status byte", STATUS, (
@@ -25,17 +26,17 @@ FRONT = (
         Lamp("1", "user bit 1", "status", 1, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
         Lamp("0", "user bit 0", "status", 0, doc="Commands 08h to 0Ah; 0Fh lets it show a state."),
     ), row=True),
-    Group("Board", "Installation: Functional test; Programming: Interrupts", (
+    Group("Board", "Functional check; Programming: Interrupts", (
         Lamp("ALARM", "board monitor alarm", "led", tone=Tone.FAULT, doc=(
             "The red lamp at the board's edge: the processor has failed, or the test has ended; it must be reset.")),
         Lamp("INT", "interrupt line", "interrupt", tone=Tone.WARNING, doc="To the host, over the bus."),
         Word("", "mode", "mode", MODES),
-        Word("", "motion", "phase", {phase.name.lower(): phase.value for phase in Phase} | {"off": "no power"}),
+        Word("", "motion", "phase", PHASES),
         Reading("", "commands waiting", "queue", doc="Taken from the IDB and not obeyed yet."),
         Word("IDB", "input data buffer", "input", {"": "empty"}),
         Word("ODB", "output data buffer", "output", {"": "empty"}),
     )),
-    Group("Move status 88h", "Programming: Command language, 88h", (
+    Group("Move status 88h", "Appendix A: 88h", (
         Lamp("+", "plus limit active", "move", 0, tone=Tone.FAULT),
         Lamp("−", "minus limit active", "move", 1, tone=Tone.FAULT),
         Lamp("HOME", "home switch active", "move", 2, doc="High, unless 38h says otherwise."),
@@ -58,7 +59,8 @@ FRONT = (
         *(Lamp(f"{n}", f"trigger {n}", f"trigger{n}", doc="A TTL level; open it is high.") for n in range(1, 7)),
     ), row=True),
     Group("Joystick", JOYSTICK, (
-        Lamp("REQ", "remote enable", "remote_enable", doc="The joystick's request; 95h tells it, and it does nothing."),
+        Lamp("REQ", "remote enable", "remote_enable", lit=False, doc=(
+            "Low: the joystick requests the motor.  95h tells the level, and the board does nothing of itself.")),
         Lamp("ACK", "remote acknowledge", "remote_acknowledge", doc="11h has given the motor to the joystick."),
         Lamp("ZERO", "at zero", "at_zero", doc="The joystick gives out no pulses."),
     ), row=True),

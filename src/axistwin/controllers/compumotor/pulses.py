@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 
 from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Profile, Segment
@@ -83,6 +83,7 @@ class PulseGenerator:
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._profile, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin = 0
+        self._pulse_ns: int | None = None  # when the latest pulse from outside came, in this excursion
         self._course = Course(())
         self._plan = 0
         self._changed: Event | None = None
@@ -204,14 +205,20 @@ class PulseGenerator:
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """A single pulse from outside (the joystick), in the direction of `sign`."""
+        """A single pulse from outside (the joystick), in the direction of `sign`, in the next nanosecond.
+
+        It is as fast as it is far from the one before.
+        """
         self._origin = self.position
-        self._profile, self._start_ns = ONE_PULSE, self.clock.now
-        self.axis.start(ONE_PULSE, self.physical)
+        since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
+        self._profile, self._start_ns = one_pulse(since_ns), self.clock.now
+        self._pulse_ns = self.clock.now
+        self.axis.start(self._profile, self.physical)
 
     def leave_zero(self) -> None:
         """A new excursion begins here."""
         self._excursion_origin = self.position
+        self._pulse_ns = None
 
     def _follow(self, course: Course) -> None:
         self._plan += 1
@@ -237,5 +244,10 @@ class PulseGenerator:
         self.on_phase(phase)
 
 
-ONE_PULSE = Profile((Segment(Fraction(S), Fraction(1, S)),))
-"""A pulse in the next nanosecond."""
+@lru_cache(maxsize=64)
+def one_pulse(since_ns: int | None) -> Profile:
+    """A pulse in the next nanosecond, so long after the one before, and nothing more until the next is due."""
+    if not since_ns:
+        return Profile((Segment(Fraction(S), Fraction(1, S)),))
+    rate = Fraction(S, since_ns)
+    return Profile((Segment(rate, Fraction(since_ns, S)),), phase=1 - rate / S, before=rate)

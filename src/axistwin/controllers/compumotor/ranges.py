@@ -1,6 +1,6 @@
 """Velocity and acceleration ranges (command C8h), base clocks (command 51h): every rate is an exact fraction.
 
-Every printed clock is 13,107,200/3 Hz divided by a power of 10 or 16 (RULINGS 4).
+Every printed clock is 13,107,200/3 Hz divided by a power of 10 or 16 (docs/fidelity.md).
 """
 
 from dataclasses import dataclass

@@ -53,7 +53,7 @@ def direction(board: "Board") -> bytes:
 def velocity(board: "Board") -> bytes:
     """Command 85h: in indexer mode ranges and velocity number, always positive; while streaming as the stream has it.
 
-    At the velocity of the move it is the number that was asked for (RULINGS 4).
+    At the velocity of the move it is the number that was asked for.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)

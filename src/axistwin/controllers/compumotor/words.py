@@ -170,6 +170,11 @@ def _position(name: str, size: int, unit: str = "pulses") -> tuple[Number, ...]:
 _RANGES = Ranges("ranges")
 _TRIGGER = (u8("trigger"),)
 
+_INDEXED = _RANGES, u32("velocity")
+"""What 85h tells in indexer mode."""
+_STREAMED = (StreamedVelocity("velocity", "effective clock/65536", size=2),)
+"""What it tells in a streaming mode."""
+
 LAYOUTS: dict[int, tuple[Number, ...]] = {
     0x01: (u8("identifier"),),
     **dict.fromkeys((*range(0x74, 0x78), *range(0x7C, 0x80), 0xAC), _TRIGGER),
@@ -177,7 +182,7 @@ LAYOUTS: dict[int, tuple[Number, ...]] = {
     0x81: _position("short of the end", 4),
     0x82: _position("position", 6),
     0x83: _position("position", 6),
-    0x85: (_RANGES, u32("velocity")),
+    0x85: _INDEXED,
     0x86: (_RANGES, u32("acceleration")),
     0x98: _position("count", 4, "encoder pulses"),
     0x99: _position("error", 4, "encoder pulses"),
@@ -231,7 +236,7 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def explain_message(message: bytes) -> str:
-    """A message in words.  Velocities are told as in indexer mode."""
+    """A message in words."""
     opcode, data = message[0], message[1:]
     command = COMMANDS_1811.get(opcode)
     if not isinstance(command, Opcode):
@@ -239,7 +244,17 @@ def explain_message(message: bytes) -> str:
     if opcode in SPECIAL:
         return f"{command.name}: {SPECIAL[opcode](data)}"
     fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
+    if fields is _INDEXED and _streamed(data):
+        fields = _STREAMED
     return _sentence(command.name, _told(fields, data))
+
+
+def _streamed(data: bytes) -> bool:
+    """Whether 85h has told a velocity of a stream: there are no such ranges, or no move is so fast.
+
+    A streamed velocity whose lower byte is 0 cannot always be told from a velocity of 0 in some ranges.
+    """
+    return _RANGES.decode(data) is None or data[1] != 0
 
 
 def _told(fields: Iterable[Number], data: bytes) -> Iterable[str]:

@@ -8,6 +8,7 @@ from axistwin.controllers.digiplan.check import check
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import ALARMS, CLOSED, DRIVES
 from axistwin.controllers.digiplan.front import FRONT
+from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
@@ -96,7 +97,7 @@ class Card:
     def registers(self) -> Mapping[str, Register]:
         """Faults and status, named after the commands that report them; K without what follows from the motion.
 
-        Q is K with it.
+        Q is K with it.  E is empty until there is a data format, since the command is not answered before.
         `step` is the step of the sequence that is being carried out; 0: none is, where O stays at the last one.
         """
 
@@ -108,7 +109,7 @@ class Card:
 
         return {
             "state": Register(told(lambda interface: interface.state.value), text=True),
-            "E": Register(told(busy_letter), text=True),
+            "E": Register(told(_busy_status), text=True),
             "K": Register(kept(lambda interface: int(interface.faults.status()))),
             "F": Register(kept(communication_bits)),
             "I": Register(kept(lambda interface: interface.faults.inputs())),
@@ -117,6 +118,11 @@ class Card:
             "N": Register(kept(steps), restless=True),
             "step": Register(kept(lambda interface: interface.step)),
         }
+
+
+def _busy_status(interface: Interface) -> str:
+    """The letter of E, once the interface answers."""
+    return busy_letter(interface) if interface.state is State.READY else ""
 
 
 class _Wiring:
@@ -131,9 +137,10 @@ class _Wiring:
 
 
 ORDERS = (
-    Order("start :$", b":$\r", "Carry out the stored sequence from its first step"),
-    Order("cancel #", b"#\r", "Cancel: stop every axis with deceleration, end the sequence"),
+    Order("start :$", b":$\r\n", "Carry out the stored sequence from its first step"),
+    Order("cancel #", b"#\r\n", "Cancel: stop every axis with deceleration, end the sequence"),
 )
+"""Ended for both data formats: in V it is LF that ends them and CR is optional, in U a LF means nothing."""
 
 
 def _without_battery(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:

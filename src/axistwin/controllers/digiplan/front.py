@@ -8,10 +8,11 @@ from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 OFF = "off"
-BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", OFF: "off"}
+BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", "": "no answer yet", OFF: "off"}
 CONFIGURING, INSTALLATION, LINES = "Configuring the interface", "Installation", "The RS232C control lines"
-NO_CURRENT = "Normally closed: it must be held at +24 V.  K or Q tells and clears it when current flows again."
-
+CLOSED = "Normally closed: it must be held at +24 V."
+STOP = f"{CLOSED}  K or Q clears the fault when current flows again; while locked, only the power does."
+LIMIT = f"{CLOSED}  K or Q clears the fault, the switch open or not; the lamp goes out when current flows again."
 DRIVE = "The axis stops without deceleration."
 
 FRONT = (
@@ -35,9 +36,9 @@ FRONT = (
         Lamp("CTS", "clear to send", "cts", doc="As it finds it: nothing is transmitted unless DSR and CTS are on."),
     ), row=True),
     Group("Stops and limits", f"{INSTALLATION}: Emergency stop and limit inputs", (
-        Lamp("STOP", "emergency stop", "estop", lit=False, tone=Tone.FAULT, doc=NO_CURRENT),
-        Lamp("+", "plus limit", "limit_plus", lit=False, tone=Tone.FAULT, doc=f"{NO_CURRENT}  Minus moves may begin."),
-        Lamp("−", "minus limit", "limit_minus", lit=False, tone=Tone.FAULT, doc=f"{NO_CURRENT}  Plus moves may begin."),
+        Lamp("STOP", "emergency stop", "estop", lit=False, tone=Tone.FAULT, doc=STOP),
+        Lamp("+", "plus limit", "limit_plus", lit=False, tone=Tone.FAULT, doc=f"{LIMIT}  Then minus moves may begin."),
+        Lamp("−", "minus limit", "limit_minus", lit=False, tone=Tone.FAULT, doc=f"{LIMIT}  Then plus moves may begin."),
         Lamp("X", "drive fault of X", "x_fault", lit=False, tone=Tone.FAULT, doc=DRIVE),
         Lamp("Y", "drive fault of Y", "y_fault", lit=False, tone=Tone.FAULT, doc=DRIVE),
     ), row=True),

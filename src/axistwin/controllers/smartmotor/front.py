@@ -35,11 +35,12 @@ LINE = (
     ("Bc", "communications overflow", "Zc or ZS clears it."),
 )
 OFF_MODES = {
-    state.M_OFF: "O  off", state.M_BRAKE: "B  mode torque brake", state.M_ERROR: "E  error",
+    state.M_OFF: "O  off", state.M_BRAKE: "B  mode torque brake", state.M_ERROR: "E  error", state.NO_POWER: "no power",
 }  # fmt: skip
 MODES = {
-    state.M_HOLD: "servo in place", state.M_POSITION: "position", state.M_VELOCITY: "velocity",
-    state.M_TORQUE: "torque", state.M_STOP: "stopping (X)", state.M_FOLLOW: "follows the encoder",
+    state.M_HOLD: "servo in place", state.M_POSITION: "absolute position", state.M_RELATIVE: "relative position",
+    state.M_VELOCITY: "velocity",
+    state.M_TORQUE: "torque", state.M_STOP: "decelerates to a stop", state.M_FOLLOW: "follows the encoder",
     state.M_RATIO: "follows with a ratio", state.M_STEP: "step and direction",
     state.M_STEP_RATIO: "steps with a ratio", state.M_CAM: "cam", state.M_HOST: "host mode",
 }  # fmt: skip
@@ -55,7 +56,7 @@ def _words() -> dict[int, str]:
 
 
 MOTION: tuple[Item, ...] = (
-    Word("MODE", "mode", "RMODE", _words(), {state.M_ERROR: FAULT}, doc="R instead of P for a relative move."),
+    Word("MODE", "mode", "RMODE", _words(), {state.M_ERROR: FAULT}, doc="The letter that RMODE reports."),
     Lamp("BRK", "static brake engaged", "brake", tone=WARNING, doc="The brake's signal is high (5.1)."),
     Reading("@P", "position", "RP", "counts"),
     Reading("@PE", "position error", "RPE", "counts", doc="Commanded less actual."),

@@ -26,10 +26,14 @@ from axistwin.controllers.smartmotor.state import (
     CLK_ZERO,
     DEPTH,
     DEPTH_MOST,
+    FACTOR,
     FAULT_AGAIN,
     INDEX,
     INDEX_ARMED,
     LONGS,
+    M_POSITION,
+    M_RELATIVE,
+    MODE,
     PC,
     PENDING,
     PID_RATE,
@@ -62,7 +66,7 @@ RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVE
 ) = range(11, 26)  # fmt: skip
 
 # What COMPUTED computes
-POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT = range(8)
+POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_TOLD = range(9)
 
 # Operations of statements
 (
@@ -94,6 +98,8 @@ def computed(i: Ints, what: int) -> int:
         return i[PINS] & 0x7F
     if what == AT_STATEMENT:
         return 0 if i[PROGRAM] == STOPPED else i[STATEMENT] + 1
+    if what == MODE_TOLD:
+        return M_RELATIVE if i[MODE] == M_POSITION and i[FACTOR] else i[MODE]
     bits = 16 if what == STATUS_WORD else 8
     word = 0
     for bit in range(bits):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Register
 from axistwin.controllers.smartmotor import log, state
-from axistwin.controllers.smartmotor.interpreter import AT_STATEMENT, COMPUTED, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.interpreter import AT_STATEMENT, COMPUTED, MODE_TOLD, SLOT, VARIABLE
 from axistwin.controllers.smartmotor.listing import LINE, Lines
 from axistwin.controllers.smartmotor.state import USER_PINS
 from axistwin.controllers.smartmotor.variables import NOTHING, TABLE
@@ -39,7 +39,7 @@ def numbers() -> Mapping[str, tuple[int, int]]:
         and variable.place != NOTHING
         and variable.name not in LEFT_OUT
     }
-    return found | {"RI": (SLOT, state.INDEX), "RMODE": (SLOT, state.MODE), LINE: (COMPUTED, AT_STATEMENT)}
+    return found | {"RI": (SLOT, state.INDEX), "RMODE": (COMPUTED, MODE_TOLD), LINE: (COMPUTED, AT_STATEMENT)}
 
 
 @dataclass(eq=False)
@@ -119,7 +119,9 @@ class Registers:
         return names, tell
 
     def _look(self, name: str) -> int:
-        """As it is at the last sample by now; 0 without power."""
+        """As it is at the last sample by now; without power 0, and no mode."""
+        if self._motor is None:
+            return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)
         return self._lines.line(value) if name == LINE else value
 

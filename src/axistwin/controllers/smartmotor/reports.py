@@ -7,9 +7,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.smartmotor.expressions import Expression, Reader
-from axistwin.controllers.smartmotor.interpreter import POSITION, STATUS_WORD, computed
+from axistwin.controllers.smartmotor.interpreter import MODE_TOLD, POSITION, STATUS_WORD, computed
 from axistwin.controllers.smartmotor.state import (
-    FACTOR,
     M_BRAKE,
     M_CAM,
     M_ERROR,
@@ -19,12 +18,12 @@ from axistwin.controllers.smartmotor.state import (
     M_OFF,
     M_POSITION,
     M_RATIO,
+    M_RELATIVE,
     M_STEP,
     M_STEP_RATIO,
     M_STOP,
     M_TORQUE,
     M_VELOCITY,
-    MODE,
     PID_RATE,
 )
 
@@ -41,6 +40,7 @@ LETTERS = {
     M_ERROR: "E",
     M_HOLD: "P",
     M_POSITION: "P",
+    M_RELATIVE: "R",
     M_VELOCITY: "V",
     M_TORQUE: "T",
     M_STOP: "P",
@@ -79,9 +79,7 @@ def mode(motor: "Motor") -> str:
     P absolute and R relative position, V velocity, T torque, F and S follow the external encoder or steps, X with a
     ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops is in P.
     """
-    if motor.i[MODE] == M_POSITION and motor.i[FACTOR]:
-        return "R"
-    return LETTERS[motor.i[MODE]]
+    return LETTERS[computed(motor.i, MODE_TOLD)]
 
 
 def sample_rate(motor: "Motor") -> str:

@@ -148,6 +148,10 @@ MODES = (
     M_CAM, M_HOST,
 ) = range(14)  # fmt: skip
 """OFF, mode torque brake, error, servo in place, MP, MV, MT, X, MF1/2/4, MFR, MS, MSR, MC…, MD."""
+M_RELATIVE = len(MODES)
+"""What M_POSITION is told as, to those who look, while D gave the target."""
+NO_POWER = -1
+"""What the mode is told as while there is no power."""
 
 CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 """Why a return address lies on the stack: GOSUB, a fault's call of C1, pin G's call of C2."""
