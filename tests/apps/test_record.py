@@ -20,7 +20,7 @@ from ..links.serving import Served, ask, dial  # noqa: TID252
 
 pytestmark = pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
 
-PATIENCE_S = 20
+PATIENCE_S = 50
 PROGRAM = [sys.executable, "-c", "from axistwin.apps.cli import main; main()", "record"]
 QUICK = {"self_test_s": 0.05, "recalculation_s": 0.05}
 """Real time passes here, but not much of it."""
