@@ -13,7 +13,7 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Protocol, TypeVar
 
-from axistwin.errors import UsageError
+from axistwin.errors import AxistwinError, UsageError
 from axistwin.sim.clock import Clock
 from axistwin.units import MOST_NS, S
 
@@ -70,6 +70,11 @@ class Pacer:
         self.overruns = 0
         """In how many of these blocks it happened too late."""
         self.most_late_s = 0.0
+        self.troubled: Callable[[AxistwinError], None] | None = None
+        """Who is told when something that was planned on the bench cannot be done; all else goes on.
+
+        None: that is raised.
+        """
         self.agenda_ns = 0
         """As fast as it goes, it goes on at least up to here, though nothing happens by itself."""
         self._speed = speed
@@ -162,8 +167,10 @@ class Pacer:
 
         It ends with a nanosecond, and soon after `over()` says that it is the sockets' turn.  Returns what it returns.
         """
-        end_s, found = perf_counter() + SLICE_S, []
-        self._pass(lambda: found.append(advance(lambda: perf_counter() >= end_s)))
+        end_s = perf_counter() + SLICE_S
+        found: list[T] = []
+        while not found:  # again if something went wrong
+            self._pass(lambda: found.append(advance(lambda: perf_counter() >= end_s)))
         self._flush()
         return found[0]
 
@@ -197,13 +204,25 @@ class Pacer:
         plan, self.advancing = self._plan, True
         self.passes += 1
         try:
-            advance()
-            if plan != self._plan:
-                self._finish()
+            while not self._done(advance) and plan == self._plan:
+                pass
+            while plan != self._plan and not self._done(self._finish):
+                pass
         finally:
             self.advancing = False
         if plan != self._plan:
             self._renew()
+
+    def _done(self, advance: Callable[[], None]) -> bool:
+        """Have the bench advanced; returns whether nothing went wrong."""
+        try:
+            advance()
+        except AxistwinError as error:
+            if self.troubled is None:
+                raise
+            self.troubled(error)
+            return False
+        return True
 
     def _finish(self) -> None:
         """Let happen what is due by now."""

@@ -3,10 +3,12 @@
 import asyncio
 from pathlib import Path
 
+import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench, Scene
 from axistwin.apps.cli import axistwin
+from axistwin.apps.scenes.hosting import rank_of
 from axistwin.apps.sessions.session import Session
 
 from .driving import Traced, drive, rows
@@ -113,3 +115,28 @@ def test_a_board_has_one_host_also_when_people_go_on_where_a_saved_one_has_ended
         assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
 
     drive(main())
+
+
+def test_what_was_done_later_at_the_same_nanosecond_comes_later_in_what_is_saved_again(tmp_path):
+    async def main():
+        scene = Scene.given({"controller": [{"model": "if1"}]})
+        session = Session(scene.build, scene=scene)
+        session.say("if1", b"(")
+        session.do("if1", "input1", "high")
+        save(session, tmp_path / "once")
+        again = Scene.load(tmp_path / "once" / "scene.toml")
+        session = Session(again.build, scene=again)
+        traced = Traced(session, tmp_path)
+        session.do("if1", "input1", "low")
+        await wait(session, 1)
+        save(session, tmp_path / "twice")
+        assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
+
+    drive(main())
+
+
+@pytest.mark.parametrize(
+    ("host", "rank"), [("", 0), ("mine", 0), ("outside", 1), ("outside 1", 1), ("outside 2", 2), ("outside 99", 8)]
+)
+def test_hosts_from_outside_come_one_after_the_other(host, rank):
+    assert rank_of(host) == rank

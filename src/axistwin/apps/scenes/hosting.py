@@ -5,6 +5,7 @@ before, and after `+2.5` when that time has passed; but here others move, so onl
 it does what a conversation (`.talk`) has for the host's side, at its times.
 """
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -21,7 +22,7 @@ from axistwin.apps.conversations.typist import ATTEMPTS, READY_S, SELF_TEST_S, c
 from axistwin.apps.conversations.typist import PATIENCE_S as ANSWER_S
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.errors import PlacedError, ProgramError, UsageError
-from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
 from axistwin.units import MS, to_ns
 
 LOOK_NS = 20 * MS
@@ -32,6 +33,7 @@ KINDS = {".if1": "digiplan", ".181x": "compumotor"}
 HOST, SCRIPT = 0, 1
 """Ranks of those who do something when all else has happened that is due: first hosts, then people at the machine."""
 OUTSIDE = "outside"
+_OUTSIDE = re.compile(rf"{OUTSIDE}(?: ([1-9]\d?))?")
 """`; host: outside` in a conversation: its host was none of the scene's; what it did comes after what they do then."""
 Start = Callable[[], Process]
 """Lets a host begin."""
@@ -55,6 +57,12 @@ def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], han
     assert controller.product.language is not None, "a board has one"
     operator = _Host(clock, controller, command_strings(text, controller.product.language, file), file)
     return lambda: clock.process(operator.send_commands())
+
+
+def rank_of(host: str) -> int:
+    """When a host does something, among all who do when all else has happened: `outside 2` after `outside`."""
+    found = _OUTSIDE.fullmatch(host)
+    return HOST if found is None else min(SCRIPT - 1 + int(found[1] or 1), LAST - 1)
 
 
 def _kind(bench: Bench, name: str, file: str) -> str:
@@ -119,7 +127,7 @@ class _Talker:
         self.bench, self.name, self.conversation = bench, name, conversation
         self._hands = hands
         self._patience_ns = to_ns(float(conversation.headers.get("patience", PATIENCE_S)))
-        self._rank = SCRIPT if conversation.headers.get("host") == OUTSIDE else HOST
+        self._rank = rank_of(conversation.headers.get("host", ""))
         self._heard: dict[str, bytearray] = {}
         self._waiting: Event | None = None
         self._acts = [(act, self._prepared(act)) for act in conversation.acts]

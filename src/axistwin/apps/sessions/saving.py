@@ -4,6 +4,7 @@ At one nanosecond what is done is done in one file, so that it is in order: in a
 controller; otherwise in the conversation of whom a host has talked to, a serial line's if there is one.
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 
@@ -13,7 +14,7 @@ from axistwin.apps.conversations.hands import LOAD
 from axistwin.apps.conversations.machine import BUS_ACTS, LINE_ACTS
 from axistwin.apps.conversations.visible import CHARACTERS, Codec
 from axistwin.apps.scenes.copying import Copy, Files, entry
-from axistwin.apps.scenes.hosting import OUTSIDE
+from axistwin.apps.scenes.hosting import OUTSIDE, rank_of
 from axistwin.apps.scenes.scene import Scene
 from axistwin.apps.sessions.journal import Journal, Moment
 from axistwin.bench import Bench
@@ -21,6 +22,7 @@ from axistwin.faults.kinds import KINDS
 from axistwin.units import to_seconds
 
 SCENE = "scene.toml"
+_HEADER = re.compile(r"^; host: (.+)$", re.MULTILINE)
 
 
 def files(
@@ -31,10 +33,11 @@ def files(
     if scene is not None:
         found.texts.update(scene.programs)  # its own keep their names, by which its script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
-    copy, talks = Copy(bench, found), _Talks(bench)
+    before = _saved_before(found.texts.values())
+    copy, talks = Copy(bench, found), _Talks(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        if all(map(_is_script, moments)):
+        if not before and all(map(_is_script, moments)):  # a script would come before what was saved then
             copy.script += [_entry(moment) for moment in moments]
         else:
             talks.add(time_ns, moments)
@@ -44,6 +47,12 @@ def files(
     note = f"What was done in a session: axistwin run {SCENE} --for {to_seconds(end_ns):.9g}"
     text = copy.of_bench(note) if scene is None else scene.copied(copy, served, note)
     return {SCENE: text, **found.texts}
+
+
+def _saved_before(texts: Iterable[str]) -> int:
+    """How many sessions there are among these conversations, one going on where the other has ended."""
+    hosts = (found[1] for text in texts if (found := _HEADER.search(text)))
+    return max(map(rank_of, hosts), default=0)
 
 
 def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
@@ -77,8 +86,9 @@ def _entry(moment: Moment) -> dict[str, object]:
 class _Talks:
     """Conversations in the making, by the names of those who are talked to."""
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: Bench, rank: int) -> None:
         self.bench = bench
+        self._host = OUTSIDE if rank == 1 else f"{OUTSIDE} {rank}"
         self._acts: dict[str, list[Act]] = {}
         self._told_ns: dict[str, int] = {}
 
@@ -95,7 +105,7 @@ class _Talks:
     def texts(self) -> Iterator[tuple[str, str]]:
         """Each of them."""
         for name, acts in self._acts.items():
-            yield name, write((Comment(f"host: {OUTSIDE}"), *acts), self._codec(name))
+            yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
     def _whose(self, acts: Iterable[Say | Do]) -> str:
         """Whose conversation it is in."""

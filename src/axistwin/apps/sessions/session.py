@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from logging import getLogger
 
 from axistwin.apps.conversations import partners
 from axistwin.apps.conversations.conversation import Do, Say
@@ -19,12 +20,14 @@ from axistwin.apps.sessions.breaks import Break
 from axistwin.apps.sessions.journal import Journal
 from axistwin.apps.sessions.outside import Outside, Repetition
 from axistwin.bench import Bench
-from axistwin.errors import UsageError
+from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
 from axistwin.sim.serial_port import Flow
 from axistwin.storage import FileStore
 from axistwin.units import S, to_ns, to_seconds
+
+log = getLogger("axistwin.apps")
 
 Attach = Callable[[Bench], object]
 DRAINED_EVERY = 1 << 12
@@ -66,6 +69,7 @@ class Session:
         self._running = self._busy = self._halted = self._caught_up = False
         self._aim: Break | None = None
         self.pacer.watch(self._passed)
+        self.pacer.troubled = self._goes_wrong
 
     @property
     def seconds(self) -> float:
@@ -224,6 +228,13 @@ class Session:
         self.pacer.stop()
         if not self._halted:
             self._stand(which.sentence if which.once else f"break: {which.sentence}")
+
+    def _goes_wrong(self, error: AxistwinError) -> None:
+        """Something that was planned cannot be done: it stands there, unless it is on its way to another moment."""
+        log.warning("%s", error)
+        if self.progress is None:
+            self.pacer.stop()
+            self._stand(str(error))
 
     def _stand(self, why: str) -> None:
         self.halted_by, self._halted, self._running = why, True, False
