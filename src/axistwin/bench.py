@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from axistwin.controllers.product import (
     AlarmDevice,
     BusDevice,
+    BusHost,
     BusyDevice,
     Device,
     FollowedDevice,
@@ -32,7 +33,7 @@ from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
-from axistwin.sim.clock import Clock
+from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.progress import Line, LineWatcher
@@ -261,6 +262,10 @@ class Bench:
         """What it was made from, for those who want to know later: `scene` (its name and hash), `seed`."""
         self.agenda_ns = 0
         """Until then somebody has something to do here by himself, such as the script of a scene."""
+        self.attendants: dict[str, BusHost] = {}
+        """Hosts that speak to boards on a bus in whole commands, by the names of the boards; each has one at a time."""
+        self.senders: dict[str, Process] = {}
+        """Hosts that send what has been loaded, by the names of the controllers."""
         self._faults: Faults | None = None
 
     @property

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import serial
 
+from axistwin.apps import served
 from axistwin.apps.hosts import lines
 from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.frames import UartFormat
@@ -255,3 +256,10 @@ def test_a_board_on_its_bus_and_what_a_c_host_needs():
 def test_a_board_has_no_serial_port():
     code, words = failed("1811", "--tcp", ":0")
     assert (code, "reached through its `bus`" in words) == (2, True)
+
+
+def test_a_scene_is_called_as_it_calls_itself(tmp_path):
+    (tmp_path / "a.toml").write_text('title = "Two <b>"\ncontroller = [{ model = "if1" }]\n')
+    (tmp_path / "b.toml").write_text('controller = [{ model = "if1" }]\n')
+    titles = [served.scene(str(path), [], alone=True).title for path in sorted(tmp_path.iterdir())]
+    assert titles == ["Two <b>", str(tmp_path / "b.toml")]

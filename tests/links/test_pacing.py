@@ -7,7 +7,7 @@ from axistwin.errors import UsageError
 from axistwin.links.manual import ManualPacer
 from axistwin.links.pacing import BLOCK_S, Pacer, read_speed
 from axistwin.sim.clock import Clock
-from axistwin.units import MS, S
+from axistwin.units import MOST_NS, MS, S
 
 from .fake_loop import Loop
 
@@ -79,6 +79,20 @@ def test_at_full_speed_all_that_is_due_happens_without_the_wall_clock(clock, loo
     paced(clock, loop, None)
     loop.run_to(0)
     assert clock.now == 36_000 * S
+
+
+def test_at_full_speed_what_nobody_waits_for_comes_too_as_far_as_somebody_wants_to_see(clock, loop):
+    happened = []
+    for time_ns in (3600 * S, 7200 * S):
+        clock.background += 1
+        clock.call_later(time_ns, lambda: happened.append(clock.now))
+    pacer = paced(clock, loop, None)
+    loop.run_to(0)
+    assert happened == []
+    pacer.agenda_ns = 3600 * S
+    pacer.work()
+    loop.run_to(0)
+    assert happened == [3600 * S]
 
 
 def test_at_full_speed_a_bench_that_never_rests_lets_the_loop_look_at_its_sockets(clock, loop):
@@ -348,6 +362,13 @@ def test_blocks_are_counted_beside_those_that_were_late(clock, loop):
     assert (pacer.blocks, pacer.overruns) == (5, 1)
 
 
+def test_time_that_cannot_stand_in_a_trace_does_not_come(clock, loop):
+    pacer = paced(clock, loop, 1e6)
+    loop.run_to(10_000)
+    pacer.sync()
+    assert clock.now == MOST_NS - 1
+
+
 def test_another_clock_is_advanced_from_where_it_is(clock, loop):
     pacer = paced(clock, loop, 2)
     loop.run_to(5)
@@ -366,7 +387,7 @@ def test_a_speed_is_a_number_or_max(text, speed):
     assert read_speed(text) == speed
 
 
-@pytest.mark.parametrize("text", ["", "0", "-1", "fast", "nan", "inf"])
+@pytest.mark.parametrize("text", ["", "0", "-1", "fast", "nan", "inf", "1e7", "1e300"])
 def test_a_bad_speed_is_refused(text):
     with pytest.raises(UsageError, match="no speed"):
         read_speed(text)

@@ -65,7 +65,7 @@ def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
             raise UsageError(f"{path} has several controllers: write their ports into the scene")
         return [(name, url) for name in names for url in given]
 
-    return Served(path, partial(loaded.build, served=True), ports, loaded)
+    return Served(loaded.title or path, partial(loaded.build, served=True), ports, loaded)
 
 
 def _any_port(bench: Bench, name: str) -> PortUrl:

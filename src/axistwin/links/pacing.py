@@ -15,8 +15,10 @@ from typing import Protocol, TypeVar
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
-from axistwin.units import S
+from axistwin.units import MOST_NS, S
 
+MOST_SPEED = 1e6
+"""Times real time.  No machine is that fast; virtual time would soon end."""
 SLICE_S = 0.002
 """So long the bench may work between two looks at the sockets."""
 BLOCK_S = 0.005
@@ -38,7 +40,7 @@ class Port(Protocol):
 
 
 def read_speed(text: str) -> float | None:
-    """`"2.5"` as a number, `"max"` as None.  Raises UsageError."""
+    """`"2.5"` as a number, up to a million, `"max"` as None.  Raises UsageError."""
     if text == "max":
         return None
     try:
@@ -49,8 +51,8 @@ def read_speed(text: str) -> float | None:
 
 
 def _possible(speed: float, text: str) -> float:
-    if not 0 < speed < float("inf"):
-        raise UsageError(f"no speed {text!r}: give a number such as 1 (real time) or 0.5, or max")
+    if not 0 < speed <= MOST_SPEED:
+        raise UsageError(f"no speed {text!r}: give a number such as 1 (real time) or 0.5, up to 1000000, or max")
     return speed
 
 
@@ -247,7 +249,7 @@ class Pacer:
         """Bring virtual time to `wall_s`, or as near as a slice allows."""
         assert self._speed is not None
         self._last_s = wall_s
-        target_ns = self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S)
+        target_ns = min(self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S), MOST_NS - 1)
         due_ns = self.clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
             self._account((target_ns - due_ns) / S / self._speed)

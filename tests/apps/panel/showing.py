@@ -1,6 +1,7 @@
 """A view on a page as NiceGUI simulates one: no web server, no browser, and as many frames as one asks for."""
 
 import asyncio
+from inspect import isawaitable
 
 from nicegui.testing.user_simulation import user_simulation
 
@@ -73,6 +74,15 @@ class Visit:
         """Those of the keys that are pressed."""
         return [mark for mark in marks if self.found(mark).props["aria-pressed"] == "true"]
 
+    async def until(self, came_true):
+        """Frames, until this is true; the loop has its turn in between."""
+        for _ in range(1000):
+            if came_true():
+                return
+            await asyncio.sleep(0)
+            self.frame()
+        raise AssertionError("it never came true")
+
     @property
     def messages(self):
         """What has been told."""
@@ -80,7 +90,7 @@ class Visit:
 
 
 def show(build, view, play):
-    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives."""
+    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives.  It may be asynchronous."""
 
     async def simulated():
         session, people = Session(build, None), People()
@@ -89,6 +99,8 @@ def show(build, view, play):
             await user.open("/")
             visit = Visit(user, look, made[-1])
             visit.frame()
-            play(visit)
+            played = play(visit)
+            if isawaitable(played):
+                await played
 
     asyncio.run(simulated())

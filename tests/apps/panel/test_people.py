@@ -1,7 +1,17 @@
 """Who drives."""
 
+import asyncio
+from functools import partial
+
+from nicegui.testing.user_simulation import user_simulation
+
 from axistwin.apps.panel import people
+from axistwin.apps.panel.look import Common, Look
+from axistwin.apps.panel.page import page
 from axistwin.apps.panel.people import People
+from axistwin.apps.sessions.session import Session
+
+from .showing import bench_of
 
 
 def test_the_first_to_come_drives_and_comes_back_as_the_driver():
@@ -65,3 +75,19 @@ def test_names_can_be_changed_but_not_to_nothing():
     assert person.name == "Anna Berg"
     those.rename(person, "x" * 200)
     assert len(person.name) == people.LONGEST_NAME
+
+
+def test_somebody_is_there_as_long_as_a_page_is_connected():
+    """A page that has lost its connection waits for it for a while; its visitor is away at once."""
+
+    async def visited():
+        session, those = Session(bench_of("if1"), None), People()
+        async with user_simulation(partial(page, Look(Common(session), those, those["a"]))) as user:
+            await user.open("/")
+            there = [those["a"].pages]
+            client = user.client
+            (socket,) = client._socket_to_document_id
+            client.handle_disconnect(socket)
+            return [*there, those["a"].pages]
+
+    assert asyncio.run(visited()) == [1, 0]

@@ -50,3 +50,16 @@ def test_a_full_journal_keeps_no_more_and_says_since_when():
     assert len(list(journal)) == 3
     journal.forget_from(Cursor())
     assert journal.full_ns is None
+
+
+def test_what_is_forgotten_takes_no_room():
+    journal = Journal(most_bytes=1000)
+    journal.add(0, 0, POLL)
+    _, cursor = journal.moment(Cursor())
+    kept = journal.bytes
+    for n in range(1, 10):
+        journal.add(n * MS, n, Say(b"%d" % n, controller="if1"))
+    journal.forget_from(cursor)
+    assert journal.bytes == kept
+    assert [journal.add(n * MS, n, POLL) for n in range(1, 4)] == [True] * 3
+    assert list(journal) == [Moment(n * MS, (POLL,)) for n in range(4)]

@@ -83,7 +83,7 @@ def test_to_a_board_only_commands_are_said(said, why):
 
 
 def test_a_program_that_nobody_has_given_is_not_loaded():
-    with pytest.raises(UsageError, match="x.if1 has not been given"):
+    with pytest.raises(UsageError, match=r"x\.if1 has not been given"):
         Session(two).do("a", "load", "x.if1")
 
 

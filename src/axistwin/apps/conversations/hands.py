@@ -10,7 +10,6 @@ from functools import partial
 from axistwin.apps.conversations.conversation import Do, Say
 from axistwin.apps.conversations.machine import BUS_ACTS, act_at
 from axistwin.bench import Bench
-from axistwin.controllers.product import BusHost
 from axistwin.errors import UsageError
 
 LOAD = "load"
@@ -28,7 +27,6 @@ class Hands:
 
     def __init__(self, bench: Bench, load: Load = no_programs) -> None:
         self.bench, self._load = bench, load
-        self._attendants: dict[str, BusHost] = {}
 
     def prepare(self, act: Say | Do) -> Callable[[], object]:
         """The act as something to call; what cannot be done is found now.  Raises AxistwinError."""
@@ -42,18 +40,18 @@ class Hands:
 
     def leave(self, name: str) -> None:
         """The attendant of this board, if there is one, leaves its registers alone."""
-        if name in self._attendants:
-            self._attendants.pop(name).close()
+        if name in self.bench.attendants:
+            self.bench.attendants.pop(name).close()
 
     def _say(self, name: str, data: bytes) -> None:
         attend = self.bench[name].product.attend if name in self.bench.controllers else None
         if attend is None:
             self.bench.port(name).write(data)
             return
-        if name not in self._attendants:
-            self._attendants[name] = attend(self.bench[name].bus)
-            self._attendants[name].hear(lambda _: None)  # it is read, so that the next one can come
-        self._attendants[name].write(data)
+        if name not in self.bench.attendants:
+            self.bench.attendants[name] = attend(self.bench[name].bus)
+            self.bench.attendants[name].hear(lambda _: None)  # it is read, so that the next one can come
+        self.bench.attendants[name].write(data)
 
     def _by_hand(self, name: str, do: Callable[[], object]) -> None:
         self.leave(name)

@@ -4,7 +4,6 @@ import asyncio
 from collections.abc import Iterator
 from functools import partial
 from importlib import resources
-from itertools import chain
 
 from nicegui import Client, background_tasks, ui
 
@@ -33,11 +32,20 @@ async def page(look: Look) -> None:
     """Everything there is, for one person; called for each visit.  The bench has its turn between two views."""
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
-    views = []
-    for view in chain(_header(look), _body(look)):
-        views.append(view)
+    made = []
+    for view in views(look):
+        made.append(view)
         await asyncio.sleep(0)
-    background_tasks.create(_keep_showing(ui.context.client, look, views), name="panel")
+    client = ui.context.client
+    client.on_connect(look.person.came)
+    client.on_disconnect(look.person.left)
+    background_tasks.create(_keep_showing(client, look, made), name="panel")
+
+
+def views(look: Look) -> Iterator[Refresh]:
+    """All of them, each when it is asked for."""
+    yield from _header(look)
+    yield from _body(look)
 
 
 def _header(look: Look) -> Iterator[Refresh]:
@@ -94,8 +102,7 @@ def _reached(look: Look, name: str) -> list[str]:
 async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> None:
     """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
     loop = asyncio.get_running_loop()
-    await client.connected(timeout=PATIENCE_S)
-    look.person.came()
+    await client.connected()  # or until it is clear that it never will be
     deafen = look.people.listen(partial(_tell, client))
     try:
         while not client.is_deleted:
@@ -109,7 +116,6 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
         deafen()
-        look.person.left()
 
 
 def _tell(client: Client, words: str) -> None:

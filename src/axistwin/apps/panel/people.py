@@ -16,9 +16,9 @@ class Person:
     key: str
     name: str
     pages: int = 0
-    """How many pages it has open."""
+    """How many pages it has open, as far as they are connected."""
     left_s: float = field(default_factory=monotonic)
-    """When it closed its last one."""
+    """When it was last seen: it closed its last page, or has lost its connection."""
     lines: dict[str, list[str]] = field(default_factory=dict)
     """What was typed at each terminal."""
     ending: str = "CR"
@@ -27,11 +27,11 @@ class Person:
     """How its views are set, by view."""
 
     def came(self) -> None:
-        """Opened a page."""
+        """Opened a page, or is connected again."""
         self.pages += 1
 
     def left(self) -> None:
-        """Closed one."""
+        """Closed one, or has lost the connection to it."""
         self.pages -= 1
         self.left_s = monotonic()
 

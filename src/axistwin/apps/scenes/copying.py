@@ -42,6 +42,8 @@ class Copy:
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
         self.script: list[dict[str, Any]] = []
+        self.read: dict[str, str] = {}
+        """Programs as they were when the bench was built, by where they were found."""
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
@@ -89,7 +91,9 @@ class Copy:
 
     def _copied(self, source: Source, file: Path) -> str:
         """A program beside the copy, under its own name if it can be."""
-        return self.files.add(_local(file), program_text(source.file.parent / file))
+        path = source.file.parent / file
+        text = self.read.get(str(path))
+        return self.files.add(_local(file), program_text(path) if text is None else text)
 
     def _kept(self, name: str, directory: Path) -> str:
         """What a controller had kept before, so that it is found again."""

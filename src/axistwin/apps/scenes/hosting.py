@@ -73,7 +73,6 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
     A SmartMotor's source (.sms) is stored and run; what a host sends is sent by one that takes the place of the one
     before.  `read` finds the text of a file.
     """
-    there: dict[str, Process] = {}
 
     def load(name: str, file: str) -> Callable[[], object]:
         suffix, controller = Path(file).suffix.lower(), bench[name]
@@ -84,7 +83,7 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             raise UsageError(
                 f"{file} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
             )
-        return partial(_send, controller, prepared(bench, name, file, read), there)
+        return partial(_send, controller, prepared(bench, name, file, read), bench.senders)
 
     return load
 

@@ -73,6 +73,11 @@ class Scene:
         return SceneFile.model_json_schema()
 
     @property
+    def title(self) -> str:
+        """What it is, in a few words; "" if its file does not say."""
+        return self._contents.title
+
+    @property
     def ports(self) -> list[tuple[str, str]]:
         """Where a host is to reach whom: the name of a controller, its second channel or a line, and a URL."""
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
@@ -84,6 +89,13 @@ class Scene:
         """Controllers that have a host of their own and no ports: nobody from outside is to talk to them."""
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
+    @property
+    def programs(self) -> dict[str, str]:
+        """The programs beside it, or below, that its benches have been built with: their texts, by their names."""
+        beside = self._source.file.parent
+        named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
+        return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
+
     def build(self, *, served: bool = False) -> Bench:
         """A new bench with everything on it, the same each time; the controllers have just been switched on.
 
@@ -93,6 +105,7 @@ class Scene:
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
         """Its text, with the hosts and the script that `copy` has; the files it needs are put there, too."""
+        copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
 
     # What a table by itself cannot tell

@@ -33,6 +33,8 @@ class Cursor:
     offset: int = 0
     time_ns: int = 0
     """Of the moment before it."""
+    known: int = 0
+    """Different acts up to there."""
 
 
 class Journal:
@@ -72,14 +74,15 @@ class Journal:
             return None
         word, offset = self._get(cursor.offset)
         number, offset = self._get(offset)
-        time_ns, acts = cursor.time_ns + (word >> 1), [self._acts[number]]
+        time_ns, acts, known = cursor.time_ns + (word >> 1), [self._acts[number]], max(cursor.known, number + 1)
         while offset < len(self._data):
             word, behind = self._get(offset)
             if word & 1:
                 break
             number, offset = self._get(behind)
             acts.append(self._acts[number])
-        return Moment(time_ns, tuple(acts)), Cursor(offset, time_ns)
+            known = max(known, number + 1)
+        return Moment(time_ns, tuple(acts)), Cursor(offset, time_ns, known)
 
     def __iter__(self) -> Iterator[Moment]:
         cursor = Cursor()
@@ -90,13 +93,17 @@ class Journal:
     def forget_from(self, cursor: Cursor) -> None:
         """What is behind this place has never been."""
         del self._data[cursor.offset :]
+        for act in self._acts[cursor.known :]:  # they are numbered as they come
+            del self._numbers[act]
+            self._texts -= _size(act)
+        del self._acts[cursor.known :]
         self._last_ns, self._pass, self.full_ns = cursor.time_ns, None, None
 
     def _number(self, act: Act) -> int:
         number = self._numbers.setdefault(act, len(self._acts))
         if number == len(self._acts):
             self._acts.append(act)
-            self._texts += OF_AN_ACT + len(act.data if isinstance(act, Say) else act.value)
+            self._texts += _size(act)
         return number
 
     def _put(self, number: int) -> None:
@@ -112,6 +119,10 @@ class Journal:
             number |= (byte & 0x7F) << shift
             shift, offset = shift + 7, offset + 1
         return number | byte << shift, offset + 1
+
+
+def _size(act: Act) -> int:
+    return OF_AN_ACT + len(act.data if isinstance(act, Say) else act.value)
 
 
 def check(act: Act) -> None:

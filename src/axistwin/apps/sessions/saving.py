@@ -28,6 +28,8 @@ def files(
 ) -> dict[str, str]:
     """The texts of the scene and of all that it needs, by name.  Raises UsageError for what no scene can say."""
     found = Files()
+    if scene is not None:
+        found.texts.update(scene.programs)  # its own keep their names, by which its script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     copy, talks = Copy(bench, found), _Talks(bench)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):

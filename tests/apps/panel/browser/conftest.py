@@ -45,8 +45,8 @@ def browser():
 
 
 @contextmanager
-def _shown(scene, *options):
-    """The address of the panel of a scene (a path, or a model's name)."""
+def _shown(scene, *options, told=None):
+    """The address of the panel of a scene (a path, or a model's name).  `told`: a list of what it then says."""
     words = [*PROGRAM, str(scene), "--panel", "0", *options]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as program:
         try:
@@ -58,6 +58,8 @@ def _shown(scene, *options):
             _, said = program.communicate(timeout=30)
     assert program.returncode == 0
     assert "Traceback" not in said, said
+    if told is not None:
+        told.append(said)
 
 
 class Visit:
@@ -87,7 +89,7 @@ class Visit:
 
 
 @pytest.fixture(scope="package")
-def shown(browser):  # noqa: ARG001  # without one nothing need be served
+def shown(browser):  # without one nothing need be served
     """`with shown(SCENE) as address:` serves it with a panel meanwhile."""
     return _shown
 

@@ -47,9 +47,9 @@ def cut_to_length(panel):
     panel.tab("feeder", "Terminal")
     panel.tab("knife", "Program")
     panel.run_until("feeder.X passes 2000")
-    signals(panel, "feeder.X.velocity, knife.shaft.velocity, knife.shaft.position, knife.G")
+    signals(panel, "feeder.X.velocity, knife.shaft.position")
     move_on(panel, "feeder.X passes 4300")
-    keep(panel, "panel-cut-to-length", 1620)
+    keep(panel, "panel-cut-to-length", 1830)
 
 
 def signals(panel, names):

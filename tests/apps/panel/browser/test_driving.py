@@ -54,13 +54,13 @@ def test_a_step_to_the_next_line_of_a_program(panel):
 
 def test_speed_by_the_field_and_by_the_slider(panel):
     panel.begin()
+    panel.speed("fast")
+    panel.message("no speed 'fast'")
     panel.speed("20")
     slider = panel.driving.get_by_role("slider", name="speed")
     expect(slider).to_have_attribute("aria-valuenow", "7")
     thumb(slider).press("ArrowRight")
     expect(panel.field("times real time")).to_have_value("50")
-    panel.speed("fast")
-    panel.message("no speed 'fast'")
 
 
 def test_keys(panel):

@@ -53,17 +53,6 @@ def test_a_pin_is_driven_and_released(panel):
     expect(row).not_to_contain_text("driven")
 
 
-def test_the_part_of_the_page_with_terminals_is_closed_and_opened(panel):
-    panel.begin()
-    pins = panel.tab(panel.facts.who, "Pins")
-    title = pins.get_by_role("button", name="Terminals")
-    key = panel.button(f"high {panel.facts.who}.{panel.facts.pin}")
-    title.click()
-    expect(key).to_be_hidden()
-    title.click()
-    expect(key).to_be_visible()
-
-
 def test_the_host_lets_a_control_line_go(panel):
     if panel.machine == "winder":
         pytest.skip("a board on a bus has none")
@@ -102,7 +91,10 @@ def test_the_external_encoder_is_turned(panel):
     pins.get_by_role("spinbutton", name="counts").fill("-300")
     pins.get_by_role("spinbutton", name="in seconds").fill("0.01")
     panel.button("turn the external encoder of knife").click()
-    panel.message("")
+    panel.speed("5")
+    panel.run()
+    expect(panel.region("knife").locator('[data-part="edges"]')).to_have_text("−300")
+    panel.pause()
 
 
 def test_the_temperature_around_a_motor(panel):

@@ -7,9 +7,12 @@ from .using import Panel
 
 WIDE = "document.scrollingElement.scrollWidth"
 UNREACHED = """() => {
-  const wanted = [...document.querySelectorAll('button, input, textarea, a[href], [role=tab], [role=slider], [role=combobox]')];
-  return wanted.filter((each) => each.offsetParent && !each.disabled && !each.closest('[disabled], [aria-disabled=true], .disabled'))
-    .filter((each) => each.tabIndex < 0 && !each.querySelector('[tabindex="0"]') && !each.closest('[tabindex="0"], .listing, [role=tablist], label'))
+  const controls = 'button, input, textarea, a[href], [role=tab], [role=slider], [role=combobox]';
+  const off = '[disabled], [aria-disabled=true], .disabled';
+  const within = '[tabindex="0"], .listing, [role=tablist], label';  // where arrow keys lead on
+  return [...document.querySelectorAll(controls)]
+    .filter((each) => each.offsetParent && !each.disabled && !each.closest(off))
+    .filter((each) => each.tabIndex < 0 && !each.querySelector('[tabindex="0"]') && !each.closest(within))
     .map((each) => each.outerHTML.slice(0, 120));
 }"""
 

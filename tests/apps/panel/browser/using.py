@@ -24,7 +24,7 @@ class Facts:
     answer: str
     program: tuple[str, str]
     """The name of a file that can be loaded, and its text; `line`: one that begins when it runs."""
-    line: int
+    line: str
     start: str
     stop: str
     faults: tuple[tuple[str, str, dict[str, str]], ...]
@@ -41,7 +41,7 @@ STUCK = ("stuck", "pin", {})
 FACTS = {
     "drill": Facts(
         who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0<CR>",
-        program=("holes.if1", ":X400:P0,20:R1:$\n"), line=2, start="start :$", stop="cancel #",
+        program=("holes.if1", ":X400:P0,20:R1:$\n"), line="2", start="start :$", stop="cancel #",
         faults=(
             ("lose", "serial line", {"count, characters": "3"}), STUCK, ("jam", "axis", {}),
             ("open_limit", "controller", {}),
@@ -49,20 +49,21 @@ FACTS = {
     ),
     "winder": Facts(
         who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
-        says="request_motor_position", answer="",
+        says="position_from_absolute_zero", answer="",
         program=(
             "there.181x",
             "begin_sequence_definition 1\ngo_relative 2000\nwait_milliseconds 100\nend_sequence_definition\n",
         ),
-        line=2, start="perform", stop="kill",
+        line="1:2", start="perform", stop="kill",
         faults=(STUCK, ("jam", "axis", {}), ("power_cut", "controller", {})),
     ),
     "cut-to-length": Facts(
         who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="<CR>",
-        program=("turn.sms", "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"), line=4, start="RUN", stop="END",
+        program=("turn.sms", "UCI UDI ZS\nMP A=500 V=400000\nWHILE 1\nWAIT=100\nLOOP\nEND\n"),
+        line="4", start="RUN", stop="END",
         faults=(
-            ("lose", "serial line", {"count, characters": "3"}), STUCK, ("load", "axis", {"torque, Nm": "0.1"}),
-            ("overheat", "controller", {}),
+            ("lose", "serial line", {"count, characters": "3"}), STUCK, ("load", "axis", {"torque, N·m": "0.1"}),
+            ("power_cut", "controller", {}),
         ),
     ),
 }  # fmt: skip
@@ -137,6 +138,10 @@ class Panel:
         near = "([clock, at, within]) => Math.abs(parseFloat(clock.innerText) - at) <= within"
         self.page.wait_for_function(near, arg=[self.clock.element_handle(), seconds, within])
         self.stands()
+
+    def later_than(self, seconds):
+        later = "([clock, at]) => parseFloat(clock.innerText) >= at"
+        self.page.wait_for_function(later, arg=[self.clock.element_handle(), seconds])
 
     def begin(self):
         """At the beginning, where nothing has been recorded; it stands, and is quick when it does not."""

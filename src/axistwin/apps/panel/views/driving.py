@@ -43,7 +43,7 @@ def _run(look: Look) -> Refresh:
     button = ui.button(on_click=lambda: _toggle(look)).props("dense no-caps").classes("run").mark("run")
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
-        step.props("dense outline no-caps color=white").mark(f"step {kind}").tooltip(f"on to where {what}")
+        step.props("dense outline no-caps color=white").mark(f"step-{kind}").tooltip(f"on to where {what}")
 
     def refresh() -> None:
         button.text = "Pause" if look.session.running else "Run"
@@ -82,22 +82,24 @@ def _speed(look: Look) -> Refresh:
         ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
     )
     box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
-    box.classes("speed-box").mark("speed box").tooltip("times real time, or max")
+    box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
 
-    def wish(act: Callable[[], object]) -> None:
+    def show() -> None:
         nonlocal shown
-        if not look.touch(act):
-            shown = -1.0  # what it is comes back
+        shown = look.session.speed
+        box.value, slider.value = _said(shown), _nearest(shown)
+
+    def wish(act: Callable[[], object]) -> None:
+        look.touch(act)
+        show()  # at once: in the next frame somebody may be typing again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))
 
     def refresh() -> None:
-        nonlocal shown
         if look.session.speed != shown:
-            shown = look.session.speed
-            box.value, slider.value = _said(shown), _nearest(shown)
+            show()
 
     return refresh
 
@@ -224,16 +226,16 @@ def _until(look: Look) -> Refresh:
     box.on("keydown.enter", lambda: look.touch(lambda: look.session.run_until(box.value.strip())))
     ui.button("Until", on_click=lambda: look.touch(lambda: look.session.run_until(box.value.strip()))).props(
         "dense outline no-caps color=white"
-    ).mark("run until")
+    ).mark("run-until")
     return lambda: None
 
 
 def _breaks(look: Look) -> Refresh:
     button = ui.button("Breaks", icon="pan_tool").props("dense outline no-caps color=white").mark("breaks")
     with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
-        box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new break")
+        box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new-break")
         box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
-        those = ui.column().mark("those breaks")
+        those = ui.column().mark("those-breaks")
     shown: list[tuple[str, bool, int]] = []
 
     def refresh() -> None:

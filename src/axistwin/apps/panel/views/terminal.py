@@ -19,7 +19,7 @@ def terminal(look: Look, name: str) -> Refresh:
     """Of the partner of this name: a controller, its second channel, or a line that motors share."""
     whole = partners.at_a_bus(look.bench, name)
     with ui.row().classes("terminal-head"):
-        client = ui.label().classes("quiet").mark(f"client {name}")
+        client = ui.label().classes("quiet").mark(f"client-{name}")
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(look, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
     _line(look, name, whole)
@@ -72,7 +72,7 @@ def _line(look: Look, name: str, whole: bool) -> None:
     with ui.row().classes("terminal-line"):
         hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for those that cannot be seen"
         box = ui.input(placeholder=hint, autocomplete=history).props(f'dense outlined aria-label="say to {name}"')
-        box.classes("grow").mark(f"say {name}").props(f'data-test="say {name}"')
+        box.classes("grow").mark(f"say-{name}").props(f'data-test="say {name}"')
         ending = ui.select(list(TERMINATORS), value=look.person.ending).props('dense outlined aria-label="ended by"')
         ending.set_visibility(not whole)
 
@@ -83,7 +83,7 @@ def _line(look: Look, name: str, whole: bool) -> None:
                 box.value = ""
 
         box.on("keydown.enter", send)
-        ui.button("Send", on_click=send).props("dense no-caps").mark(f"send {name}")
+        ui.button("Send", on_click=send).props("dense no-caps").mark(f"send-{name}")
 
 
 def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
@@ -101,14 +101,14 @@ def _buttons(look: Look, name: str) -> None:
     port = look.bench.port(name)
     with ui.row().classes("terminal-line"):
         ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline no-caps").mark(
-            f"break {name}"
+            f"break-{name}"
         )
         if port.handshake:
             for line, on in (("dtr", port.host.dtr), ("rts", port.host.rts)):
                 ui.switch(line.upper(), value=on, on_change=lambda e, line=line: _switch(look, name, line, e)).mark(
-                    f"{line} {name}"
+                    f"{line}-{name}"
                 )
-        box = ui.input("format", value=str(port.host.format)).props("dense outlined").mark(f"format {name}")
+        box = ui.input("format", value=str(port.host.format)).props("dense outlined").mark(f"format-{name}")
         box.on("keydown.enter", lambda: _do(look, name, "line", box.value))
 
 

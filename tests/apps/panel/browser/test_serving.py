@@ -1,0 +1,35 @@
+"""What `serve` writes while somebody looks on."""
+
+import re
+
+from playwright.sync_api import expect
+
+from .conftest import Visit
+
+
+def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goes_back(shown, visiting, tmp_path):
+    trace, recording, told = tmp_path / "first.csv", tmp_path / "first.talk", []
+    options = ("--speed", "max", "--trace", str(trace), "--record", str(recording))
+    with shown("if1", *options, told=told) as address, visiting(address) as visit:
+        page = visit.page
+        clock = page.get_by_test_id("clock")
+        expect(clock).to_have_text("1.000 s")  # the self-test is over, and nothing more happens
+        page.get_by_role("textbox", name="go to this moment").fill("0.5")
+        page.get_by_role("textbox", name="go to this moment").press("Enter")
+        expect(clock).to_have_text("0.500000 s")
+        after = trace.read_bytes()
+        page.get_by_role("textbox", name="run until").fill("if1.led falls")
+        page.get_by_role("textbox", name="run until").press("Enter")
+        expect(clock).to_have_text("1.000000 s")
+    assert told == ["axistwin: trace and recording end here: somebody has gone back in time\n"]
+    assert trace.read_bytes() == after
+    assert recording.read_text().startswith("; model: if1")
+
+
+def test_it_ends_without_a_word_also_while_somebody_looks_on(shown, browser):
+    told = []
+    with shown("if1", told=told) as address:
+        visit = Visit(browser, address)
+        expect(visit.page.get_by_test_id("clock")).to_have_text(re.compile(r"^[1-9]"))
+    visit.context.close()
+    assert told == [""]
