@@ -124,6 +124,40 @@ def test_a_jammed_shaft_stands_while_pulses_go_on_also_without_motor_data(clock)
     assert (axis.pulses, axis.position) == (50, 40)
 
 
+def test_a_jammed_shaft_with_motor_data_turns_only_when_it_is_free(clock):
+    """83 pulses are 10.4 teeth: when they are over it still stands, and settles three pulses on when it is let go."""
+    axis = axis_with(clock, motor=MOTOR)
+    axis.jam(True)
+    axis.start(rates((400, 83)), +1)
+    clock.run_to(S)
+    assert (axis.position, axis.lost) == (0, 83)
+    axis.jam(False)
+    assert (axis.position, axis.lost) == (3, 80)
+    axis.jam(True)
+    assert (axis.position, axis.lost) == (3, 80)
+
+
+@pytest.mark.parametrize("direction", [+1, -1])
+def test_single_pulses_do_not_turn_a_jammed_shaft_either(clock, direction):
+    """As a joystick gives them out: 13 of them, which are 1.6 teeth."""
+    axis = axis_with(clock, motor=MOTOR)
+    axis.jam(True)
+    for n in range(1, 14):
+        axis.start(rates((1000, 1)), direction)
+        clock.run_to(n * S // 100)
+        assert axis.position == 0
+    axis.jam(False)
+    assert axis.position == -3 * direction
+
+
+def test_what_has_settled_stays_there_when_it_is_jammed_later(clock):
+    axis = axis_with(clock, motor=MOTOR)
+    axis.start(rates((800, 83)), +1)
+    clock.run_to(S)
+    axis.jam(True)
+    assert axis.position == 3
+
+
 def test_what_was_lost_stays_lost_in_later_moves(clock):
     axis = axis_with(clock, motor=MOTOR)
     axis.start(rates((800, 80)), +1)

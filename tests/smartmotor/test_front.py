@@ -162,9 +162,13 @@ def test_a_mode_that_is_an_error(bench):
 def test_without_power_it_is_in_no_mode(bench):
     """2.0: OFF is a mode of its own, which RMODE reports as O; without power there is none."""
     motor = ready(bench)
+    told = []
+    motor.follow(["RMODE"], lambda times, which, values: told.extend(values))
     tell(bench, motor, f"A={UNIT} V=10 P=5000 G")
     motor.power(False)
+    bench.run(0.1)
     assert shown(motor, MOTOR, "MODE") == "no power"
+    assert told[-1] == motor.registers["RMODE"].read(), "who follows it knows the same"
     assert [letter for group, letter in lamps(motor) if group in (WORD, CHANNELS) and shown(motor, group, letter)] == []
 
 

@@ -12,7 +12,7 @@ from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.layers import Layers
-from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips
+from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -87,12 +87,14 @@ class StepperAxis:
         self._torque_left = Layers(1.0, self._reconsider)
         self._slips: list[Slip] = []
         self._lost = 0  # net pulses lost in strokes that are over
+        self._was_held = False
 
     # What the controller does
 
     def start(self, profile: Profile, direction: int) -> None:
         """Give out a new stroke, from now on; `direction` +1 or -1."""
         self._lost += self.train.stroke.direction * self._lost_in_stroke(over=True)
+        self._fall_in()
         if self._encoder:
             _ = self._encoder.count  # the play has followed the stroke that ends here
         self.train.start(self.clock.now, direction, profile)
@@ -261,12 +263,36 @@ class StepperAxis:
         return _EdgeWatch(self, edges, look).end
 
     def _lost_in_stroke(self, over: bool = False) -> int:
+        return self._behind((over or not self.moving) and not self._held)
+
+    def _behind(self, settled: bool) -> int:
+        """The pulses of this stroke that are lost, with the rotor standing between teeth or settled in one."""
         if not self._slips:
             return 0
-        stroke, now_ns = self.train.stroke, self.clock.now
-        pulses = stroke.profile.pulses_by(now_ns - stroke.start_ns)
-        per_tooth = self._motor.pulses_per_tooth if self._motor else 1
-        return lost_pulses(self._slips, pulses, over or not self.moving, per_tooth)
+        stroke = self.train.stroke
+        pulses = stroke.profile.pulses_by(self.clock.now - stroke.start_ns)
+        return lost_pulses(self._slips, pulses, settled, self._per_tooth)
+
+    @property
+    def _per_tooth(self) -> int:
+        return self._motor.pulses_per_tooth if self._motor else 1
+
+    @property
+    def _held(self) -> bool:
+        """Whether the rotor stays where it is, in step with the field or not: jammed, or without torque."""
+        return self.jammed or not self.strength
+
+    def _fall_in(self) -> None:
+        """A rotor that is free falls into the next tooth, so that it has lost whole ones."""
+        if self._lost and not self._held:
+            self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
+
+    def _settle(self) -> None:
+        """Held from now on, it stays where it has fallen in after its last stroke; let go, it falls in."""
+        if self._held and not self._was_held and not self.moving:
+            self._lost, self._slips = self._lost + self.train.stroke.direction * self._behind(settled=True), []
+        self._was_held = self._held
+        self._fall_in()
 
     def _find_slips(self, elapsed_ns: int, out_of_step: bool) -> list[Slip]:
         motor = self._motor
@@ -277,7 +303,7 @@ class StepperAxis:
         return slips(motor, self._torque_needed, self.train.stroke.profile, elapsed_ns, out_of_step)
 
     def _torque_needed(self, acceleration: float) -> float:
-        if self.jammed or not self.strength:
+        if self._held:
             return float("inf")
         if self._motor is None:
             return 0.0
@@ -288,6 +314,7 @@ class StepperAxis:
 
     def _reconsider(self) -> None:
         """The course or the load has changed: what has happened stays, what will happen is found anew."""
+        self._settle()
         elapsed_ns = self.clock.now - self.train.stroke.start_ns
         pulses = self.train.stroke.profile.pulses_by(elapsed_ns)
         past = [slip for slip in self._slips if slip.first < pulses]

@@ -118,10 +118,11 @@ def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> i
             break
         if slip.last is None or pulses < slip.last:
             standing = pulses - slip.first
-            return lost + (_whole_teeth(standing, per_tooth) if over else standing)
-        lost += _whole_teeth(slip.last - slip.first, per_tooth)
+            return lost + (whole_teeth(standing, per_tooth) if over else standing)
+        lost += whole_teeth(slip.last - slip.first, per_tooth)
     return lost
 
 
-def _whole_teeth(pulses: int, per_tooth: int) -> int:
+def whole_teeth(pulses: int, per_tooth: int) -> int:
+    """So many pulses, 0 or more, as the nearest whole number of teeth."""
     return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth

@@ -84,7 +84,6 @@ from axistwin.controllers.smartmotor.state import (
     LIMIT_D,
     M_BRAKE,
     M_ERROR,
-    M_OFF,
     M_POSITION,
     MASTER_LEFT,
     MC_BASE,
@@ -93,6 +92,7 @@ from axistwin.controllers.smartmotor.state import (
     MFDIV,
     MFMUL,
     MODE,
+    NO_POWER,
     NOTHING_YET,
     ORIGIN,
     PENDING,
@@ -280,7 +280,7 @@ class Motor:
         flow.end(self)
         self.powered = False
         i = self.i
-        i[MODE], i[DRIVE], i[BRAKE], i[BO] = M_OFF, DRIVE_OPEN, self.options.brake, 1
+        i[MODE], i[DRIVE], i[BRAKE], i[BO] = NO_POWER, DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
             i[slot] = slot in LATCHED  # no flag can rise
 
