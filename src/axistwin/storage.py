@@ -64,8 +64,14 @@ class FileStore:
         if self.found is not None:
             self.save(self.found)
         else:
-            self.path.unlink(missing_ok=True)
+            self._remove()
         self._given_up = True
+
+    def _remove(self) -> None:
+        try:
+            self.path.unlink(missing_ok=True)
+        except OSError as error:
+            raise AxistwinError(f"cannot remove {self.path}: {(error.strerror or str(error)).lower()}") from None
 
     def _write(self, contents: bytes) -> None:
         beside = self.path.with_name(self.path.name + ".new")

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
@@ -229,3 +230,12 @@ def _moody(instant):
     ):
         device.clock.call_later(frames * FRAME, action)
     return device
+
+
+@pytest.mark.parametrize("seconds", [0, -1, 4e-10])
+def test_a_break_that_takes_no_time_is_refused(seconds):
+    bench = Bench()
+    port = bench.add("if1").serial
+    with pytest.raises(UsageError, match="give 1 ns or more"):
+        port.send_break(seconds)
+    assert port.pending == 0

@@ -41,6 +41,15 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
     return faults.plan(kind.name, named.pop("on", ""), Terms(**terms, here=here), named)
 
 
+def name_in(text: str) -> str | None:
+    """The name that this text gives to a fault; None: it gives none, or cannot be read."""
+    try:
+        words = _split(text)
+    except UsageError:
+        return None
+    return next((word.removeprefix("name=") for word in words if word.startswith("name=")), None)
+
+
 def write(fault: Fault) -> str:
     """A fault that begins now, with all that makes it the same again."""
     words = [fault.kind.name, fault.spot.name]

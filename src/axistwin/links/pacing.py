@@ -47,6 +47,10 @@ def read_speed(text: str) -> float | None:
         speed = float(text)
     except ValueError:
         speed = 0.0
+    return _possible(speed, text)
+
+
+def _possible(speed: float, text: str) -> float:
     if not 0 < speed <= MOST_SPEED:
         raise UsageError(f"no speed {text!r}: give a number such as 1 (real time) or 0.5, up to 1000000, or max")
     return speed
@@ -80,11 +84,15 @@ class Pacer:
 
     @property
     def speed(self) -> float | None:
-        """Times real time, or None: as fast as it goes.  Set at any time, it counts from then on."""
+        """Times real time, or None: as fast as it goes.  Set at any time, it counts from then on.
+
+        Raises UsageError for what is no speed.
+        """
         return self._speed
 
     @speed.setter
     def speed(self, speed: float | None) -> None:
+        speed = None if speed is None else _possible(speed, f"{speed:g}")
         if self._loop is None:
             self._speed = speed
         else:

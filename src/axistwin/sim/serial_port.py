@@ -12,6 +12,7 @@ from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.wirings import Wiring
+from axistwin.units import to_ns
 
 X_ON, X_OFF = 0x11, 0x13
 
@@ -147,7 +148,9 @@ class SerialPort:
         return data
 
     def send_break(self, seconds: float = 0.25) -> None:
-        """Hold the host's transmit line at space for so long."""
+        """Hold the host's transmit line at space for so long.  Raises UsageError for less than 1 ns."""
+        if to_ns(seconds) < 1:
+            raise UsageError(f"a break of {seconds:g} s is none: give 1 ns or more, such as 0.25 s")
         self._doing("break", seconds, self._break)
 
     def _break(self, seconds: float) -> None:

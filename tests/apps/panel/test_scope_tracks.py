@@ -164,6 +164,24 @@ def test_hours_take_no_more_memory_than_is_told():
     assert (everything.high > 990).all() and (everything.low < -990).all()
 
 
+@pytest.mark.parametrize("every_ns", [250_000, 20_000])  # samples of a servo; pulses, many in the smallest interval
+def test_of_what_comes_fast_every_larger_interval_keeps_its_extremes(every_ns):
+    interval_ns, count = 1 << tracks.SHIFTS[1], 4 * tracks.CHANGES
+    times = np.arange(count, dtype=np.int64) * every_ns
+    values = np.cumsum(np.random.default_rng(1).integers(-9, 10, count) * 2 + 1).astype(float)
+    track = Track(COUNT)
+    for part in np.array_split(np.arange(count), 37):
+        track.add(times[part], values[part])
+    intervals = int(times[-1]) // interval_ns
+
+    seen = window(track, 0, intervals * interval_ns, intervals, now_ns=int(times[-1]))
+
+    edges = np.searchsorted(times, np.arange(intervals + 1) * interval_ns)
+    inside = [values[max(first - 1, 0) : end] for first, end in pairwise(edges)]  # and what it was before
+    assert seen.low.tolist() == [each.min() for each in inside]
+    assert seen.high.tolist() == [each.max() for each in inside]
+
+
 def test_weeks_find_room_in_larger_intervals():
     track = Track(COUNT)
     times = np.arange(1 << 15, dtype=np.int64)

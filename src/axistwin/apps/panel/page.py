@@ -32,6 +32,7 @@ DRAWN = "await new Promise(requestAnimationFrame)"
 async def page(look: Look) -> None:
     """Everything there is, for one person; called for each visit.  The bench has its turn between two views."""
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
+    ui.add_head_html('<script>document.documentElement.lang = "en"</script>')
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
     views = []
     for view in chain(_header(look), _body(look)):
@@ -54,7 +55,8 @@ def _header(look: Look) -> Iterator[Refresh]:
 
 
 def _body(look: Look) -> Iterator[Refresh]:
-    with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
+    columns = max(2, len(look.bench.controllers) + len(look.bench.lines))
+    with ui.element("div").classes("bench").props("id=bench tabindex=-1").style(f"--columns: {columns}"):
         for name in look.bench.controllers:
             with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
                 yield from _machine(look, name)

@@ -9,7 +9,7 @@ from importlib import resources
 
 import uvicorn
 from fastapi import FastAPI, Request
-from nicegui import ui
+from nicegui import app, ui
 
 from axistwin.apps.panel.gate import Gate, is_loopback
 from axistwin.apps.panel.look import Common, Look
@@ -94,6 +94,8 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
+    app.user_middleware.clear()  # there may have been a panel before in this process
+    app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text()
 
     @ui.page("/")

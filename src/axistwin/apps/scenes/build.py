@@ -4,7 +4,6 @@ Controllers with their axes and stored programs; what sits on whose shaft; wires
 which time; hosts.  Whatever cannot be is told with its place in the file.
 """
 
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
@@ -23,6 +22,7 @@ from axistwin.errors import UsageError
 from axistwin.faults.desk import Terms, free_name
 from axistwin.faults.kinds import KINDS, kind_of
 from axistwin.faults.triggers import other_fault
+from axistwin.faults.words import name_in
 from axistwin.plant.axes import Axis
 from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
@@ -30,7 +30,6 @@ from axistwin.units import to_ns
 Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000
 """So far apart are the seeds of two scenes."""
-_NAMED = re.compile(r"\bname=(\S+)")
 
 
 def comes_back(name: str, leads_to: Mapping[str, str | None]) -> bool:
@@ -189,7 +188,8 @@ class Builder:
 
     def _scripted(self) -> list[str]:
         """Names that the script gives to faults."""
-        return [found[1] for table in self.contents.script for act in table.do if (found := _NAMED.search(act))]
+        named = (name_in(act) for table in self.contents.script for act in table.do)
+        return [name for name in named if name is not None]
 
     def _check_waiting(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
         """Faults do not wait for one another in circles: none would ever begin."""

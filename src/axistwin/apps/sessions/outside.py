@@ -15,7 +15,7 @@ from axistwin.apps.conversations.machine import level_name
 from axistwin.apps.scenes.hosting import loader
 from axistwin.apps.sessions.journal import Act, Cursor, Journal, check
 from axistwin.bench import Bench
-from axistwin.errors import AxistwinError
+from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.sim.clock import Clock
 from axistwin.sim.host_acts import HostAct, one_act
@@ -39,7 +39,7 @@ class Outside:
             unwatch()
         self._watched.clear()
         self.bench = bench
-        self.hands = Hands(bench, loader(bench, self.texts.__getitem__))
+        self.hands = Hands(bench, loader(bench, self._text))
         self.watch()
 
     def watch(self) -> None:
@@ -49,6 +49,11 @@ class Outside:
                 at_a_bus = partners.at_a_bus(self.bench, name)
                 port = self.bench[name].bus if at_a_bus else self.bench.port(name)
                 self._watched[name] = port.watch_host(partial(self._by_a_host, name))
+
+    def _text(self, file: str) -> str:
+        if file not in self.texts:
+            raise UsageError(f"{file} has not been given: load it with its text")
+        return self.texts[file]
 
     def prepared(self, act: Act) -> Callable[[], None]:
         """Somebody is going to do this; what cannot be done is found now.  Raises AxistwinError."""

@@ -17,6 +17,7 @@ from axistwin.apps.scenes.hosting import OUTSIDE
 from axistwin.apps.scenes.scene import Scene
 from axistwin.apps.sessions.journal import Journal, Moment
 from axistwin.bench import Bench
+from axistwin.faults.kinds import KINDS
 from axistwin.units import to_seconds
 
 SCENE = "scene.toml"
@@ -54,13 +55,15 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 def _is_script(moment: Moment) -> bool:
     """Whether people have done it, to one controller."""
     return len({act.controller for act in moment.acts}) == 1 and all(
-        isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _waits_for_another(act)
+        isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _knows_another(act)
         for act in moment.acts
     )
 
 
-def _waits_for_another(act: Do) -> bool:
-    """A fault that waits for another one: a script would have to know that from the beginning."""
+def _knows_another(act: Do) -> bool:
+    """It is about another fault, by its name: a script would have to know that one from the beginning."""
+    if act.target == "mend":
+        return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
 
 

@@ -105,8 +105,14 @@ class Session:
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
-        """A host says this to whom it reaches by this name: characters; to a board on a bus, a whole command."""
-        if not partners.at_a_bus(self.bench, name):
+        """A host says this to whom it reaches by this name: characters; to a board on a bus, a whole command.
+
+        Raises AxistwinError if nobody is called so, or if it is no command.
+        """
+        if partners.at_a_bus(self.bench, name):
+            codec = partners.codec_at(self.bench, name)
+            codec.read(codec.show(data))  # as it is kept; raises if it cannot be
+        else:
             self.bench.port(name)  # raises if there is none
         self._do(Say(data, controller=name))
 
@@ -145,18 +151,18 @@ class Session:
     # Time
 
     @property
-    def running(self) -> bool:
-        """Whether time passes."""
-        return self._running
-
-    @property
     def busy(self) -> bool:
         """Whether it is on its way, by a step or to another moment; nobody can do anything meanwhile."""
         return self._busy
 
     @property
+    def running(self) -> bool:
+        """Whether time passes."""
+        return self._running
+
+    @property
     def speed(self) -> float | None:
-        """Times real time; None: as fast as it goes."""
+        """Times real time; None: as fast as it goes.  Raises UsageError for what is no speed."""
         return self.pacer.speed
 
     @speed.setter
@@ -194,13 +200,14 @@ class Session:
 
     def add_break(self, sentence: str) -> Break:
         """Stop whenever this comes true, in the middle of anything: "table.X passes 1000".  Raises UsageError."""
+        self._check_free()
         self.breaks.append(Break(sentence, self.bench, self._hit))
         return self.breaks[-1]
 
     def remove_break(self, which: Break) -> None:
-        """It stops nothing any more."""
+        """It stops nothing any more, also if it has been removed before."""
         which.on = False
-        self.breaks.remove(which)
+        self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
         """Run until this comes true, or a break does; then it stands.  Raises UsageError."""
@@ -252,6 +259,7 @@ class Session:
 
     def forget_rest(self) -> None:
         """What has been recorded of the time to come will not happen: from here on it is live."""
+        self._check_free()
         self.pacer.sync()
         if self._repetition is not None:
             self._repetition.forget_rest()
@@ -266,12 +274,13 @@ class Session:
     def _begin_again(self) -> None:
         """Another bench takes the place of this one, on which nothing has happened yet."""
         recorded_ns = self._recorded
-        if self.server is not None:
-            self.server.deaf = True
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        self.bench = self._build()
+        bench = self._build()  # if that cannot be, hosts are heard as before
+        if self.server is not None:
+            self.server.deaf = True
+        self.bench = bench
         for attach in self._attached:
             attach(self.bench)
         if self.server is not None:
@@ -287,12 +296,14 @@ class Session:
         since_ns = self.bench.now
         for each in self.breaks:
             each.rest()
-        while not self._is_at(time_ns):
-            self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
-            self._slice(partial(steps.run_to, self.bench.clock, time_ns))
-            await asyncio.sleep(0)
-        for each in self.breaks:
-            each.go_on(self.bench)
+        try:
+            while not self._is_at(time_ns):
+                self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
+                self._slice(partial(steps.run_to, self.bench.clock, time_ns))
+                await asyncio.sleep(0)
+        finally:
+            for each in self.breaks:
+                each.go_on(self.bench)
 
     def _is_at(self, time_ns: int) -> bool:
         """Whether all has happened that was done by then."""

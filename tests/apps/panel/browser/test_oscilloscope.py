@@ -43,7 +43,7 @@ def test_a_trigger(panel, scope):
         panel.button("event").click()
         panel.stands()
     panel.speed("1")
-    panel.button("Run").click()
+    panel.run()
     expect(scope.get_by_role("status")).to_contain_text("view paused")
     panel.pause()
     panel.button(f"release {name}").click()

@@ -13,7 +13,9 @@ def loaded(panel):
     panel.button("Load…", program).click()
     dialog = panel.page.get_by_role("dialog")
     name, text = panel.facts.program
-    dialog.locator("input[type=file]").set_input_files({"name": name, "mimeType": "text/plain", "buffer": text.encode()})
+    dialog.locator("input[type=file]").set_input_files(
+        {"name": name, "mimeType": "text/plain", "buffer": text.encode()}
+    )
     expect(panel.field("called", dialog)).to_have_value(name)
     expect(panel.field("or its text", dialog)).to_have_value(text)
     panel.button("Load", dialog).click()
@@ -31,7 +33,7 @@ def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(
     sentence = f"{panel.facts.who} runs {'1:' * (panel.machine == 'winder')}{panel.facts.line}"
     if panel.machine != "cut-to-length":  # whose program begins by itself
         panel.speed("max")
-        panel.button("Run").click()
+        panel.run()
         expect(listed(panel).get_by_role("listitem")).not_to_have_count(0)
         panel.button(panel.facts.start, program).click()
         panel.pause()
@@ -42,14 +44,14 @@ def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(
     expect(running).to_have_attribute("aria-current", "step")
     expect(running.get_by_role("button")).to_have_text(str(panel.facts.line))
     panel.button(panel.facts.stop, program).click()
-    panel.button("Run").click()
+    panel.run()
     expect(running).to_have_count(0)
     panel.pause()
 
 
 def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
     loaded(panel)
-    panel.button("Run").click()
+    panel.run()
     first, second = (listed(panel).get_by_role("button").nth(n) for n in (0, 1))
     first.click()
     expect(first).to_have_attribute("aria-pressed", "true")

@@ -33,7 +33,7 @@ def test_a_line_is_typed_and_answered(panel):
     panel.speed("5")
     panel.say(panel.field(f"say to {who}"), panel.facts.says)
     expect(said).to_contain_text(f"> {panel.facts.says}" if panel.machine != "winder" else "> 84")
-    panel.button("Run").click()
+    panel.run()
     expect(said).to_contain_text(re.compile(r"< .*" + re.escape(panel.facts.answer)))
     panel.pause()
     expect(panel.field(f"say to {who}")).to_have_value("")
@@ -46,7 +46,7 @@ def test_how_a_line_ends(panel):
     panel.choose("ended by", "LF", tab)
     panel.field(f"say to {who}").fill("Q")
     panel.button("Send", tab).click()
-    panel.button("Run").click()
+    panel.run()
     expect(said).to_contain_text("Q<LF>")
     panel.pause()
     panel.choose("ended by", "CR", tab)
@@ -59,7 +59,7 @@ def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     if panel.machine == "winder":
         panel.message("a board takes whole commands")
         return
-    panel.button("Run").click()
+    panel.run()
     expect(said).to_contain_text("> R")
     panel.pause()
 
@@ -69,7 +69,7 @@ def test_break_lines_and_format(panel):
         pytest.skip("a board on a bus has no serial line")
     who, tab, said = ready(panel)
     panel.button("Break", tab).click()
-    panel.button("Run").click()
+    panel.run()
     expect(said).to_contain_text("<BREAK 0.25 s>")
     panel.pause()
     panel.say(panel.field("format", tab), "2400 7E1")

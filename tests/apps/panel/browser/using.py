@@ -41,7 +41,7 @@ STUCK = ("stuck", "pin", {})
 FACTS = {
     "drill": Facts(
         who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0<CR>",
-        program=("holes.if1", ":X400:P0,20:R1:$\nW0.2\n"), line=2, start="start :$", stop="cancel #",
+        program=("holes.if1", ":X400:P0,20:R1:$\n"), line=2, start="start :$", stop="cancel #",
         faults=(
             ("lose", "serial line", {"count, characters": "3"}), STUCK, ("jam", "axis", {}),
             ("open_limit", "controller", {}),
@@ -117,6 +117,10 @@ class Panel:
 
     def stands(self, why=""):
         expect(self.state).to_contain_text(f"stands{why}")
+
+    def run(self):
+        self.button("Run", self.driving).click()
+        expect(self.state).to_contain_text("running")
 
     def pause(self):
         if self.driving.get_by_role("button", name="Pause").is_visible():

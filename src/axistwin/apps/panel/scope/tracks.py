@@ -3,7 +3,8 @@
 The newest changes are kept as they were.  Of older ones, intervals are: when the first and the last change in it was,
 from which value to which, the least and the greatest, and the area below.  There are four sizes of intervals; what
 has become too much of one size goes into the next, so that hours take no more room than `MOST_BYTES`, nothing is
-forgotten altogether, and an interval with a single change still is that change.
+forgotten altogether, and an interval with a single change still is that change.  Where the smallest intervals would
+hold a few changes each, these go into the next size at once: that saves little room and takes most of the time.
 """
 
 from bisect import bisect
@@ -25,6 +26,8 @@ SHIFTS = (20, 25, 30, 35)
 """Sizes of intervals, as powers of 2 in ns: 1 ms, 34 ms, 1.1 s, 34 s.  The last grow if hours become weeks."""
 MOST_BYTES = CHANGES * 16 + len(SHIFTS) * ROWS * 56
 """What a signal takes up at most: 2.75 MiB."""
+WORTH = 16
+"""So many changes in each of the smallest intervals, on average, make it worth while to have them."""
 SMALL = 1 << 8
 TEXTS, LONGEST = 1 << 13, 256
 """Of words: so many changes, and the first so many characters of each."""
@@ -102,7 +105,7 @@ class Track:
     @property
     def exact_ns(self) -> int:
         """From here on every change is known by itself."""
-        return int(self._times[0]) if len(self._older[0].begin) else 0
+        return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> None:
         """What has come, later than all before; what is no change is left out."""
@@ -150,7 +153,7 @@ class Track:
             return
         self._grow_to_most()
         over = min(self._size, CHANGES // 2)
-        self._add_older(0, changes(self._times[:over], self._values[:over]))
+        self._keep_older(changes(self._times[:over], self._values[:over]))
         left = self._size - over
         self._times[:left], self._values[:left] = self._times[over : self._size], self._values[over : self._size]
         self._size = left
@@ -158,6 +161,15 @@ class Track:
     def _grow_to_most(self) -> None:
         if len(self._times) < CHANGES:
             self._times, self._values = np.resize(self._times, CHANGES), np.resize(self._values, CHANGES)
+
+    def _keep_older(self, rows: Rows) -> None:
+        """Changes that are kept as intervals from now on."""
+        span = int(rows.begin[-1] - rows.begin[0])
+        level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
+        if level and len(self._older[0].begin):
+            self._add_older(level, self._older[0])
+            self._older[0] = NOTHING
+        self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
         """They become intervals of this level; if there are too many of those, the first go on to the next."""

@@ -9,8 +9,10 @@ from axistwin.errors import ProgramError, UsageError
 
 SCREEN = {
     "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
-    "theme": {"background": "#10151c", "foreground": "#dfe5ec"}, "screenReaderMode": True,
+    "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
+PASSED_ON = "(event) => event.key !== 'Tab'"
+"""Which keys the screen takes: not the one that leads on to the next control.  The line below sends a TAB, too."""
 TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
 
@@ -22,6 +24,7 @@ def terminal(look: Look, name: str) -> Refresh:
         client = ui.label().classes("quiet").mark(f"client {name}")
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(look, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
+    screen.run_terminal_method(":attachCustomKeyEventHandler", PASSED_ON)
     _line(look, name, whole)
     if not whole:
         _buttons(look, name)
@@ -83,7 +86,7 @@ def _line(look: Look, name: str, whole: bool) -> None:
                 box.value = ""
 
         box.on("keydown.enter", send)
-        ui.button("Send", on_click=send).props("dense").mark(f"send {name}")
+        ui.button("Send", on_click=send).props("dense no-caps").mark(f"send {name}")
 
 
 def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
@@ -100,7 +103,7 @@ def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
 def _buttons(look: Look, name: str) -> None:
     port = look.bench.port(name)
     with ui.row().classes("terminal-line"):
-        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline").mark(
+        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline no-caps").mark(
             f"break {name}"
         )
         if port.handshake:
