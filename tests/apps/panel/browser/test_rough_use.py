@@ -22,7 +22,7 @@ PALE = r"""() => {
   const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = [];
   while (texts.nextNode()) {
     const text = texts.currentNode.textContent.trim(), element = texts.currentNode.parentElement;
-    if (!text || !element.getClientRects().length || element.closest("script, style, [disabled], .disabled, .q-field--disabled, [aria-hidden=true], .skip")) continue;
+    if (!text || !element.getClientRects().length || element.closest("script, style, [disabled], .disabled, .q-field--disabled, [aria-hidden=true], .skip, .xterm-accessibility, .live-region")) continue;
     const style = getComputedStyle(element), ink = numbers(element.namespaceURI.endsWith("svg") ? style.fill : style.color);
     for (let each = element; each; each = each.parentElement) ink[3] *= getComputedStyle(each).opacity;
     const below = behind(element), both = [bright(over(ink, below)), bright(below)].sort((one, other) => other - one);
