@@ -62,6 +62,19 @@ def test_tab_leads_into_a_terminal_and_out_again(panel):
     expect(screen).not_to_be_focused()
 
 
+def test_a_terminal_is_as_wide_as_there_is_room(panel):
+    panel.begin()
+    who, page = panel.facts.terminal, panel.page
+    panel.tab(who, "Terminal").get_by_test_id(f"terminal {who}")
+    inside = "() => [...document.querySelectorAll('.xterm-screen')].every((each) => {"
+    inside += " const room = each.closest('.terminal:not(.xterm)').clientWidth;"
+    inside += " return !room || (each.clientWidth <= room && each.clientWidth > room - 40); })"
+    for width in (1280, 700, 1000):
+        page.set_viewport_size({"width": width, "height": 900})
+        page.wait_for_function(inside)
+    page.set_viewport_size({"width": 1280, "height": 900})
+
+
 def test_what_has_the_focus_is_seen_to_have_it(panel):
     panel.begin()
     panel.page.get_by_role("link", name="to the machines").focus()
