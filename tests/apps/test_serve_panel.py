@@ -71,7 +71,7 @@ def test_the_page_is_of_the_scene_and_says_that_it_is_virtual():
     with started("examples/winder/scene.toml", "--panel", 0) as (program, address):
         status, _, text = get(address)
         assert status == 200
-        assert "<title>VIRTUAL: examples/winder/scene.toml</title>" in text
+        assert "<title>VIRTUAL: Winder</title>" in text
         assert program.poll() is None
 
 

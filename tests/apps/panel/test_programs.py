@@ -136,6 +136,18 @@ def test_a_program_is_pasted_and_loaded():
     show(motor(), at("motor"), play)
 
 
+def test_a_text_of_any_length_is_not_taken():
+    def play(visit):
+        visit.press("motor load")
+        visit.choose("motor text", "' x\n" * 70_000)
+        visit.press("motor loading")
+        assert visit.messages[-1].startswith("no program has more than 262,144 characters")
+        assert visit.found("motor text").value == ""
+        assert listing(visit).lines[0] == "a=1"
+
+    show(motor(), at("motor"), play)
+
+
 def test_what_is_wrong_with_a_program_is_told_with_its_place():
     def play(visit):
         visit.press("motor load")

@@ -31,6 +31,7 @@ DRAWN = "await new Promise(requestAnimationFrame)"
 async def page(look: Look) -> None:
     """Everything there is, for one person; called for each visit.  The bench has its turn between two views."""
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
+    ui.add_head_html('<script>document.documentElement.lang = "en"</script>')
     ui.add_css((resources.files(__package__) / "panel.css").read_text())
     made = []
     for view in views(look):

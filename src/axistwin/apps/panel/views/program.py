@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 from nicegui import ui
 from nicegui.elements.upload_files import FileUpload
-from nicegui.events import UploadEventArguments
+from nicegui.events import GenericEventArguments, UploadEventArguments
 
 from axistwin.apps.conversations import partners
 from axistwin.apps.panel.look import Look, Refresh
@@ -19,8 +19,9 @@ from axistwin.apps.scenes.hosting import KINDS
 from axistwin.bench import FAMILIES, Controller
 from axistwin.controllers.product import Listing, Order
 
-MOST_BYTES = 1 << 20
-"""No program is longer."""
+MOST_BYTES = 1 << 18
+"""No program is a tenth as long, and NiceGUI's browsers keep what is four times as long to themselves."""
+TOO_LONG = f"no program has more than {MOST_BYTES:,} characters: give its own text"
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}
 """Whose the files are that can be loaded."""
 EMPTY = Listing("", ())
@@ -163,13 +164,15 @@ class _Loading:
         with ui.dialog() as self._dialog, ui.card().classes("loading"):
             ui.label(f"A program for {name}").classes("title")
             self._upload = ui.upload(
-                label=f"a file ({suffix})", max_file_size=MOST_BYTES, auto_upload=True, on_upload=self._come
-            )
+                label=f"a file ({suffix})", max_file_size=MOST_BYTES, auto_upload=True,
+                on_upload=self._come, on_rejected=self._refuse,
+            )  # fmt: skip
             self._upload.props(f'accept="{suffix}" flat bordered').classes("upload").mark(f"{name} file")
             self._file = ui.input("called", value=f"program{suffix}").props("dense").mark(f"{name} called")
             self._text = ui.textarea("or its text").props("outlined").classes("pasted").mark(f"{name} text")
             with ui.row():
-                ui.button("Load", on_click=self._load).mark(f"{name} loading")
+                shown = f"() => emit(document.getElementById('{self._text.html_id}').value.length)"
+                ui.button("Load").on("click", self._load, js_handler=shown).mark(f"{name} loading")
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:
@@ -178,12 +181,21 @@ class _Loading:
         self._text.value = ""
         self._dialog.open()
 
+    def _refuse(self) -> None:
+        """What was there before is not what somebody now wants to load."""
+        self._text.value = ""
+        ui.notify(TOO_LONG, type="negative")
+
     async def _come(self, event: UploadEventArguments) -> None:
         self._text.value = await _read(event.file)
         self._file.value = PurePath(event.file.name).name
 
-    def _load(self) -> None:
+    def _load(self, event: GenericEventArguments) -> None:
+        """`event` tells how long the text is that the browser shows."""
         text, file = str(self._text.value or ""), str(self._file.value or "")
+        if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
+            self._refuse()
+            return
         if self.look.touch(lambda: self.look.session.load(self.name, file, text)):
             self._dialog.close()
 

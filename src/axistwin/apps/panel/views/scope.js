@@ -1,7 +1,7 @@
 // The oscilloscope's screen: draws what the server sends, and tells it what is done with wheel, fingers and keys.
 window.axistwinScope = (() => {
   const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
-  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B07A00", "#3A8FBF"], DASHES = ["solid", "dashed", "dotted"];
+  const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = ["solid", "dashed", "dotted"];
   const INK = "#1c2430", RULE = "#d5dae1", CURSORS = ["#2457c5", "#8a2be2"], TRIGGER = "#d0342c";
   let last = null, shape = "", waiting = 0;
 

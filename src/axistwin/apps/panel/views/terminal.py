@@ -9,8 +9,14 @@ from axistwin.errors import ProgramError, UsageError
 
 SCREEN = {
     "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
-    "theme": {"background": "#10151c", "foreground": "#dfe5ec"}, "screenReaderMode": True,
+    "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
+PASSED_ON = "(event) => event.key !== 'Tab'"
+"""Which keys the screen takes: not the one that leads on to the next control.  The line below sends a TAB, too."""
+FITTED = (
+    "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
+)
+"""As wide as there is room, now and later."""
 TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
 
@@ -22,6 +28,7 @@ def terminal(look: Look, name: str) -> Refresh:
         client = ui.label().classes("quiet").mark(f"client-{name}")
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(look, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
+    screen.run_terminal_method(":attachCustomKeyEventHandler", f"({FITTED.format(id=screen.id)}, {PASSED_ON})")
     _line(look, name, whole)
     if not whole:
         _buttons(look, name)
