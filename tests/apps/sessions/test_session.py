@@ -156,6 +156,28 @@ def test_a_step_where_nothing_happens_tells_so():
     drive(main())
 
 
+def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(monkeypatch):
+    async def main():
+        session = await ready()
+        session.pause()
+        end_s = session.recorded_seconds
+        monkeypatch.setattr("axistwin.links.pacing.SLICE_S", 0.0)
+        going = asyncio.ensure_future(session.go_to(2.0))
+        while not session.seconds < end_s:
+            await asyncio.sleep(0)
+        session.give_up()
+        await going
+        assert (session.busy, session.progress, session.repeating) == (False, None, True)
+        assert session.seconds < 2.0
+        monkeypatch.undo()
+        await session.go_to(end_s)
+        assert (session.seconds, position(session)) == (end_s, 0)
+        session.give_up()  # there is nothing to give up
+        assert await session.step("event") is False
+
+    drive(main())
+
+
 def test_statements_of_a_stored_program_are_stepped():
     async def main():
         session = Session(motor, 1.0)

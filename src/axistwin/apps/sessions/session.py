@@ -66,7 +66,7 @@ class Session:
         self._attached: list[Attach] = []
         self._repetition: Repetition | None = None
         self._recorded_ns = 0
-        self._running = self._busy = self._halted = self._caught_up = False
+        self._running = self._busy = self._halted = self._caught_up = self._given_up = False
         self._aim: Break | None = None
         self.pacer.watch(self._passed)
         self.pacer.troubled = self._goes_wrong
@@ -196,7 +196,7 @@ class Session:
         self.pause()
         with steps.Watch(self.bench, kind) as watch, self._on_the_way():
             end_ns = self.bench.now + steps.MOST_S * S
-            while not (watch.seen or self._halted):
+            while not (watch.seen or self._halted or self._given_up):
                 if not self._slice(partial(self._step, watch, end_ns)):
                     break
                 await asyncio.sleep(0)
@@ -257,6 +257,10 @@ class Session:
         """Whether what has been recorded happens again; hosts at the ports wait meanwhile."""
         return self._repetition is not None
 
+    def give_up(self) -> None:
+        """Stand wherever it has come to, on the way by a step or to another moment."""
+        self._given_up = self._busy
+
     async def go_to(self, seconds: float) -> None:
         """Have everything happen again up to that moment, and stand there.  Raises UsageError for another time."""
         time_ns = to_ns(seconds)
@@ -308,7 +312,7 @@ class Session:
         for each in self.breaks:
             each.rest()
         try:
-            while not self._is_at(time_ns):
+            while not (self._is_at(time_ns) or self._given_up):
                 self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
                 self._slice(partial(steps.run_to, self.bench.clock, time_ns))
                 await asyncio.sleep(0)
@@ -327,7 +331,7 @@ class Session:
     @contextmanager
     def _on_the_way(self) -> Iterator[None]:
         """Nobody does anything meanwhile."""
-        self._busy, self._halted = True, False
+        self._busy, self._halted, self._given_up = True, False, False
         try:
             yield
         finally:

@@ -46,14 +46,16 @@ def _run(look: Look) -> Refresh:
         step.props("dense outline no-caps color=white").mark(f"step-{kind}").tooltip(f"on to where {what}")
 
     def refresh() -> None:
-        button.text = "Pause" if look.session.running else "Run"
-        button.set_icon("pause" if look.session.running else "play_arrow")
+        moves = look.session.running or look.session.busy
+        button.text = "Stop" if look.session.busy else "Pause" if moves else "Run"
+        button.set_icon("pause" if moves else "play_arrow")
 
     return refresh
 
 
 def _toggle(look: Look) -> None:
-    look.touch(look.session.pause if look.session.running else look.session.run)
+    session = look.session
+    look.touch(session.give_up if session.busy else session.pause if session.running else session.run)
 
 
 async def _step(look: Look, kind: str) -> None:
