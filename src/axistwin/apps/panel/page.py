@@ -113,6 +113,8 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
             with client:
                 for refresh in views:
                     refresh()
+                if look.session.running:
+                    look.session.pacer.work()  # who looks into a motor may have it plan anew
                 await _drawn(client)
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
