@@ -88,9 +88,7 @@ def test_words_are_dark_enough_to_be_read(panel, name):
     panel.begin()
     panel.run_until(panel.facts.moving)
     panel.tab(panel.facts.who, name)
-    panel.page.wait_for_timeout(500)
-    pale = panel.page.evaluate(PALE)
-    assert pale == [], "\n".join(map(str, pale))
+    panel.page.wait_for_function(f"() => ({PALE})().length === 0")  # when what fades in and out has done so
 
 
 def test_a_text_that_is_no_program_for_its_length_is_not_taken(panel):
