@@ -38,14 +38,14 @@ def test_off_means_plain_python(afresh):
     assert jit.note() == ""
 
 
-def test_without_numba_it_is_slow_and_says_so_once(afresh, caplog):
+def test_without_numba_it_is_slow_and_programs_can_say_so(afresh, caplog):
     afresh.delenv("AXISTWIN_JIT", raising=False)
     afresh.setitem(sys.modules, "numba", None)
     with caplog.at_level(logging.INFO, "axistwin.smartmotor"):
         assert jit.best(servo.rotate) is servo.rotate
         assert not jit.available()
     assert jit.note() == 'SmartMotors run in plain Python, many times slower: pip install "axistwin[fast]"'
-    assert [record.getMessage() for record in caplog.records] == [jit.note()]
+    assert not caplog.records  # or it would be told twice
 
 
 def test_on_without_numba_is_an_error(afresh):

@@ -62,7 +62,6 @@ def available() -> bool:
         return True
     if setting() == "on":
         raise MissingExtraError("numba", "fast")
-    _log.info(SLOW)
     return False
 
 
