@@ -11,7 +11,8 @@ What each act means when it is played is told in `docs/conversations.md`; `apps/
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -19,7 +20,7 @@ from pathlib import Path
 from axistwin.apps.checks import rules
 from axistwin.apps.conversations.visible import CHARACTERS, Codec, codec_of
 from axistwin.bench import FAMILIES, product
-from axistwin.errors import ProgramError, UsageError
+from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.units import S
 
 MOST_BYTES = 4 << 20
@@ -98,6 +99,14 @@ class Conversation:
             if header := _HEADER.fullmatch(act.text):
                 found[header["key"]] = header["value"].strip()
         return found
+
+    @contextmanager
+    def blaming(self, act: Act) -> Iterator[None]:
+        """What a user has done wrong meanwhile stands in the line of this act."""
+        try:
+            yield
+        except (PlacedError, UsageError) as error:
+            raise ProgramError(str(error), file=self.file, line=act.line) from None
 
 
 def load(path: Path, codec: Codec | None = None) -> Conversation:

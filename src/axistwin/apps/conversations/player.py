@@ -4,8 +4,8 @@ The one rule about time: it passes in `+`, and in `<` until the last of its char
 nanosecond longer.  So a `<` need not say when, and a `= clock` behind it says exactly when.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import partial
@@ -24,7 +24,7 @@ from axistwin.apps.conversations.machine import (
 )
 from axistwin.apps.conversations.visible import Codec
 from axistwin.bench import Bench, Controller
-from axistwin.errors import PlacedError, ProgramError, UsageError
+from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S, to_seconds
 
 PATIENCE_S = 10.0
@@ -105,21 +105,14 @@ class Player:
 
     def prepare(self, act: Act) -> Played:
         """The act as something to call; whatever is wrong with it is found here."""
-        with self._blaming(act):
+        with self.conversation.blaming(act):
             played = self._played(act)
         return partial(self._do, act, played) if isinstance(act, Do) else played
 
     def _do(self, act: Do, played: Played) -> object:
         """There are faults that have no place or time any more when they are to begin."""
-        with self._blaming(act):
+        with self.conversation.blaming(act):
             return played()
-
-    @contextmanager
-    def _blaming(self, act: Act) -> Iterator[None]:
-        try:
-            yield
-        except (PlacedError, UsageError) as error:
-            raise ProgramError(str(error), file=self.conversation.file, line=act.line) from None
 
     def _played(self, act: Act) -> Played:
         match act:

@@ -6,8 +6,7 @@ it does what a conversation (`.talk`) has for the host's side, at its times.
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from axistwin.apps.conversations.player import PATIENCE_S, open_channels
 from axistwin.apps.conversations.typist import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting
 from axistwin.apps.conversations.typist import PATIENCE_S as ANSWER_S
 from axistwin.bench import FAMILIES, Bench, Controller
-from axistwin.errors import PlacedError, ProgramError, UsageError
+from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
 from axistwin.units import MS, to_ns
 
@@ -135,7 +134,7 @@ class _Talker:
 
     def _prepared(self, act: Act) -> Callable[[], object]:
         """What it does, as something to call; what cannot be done is found now."""
-        with self._blaming(act):
+        with self.conversation.blaming(act):
             match act:
                 case Say(data=data):
                     self._check(self._whom(act))
@@ -179,13 +178,6 @@ class _Talker:
         if waiting is not None:
             waiting.succeed()
 
-    @contextmanager
-    def _blaming(self, act: Act) -> Iterator[None]:
-        try:
-            yield
-        except (PlacedError, UsageError) as error:
-            raise ProgramError(str(error), file=self.conversation.file, line=act.line) from None
-
     def converse(self) -> Procedure:
         """From the first act to the last, each when everything else has happened that is due at its time."""
         time_ns = self.bench.now
@@ -198,7 +190,7 @@ class _Talker:
                     yield from self._hear(act)
                     time_ns = self.bench.now
                 case _:
-                    with self._blaming(act):
+                    with self.conversation.blaming(act):
                         do()
 
     def _when_all_is_done(self, time_ns: int) -> Event:
