@@ -51,6 +51,16 @@ def test_what_comes_in_finds_the_bench_at_the_moment_of_its_arrival(clock, loop)
     assert clock.now == 2500 * MS
 
 
+def test_what_a_look_brings_about_happens_in_time(clock, loop):
+    happened = []
+    clock.call_later(5 * S, lambda: None)  # until then it would sleep
+    pacer = paced(clock, loop, 1)
+    loop.run_to(1)
+    pacer.look(lambda: clock.call_later(30 * MS, lambda: happened.append((clock.now, loop.now_s))))
+    loop.run_to(2)
+    assert happened == [(1030 * MS, pytest.approx(1.03))]
+
+
 def test_many_events_are_done_in_blocks(clock, loop):
     def beat():
         while True:

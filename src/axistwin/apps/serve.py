@@ -270,6 +270,5 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
 
 
 def _now_and_then(pacer: Pacer, files: _Files) -> None:
-    pacer.work()  # it sleeps while nothing is due, also while a motor runs
-    files.catch_up()
+    pacer.look(files.catch_up)
     asyncio.get_running_loop().call_later(NOW_AND_THEN_S, _now_and_then, pacer, files)

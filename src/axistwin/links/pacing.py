@@ -162,6 +162,16 @@ class Pacer:
         elif self._next is None:  # else a slice is coming anyway, and the sockets have their turn first
             self._slice()
 
+    def look(self, looking: Callable[[], object]) -> None:
+        """Bring virtual time to now and have somebody look into the bench.
+
+        It sleeps while nothing is due, also while a motor runs; and whoever looks into a motor has it plan anew, so
+        that something may be due earlier than it was.
+        """
+        self.work()
+        looking()
+        self.work()
+
     def by_hand(self, advance: Callable[[Callable[[], bool]], T]) -> T:
         """While virtual time stands still: have the bench advanced by `advance(over)`, and hand over its words.
 

@@ -8,7 +8,7 @@ from importlib import resources
 from nicegui import Client, background_tasks, ui
 
 from axistwin.apps.conversations import partners
-from axistwin.apps.panel.look import Look, Refresh
+from axistwin.apps.panel.look import Look, Refresh, together
 from axistwin.apps.panel.views.clock import clock
 from axistwin.apps.panel.views.driving import driving
 from axistwin.apps.panel.views.faults import faults, power
@@ -40,7 +40,7 @@ async def page(look: Look) -> None:
     client = ui.context.client
     client.on_connect(look.person.came)
     client.on_disconnect(look.person.left)
-    background_tasks.create(_keep_showing(client, look, made), name="panel")
+    background_tasks.create(_keep_showing(client, look, together(*made)), name="panel")
 
 
 def views(look: Look) -> Iterator[Refresh]:
@@ -100,7 +100,7 @@ def _reached(look: Look, name: str) -> list[str]:
     return [each for each in partners.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
-async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> None:
+async def _keep_showing(client: Client, look: Look, show: Refresh) -> None:
     """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
     loop = asyncio.get_running_loop()
     await client.connected()  # or until it is clear that it never will be
@@ -108,13 +108,11 @@ async def _keep_showing(client: Client, look: Look, views: list[Refresh]) -> Non
     try:
         while not client.is_deleted:
             began_s = loop.time()
-            if look.session.running:
-                look.session.pacer.work()  # it sleeps while nothing is due, also while a motor runs
             with client:
-                for refresh in views:
-                    refresh()
                 if look.session.running:
-                    look.session.pacer.work()  # who looks into a motor may have it plan anew
+                    look.session.pacer.look(show)
+                else:
+                    show()
                 await _drawn(client)
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:

@@ -197,7 +197,7 @@ class Session:
         with steps.Watch(self.bench, kind) as watch, self._on_the_way():
             end_ns = self.bench.now + steps.MOST_S * S
             while not (watch.seen or self._halted or self._given_up):
-                if not self._slice(partial(self._step, watch, end_ns)):
+                if not self.pacer.by_hand(partial(self._step, watch, end_ns)):
                     break
                 await asyncio.sleep(0)
             return watch.seen
@@ -314,7 +314,7 @@ class Session:
         try:
             while not (self._is_at(time_ns) or self._given_up):
                 self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
-                self._slice(partial(steps.run_to, self.bench.clock, time_ns))
+                self.pacer.by_hand(partial(steps.run_to, self.bench.clock, time_ns))
                 await asyncio.sleep(0)
         finally:
             for each in self.breaks:
@@ -324,9 +324,6 @@ class Session:
         """Whether all has happened that was done by then."""
         waits = self._repetition is not None and self._repetition.happens_by(time_ns)
         return self.bench.now == time_ns and not waits
-
-    def _slice(self, advance: Callable[[Callable[[], bool]], bool]) -> bool:
-        return self.pacer.by_hand(advance)
 
     @contextmanager
     def _on_the_way(self) -> Iterator[None]:
