@@ -203,6 +203,8 @@ class Controller:
         """Switch it on or off.  What persists is what the real device keeps."""
         self.powered = on
         self._device.power(on)
+        if not on:
+            self.store.end()
 
     def power_cycle(self) -> None:
         """Off and on again."""

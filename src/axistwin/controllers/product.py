@@ -47,7 +47,7 @@ class Store(Protocol):
         """What was saved last; None: nothing yet."""
 
     def save(self, contents: bytes) -> None:
-        """Keep this; after a crash either this or the contents before is there, whole."""
+        """Keep this; after a crash either this or the contents before is there, whole.  It never fails."""
 
 
 class Device(Protocol):

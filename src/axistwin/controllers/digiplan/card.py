@@ -59,7 +59,6 @@ class Card:
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
         self._interface: Interface | None = None
-        self._left = ""  # the sequence that the battery keeps while the power is off
 
     @property
     def busy(self) -> bool:
@@ -77,7 +76,6 @@ class Card:
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
-            self._left = Retained.recall(self.store).sequence
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
             for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
                 pin.set(False)
@@ -86,7 +84,7 @@ class Card:
         """The one sequence, steps 1 to 63; none of them runs before it has begun and when it has ended."""
         interface = self._interface
         if interface is None:
-            return {SEQUENCE: Listing("stored sequence", listed(self._left))}
+            return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
