@@ -1,6 +1,6 @@
 """The card itself: its terminals and its plug, which are there with and without power (chapter Installation)."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from axistwin.controllers.digiplan.battery_backup import Retained
@@ -17,7 +17,7 @@ from axistwin.controllers.digiplan.report import busy_letter, communication_bits
 from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
-from axistwin.sim.clock import Clock
+from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.progress import Line, LineWatcher, Progress
@@ -64,6 +64,11 @@ class Card:
     def busy(self) -> bool:
         """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
         return self._interface is not None and (self._interface.busy or self._interface.deaf)
+
+    @property
+    def procedures(self) -> Sequence[Process]:
+        """Those of the interface."""
+        return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
