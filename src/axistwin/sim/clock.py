@@ -7,6 +7,7 @@ happen in the order in which they were scheduled, so that two runs of the same b
 from collections.abc import Callable, Generator
 from functools import partial
 from heapq import heapify
+from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
 import simpy
@@ -145,7 +146,7 @@ def kill(process: Process) -> None:
         return
     clock = process.env
     assert isinstance(clock, Clock), "procedures belong to a clock"
-    if process is clock.active_process:
+    if getgeneratorstate(process._generator) == GEN_RUNNING:
         clock.soon(partial(kill, process))
         return
     waiting = process.target.callbacks
