@@ -139,7 +139,7 @@ def test_the_directory_is_free_when_the_last_of_its_controllers_has_gone(tmp_pat
     assert holds(tmp_path)
 
 
-@pytest.mark.parametrize("note", [b"", b"\xff\xfe", b"12", b"12 \n", b"7 " + b"x\x1b\n" * 5000, None])
+@pytest.mark.parametrize("note", [b"", b"\xff\xfe", b"1", b"1 \n", b"1 " + b"x\x1b\n" * 5000, None])
 def test_whatever_stands_in_the_note_of_who_holds_it_it_is_one_short_line(tmp_path, other, note):
     """The note is for people: the lock is the system's."""
     file = tmp_path / "state" / HOLDER
@@ -440,3 +440,23 @@ def test_what_is_kept_with_the_bench_is_never_lost():
     store.save(b"1")
     store.end()
     assert store.load() == b"1"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that can be killed")
+def test_a_short_campaign_of_kills():
+    """Two processes on one directory, killed at random: `benchmarks/robustness/state_kills.py`."""
+    script = Path(__file__).parents[1] / "benchmarks" / "robustness" / "state_kills.py"
+    command = [sys.executable, script, "--seed", "3", "--rounds", "3"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=50, check=False, env=ENV)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout.startswith("passed: 3 rounds, seed 3: 0 wrong in ")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs to know of dead processes")
+def test_a_process_that_was_killed_is_not_named(tmp_path, other):
+    """The note may still be that of the one before."""
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    (tmp_path / "state" / HOLDER).write_text(f"{dead.pid} gone\n")
+    with pytest.raises(UsageError, match="is in use by another process: end that one"):
+        Bench().add("if2", state=tmp_path / "state")

@@ -192,9 +192,22 @@ def _holder(path: Path) -> str:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal():
+    if not number.isdecimal() or not _alive(int(number)):  # the note is of one that was killed
         return "another process"
     return f"process {number} ({one_line(program)})" if program.strip() else f"process {number}"
+
+
+def _alive(number: int) -> bool:
+    """False if there is certainly no process of this number."""
+    if os.name == "nt":
+        return True
+    try:
+        os.kill(number, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _program() -> str:
