@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from axistwin.controllers.product import (
     Follower,
     HandshakeDevice,
     Listing,
+    ProceduralDevice,
     Product,
     ProgrammedDevice,
     Register,
@@ -200,14 +201,27 @@ class Controller:
         return isinstance(self._device, BusyDevice) and self._device.busy
 
     def power(self, on: bool) -> None:
-        """Switch it on or off.  What persists is what the real device keeps."""
-        self.powered = on
-        self._device.power(on)
+        """Switch it on or off.  What persists is what the real device keeps.
+
+        Where a procedure of the controller itself asks for it, such as by an edge that somebody watches, the switch
+        turns as soon as that procedure waits for something, in the same nanosecond.
+        """
+        device = self._device
+        if isinstance(device, ProceduralDevice) and device.clock.active_process in device.procedures:
+            device.clock.soon(partial(self._switch, on))
+        else:
+            self._switch(on)
 
     def power_cycle(self) -> None:
         """Off and on again."""
         self.power(False)
         self.power(True)
+
+    def _switch(self, on: bool) -> None:
+        self.powered = on
+        self._device.power(on)
+        if not on:
+            self.store.end()
 
     def _motor(self, complaint: str) -> ServoAxis:
         if self._servo is None:

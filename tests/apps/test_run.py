@@ -127,7 +127,7 @@ def test_a_motor_that_stalls_is_told(axistwin):
 def test_state_is_kept(axistwin, tmp_path):
     Path("a.if1").write_text("@777\n[\n")
     assert axistwin("if2", "a.if1", "--state", "battery")[0] == 0
-    assert [file.name for file in (tmp_path / "battery").iterdir()] == ["if2.json"]
+    assert [file.name for file in (tmp_path / "battery").glob("*.json*")] == ["if2.json"]
 
 
 def test_traces_and_a_plot(axistwin, tmp_path):

@@ -160,3 +160,15 @@ def test_what_a_controller_keeps_is_what_its_product_names(model):
     controller = Bench().add(model)
     assert set(controller.programs) <= set(controller.product.programs)
     assert controller.product.programs
+
+
+def test_a_fault_that_is_mended_as_it_begins_ends_in_that_nanosecond():
+    """By somebody who is told of the edge that it makes."""
+    bench = Bench()
+    if1 = bench.add("if1")
+    bench.run(1)
+    pin = if1.pins["input1"]
+    pin.watch(lambda changed: changed.level and bench.faults.mend("all"))
+    fault = bench.faults.add("stuck", "if1.input1", level=True)
+    bench.run(0)
+    assert not fault.on and not pin.held and not pin.level

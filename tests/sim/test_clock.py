@@ -2,9 +2,10 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from simpy import Interrupt
 
 from axistwin import Bench
-from axistwin.sim.clock import Clock, kill
+from axistwin.sim.clock import Clock, interrupt, kill
 
 
 def test_time_is_an_integer_and_stands_at_the_end_of_a_run():
@@ -177,3 +178,93 @@ def test_taken_back_when_it_has_been_done_it_has_been_done():
     take_back()
     clock.run_to(9)
     assert log == ["done"]
+
+
+def interrupted(clock, log, again=lambda: None):
+    """A procedure that waits, and tells of interrupts."""
+    try:
+        while True:
+            try:
+                yield clock.timeout(5)
+                log.append("resumed")
+            except Interrupt:
+                log.append(clock.now)
+                again()
+    finally:
+        log.append("tidied")
+
+
+def test_a_procedure_is_interrupted_once_however_often_that_is_asked_for():
+    clock, log = Clock(), []
+    process = clock.process(interrupted(clock, log))
+    clock.run_to(1)
+    interrupt(process)
+    interrupt(process)
+    assert log == []
+    clock.run_to(3)
+    assert log == [1]
+    interrupt(process)
+    clock.run_to(4)
+    assert log == [1, 3]
+    assert not clock.interrupted
+
+
+def test_a_procedure_that_is_over_is_not_interrupted():
+    clock, log = Clock(), []
+
+    def procedure():
+        yield clock.timeout(1)
+        log.append("done")
+
+    process = clock.process(procedure())
+    clock.run_to(1)
+    interrupt(process)
+    clock.run_to(2)
+    assert log == ["done"]
+
+
+def test_a_procedure_does_not_interrupt_itself():
+    clock, log = Clock(), []
+    process = clock.process(interrupted(clock, log, lambda: interrupt(process)))
+    clock.run_to(1)
+    interrupt(process)
+    clock.run_to(2)
+    assert log == [1]
+
+
+def test_what_is_killed_with_an_interrupt_on_its_way_is_not_resumed():
+    """A fault and a loss of power in the same nanosecond, in either order."""
+    clock, log = Clock(), []
+    first, second = (clock.process(interrupted(clock, log)) for _ in range(2))
+    clock.run_to(1)
+    interrupt(first)
+    kill(first)
+    kill(second)
+    interrupt(second)
+    kill(second)
+    clock.run_to(9)
+    assert log == ["tidied", "tidied"]
+    assert not first.is_alive and not second.is_alive and not clock.interrupted
+
+
+def test_a_procedure_that_kills_itself_ends_where_it_waits():
+    clock, log = Clock(), []
+
+    def procedure():
+        yield clock.timeout(1)
+        kill(process)
+        log.append("still there")
+        yield clock.timeout(0)
+        log.append("never")
+
+    process = clock.process(procedure())
+    clock.run_to(2)
+    assert log == ["still there"] and not process.is_alive
+
+
+def test_what_is_to_be_done_soon_comes_before_all_that_is_due():
+    clock, log = Clock(), []
+    clock.call_later(0, lambda: log.append("due"))
+    clock.soon(lambda: log.append("soon"))
+    clock.run_to(0)
+    assert log == ["soon", "due"]

@@ -1,6 +1,7 @@
 """`axistwin run`: a program or a conversation at full speed; what was said and what moved."""
 
 import json
+import logging
 import math
 import sys
 from collections.abc import Iterator
@@ -87,6 +88,7 @@ def run(
         from axistwin.apps.drawing.picture import check_suffix
 
         check_suffix(plot)
+    logging.basicConfig(format="axistwin: %(message)s")
     bench = bench_for(target, (*loaded.options, *options), state)
     loaded.prepare(bench)
     with ExitStack() as stack:
@@ -100,6 +102,8 @@ def run(
             )
         with _progress(f"running {what}"):
             outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
+    for controller in bench.controllers.values():
+        controller.store.end()
     if plot is not None:
         from axistwin.apps.plot import draw
 

@@ -11,7 +11,7 @@ from axistwin.motion.profile import Profile
 from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
-from axistwin.sim.clock import Clock
+from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
@@ -47,7 +47,7 @@ class Store(Protocol):
         """What was saved last; None: nothing yet."""
 
     def save(self, contents: bytes) -> None:
-        """Keep this; after a crash either this or the contents before is there, whole."""
+        """Keep this; after a crash either this or the contents before is there, whole.  It never fails."""
 
 
 class Device(Protocol):
@@ -191,6 +191,17 @@ class BusyDevice(Device, Protocol):
     @property
     def busy(self) -> bool:
         """Whether it is; what comes meanwhile may have to wait."""
+
+
+@runtime_checkable
+class ProceduralDevice(Device, Protocol):
+    """A device that works by procedures: its power cannot go while one of them is in the middle of something."""
+
+    clock: Clock
+
+    @property
+    def procedures(self) -> Sequence[Process]:
+        """Those that are under way."""
 
 
 class Placed(Protocol):

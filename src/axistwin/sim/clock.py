@@ -5,14 +5,16 @@ happen in the order in which they were scheduled, so that two runs of the same b
 """
 
 from collections.abc import Callable, Generator
+from functools import partial
 from heapq import heapify
+from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
 import simpy
 from simpy.core import Infinity
-from simpy.events import Event, Process
+from simpy.events import URGENT, Event, Interruption, Process
 
-__all__ = ["Clock", "Event", "Procedure", "Process", "kill"]
+__all__ = ["Clock", "Event", "Procedure", "Process", "interrupt", "kill"]
 
 Procedure = Generator[Event, Any, Any]
 """A device procedure told top to bottom: it yields events and is resumed when they have happened."""
@@ -35,6 +37,8 @@ class Clock(simpy.Environment):
         """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
         self.acting = False
         """Whether somebody outside is doing something right now, of which all that is done meanwhile is part."""
+        self.interrupted: set[Process] = set()
+        """Procedures with an interrupt on its way."""
         self._onlookers: list[Callable[[], None]] = []
 
     @property
@@ -109,12 +113,44 @@ class Clock(simpy.Environment):
         assert event.callbacks is not None
         event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
 
+    def soon(self, action: Callable[[], object]) -> None:
+        """Do `action` once, in this nanosecond and before all else that is due, when the present procedure waits."""
+        event = Event(self)
+        event._ok, event._value = True, None
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
+        self.schedule(event, priority=URGENT)
+
+
+def interrupt(process: Process) -> None:
+    """Interrupt a procedure where it waits: it is resumed there with `simpy.Interrupt`, in this very nanosecond.
+
+    Nothing happens if the procedure is over, is the one that asks, or has an interrupt on its way already.  Procedures
+    are interrupted in no other way.
+    """
+    clock = process.env
+    assert isinstance(clock, Clock), "procedures belong to a clock"
+    if not process.is_alive or process is clock.active_process or process in clock.interrupted:
+        return
+    clock.interrupted.add(process)
+    on_its_way = Interruption(process, None)
+    on_its_way.callbacks.append(lambda _: clock.interrupted.discard(process))
+
 
 def kill(process: Process) -> None:
-    """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run."""
+    """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run.
+
+    It is over then, so that an interrupt on its way reaches nobody.  A procedure that ends itself does so
+    where it waits next.
+    """
     if not process.is_alive:
+        return
+    clock = process.env
+    assert isinstance(clock, Clock), "procedures belong to a clock"
+    if getgeneratorstate(process._generator) == GEN_RUNNING:
+        clock.soon(partial(kill, process))
         return
     waiting = process.target.callbacks
     if process._resume in (waiting or ()):
         waiting.remove(process._resume)
+    process._ok, process._value = True, None
     process._generator.close()

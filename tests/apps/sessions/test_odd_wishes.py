@@ -1,6 +1,7 @@
 """What people wish that cannot be, or not now: it is refused in words, and what can be is kept and repeated."""
 
 import asyncio
+import shutil
 from pathlib import Path
 
 import pytest
@@ -151,7 +152,7 @@ def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_path):
         server = session.serve()
         session.run()
         await asyncio.sleep(1)
-        (tmp_path / "state").rmdir()
+        shutil.rmtree(tmp_path / "state")
         (tmp_path / "state").write_text("no directory any more")
         with pytest.raises(AxistwinError, match=r"cannot remove .*if2\.json: not a directory"):
             await session.go_to(0)

@@ -28,7 +28,7 @@ from axistwin.controllers.compumotor.stop import Triggers
 from axistwin.controllers.compumotor.streaming import Stream
 from axistwin.controllers.compumotor.tracking import ClosedLoop
 from axistwin.controllers.product import PulseAxis
-from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
 from axistwin.units import MS, US, to_ns
@@ -106,6 +106,12 @@ class Board:
         """Everything stops at once and is forgotten."""
         self._die()
         self.handshake.close()
+
+    @property
+    def procedures(self) -> list[Process]:
+        """Those that are under way."""
+        there = (*self._processes, self.singular, self.sequencer.process, *self.stream.processes)
+        return [process for process in there if process is not None]
 
     @property
     def queued(self) -> int:
@@ -209,7 +215,7 @@ class Board:
     def end_singular(self) -> None:
         """The SINGULAR command in progress ends before its time."""
         if self.singular is not None:
-            self.singular.interrupt()
+            interrupt(self.singular)
 
     def occupy(self, duration_ns: int) -> Event:
         """The processor is busy: no command is obeyed meanwhile.  Returns the event of its end."""

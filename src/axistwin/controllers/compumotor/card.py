@@ -1,6 +1,6 @@
 """The board as it sits in its slot: connectors and registers, which are there with and without power (appendix C)."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 
 from axistwin.controllers.commandset import CommandSet
@@ -18,7 +18,7 @@ from axistwin.controllers.compumotor.words import Words
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
-from axistwin.sim.clock import Clock
+from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.registers import RegisterPort
@@ -76,6 +76,11 @@ class Card:
         """Moving, performing a sequence or a stream, or with commands that it has not obeyed yet."""
         board = self._board
         return board is not None and (board.moving or board.streaming or board.sequencer.running or bool(board.queued))
+
+    @property
+    def procedures(self) -> Sequence[Process]:
+        """Those of the board."""
+        return () if self._board is None else self._board.procedures
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""

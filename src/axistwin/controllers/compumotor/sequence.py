@@ -107,23 +107,24 @@ class Sequencer:
         """Told of each command of a sequence when the processor turns to it."""
         self._order = Order.GO_ON
         self._waiting: Event | None = None
-        self._process: Process | None = None
+        self.process: Process | None = None
+        """What performs it."""
 
     @property
     def running(self) -> bool:
         """Whether a sequence is being performed, or suspended."""
-        return self._process is not None and self._process.is_alive
+        return self.process is not None and self.process.is_alive
 
     def start(self, board: "Board", number: int, buffer: list[Stored]) -> None:
         """Perform a buffer from its beginning."""
         self.number, self.at = number, 0
-        self._process = self.clock.process(self._perform(board, list(buffer)))
+        self.process = self.clock.process(self._perform(board, list(buffer)))
 
     def end(self) -> None:
         """At once."""
-        if self._process is not None:
-            kill(self._process)
-        self._process, self._waiting = None, None
+        if self.process is not None:
+            kill(self.process)
+        self.process, self._waiting = None, None
 
     def leave(self) -> None:
         """After the present command."""
@@ -174,7 +175,7 @@ class Sequencer:
                     break
                 self._advance(len(buffer))
         finally:
-            self._process = None
+            self.process = None
             board.refresh()
 
     def _leaving(self) -> bool:

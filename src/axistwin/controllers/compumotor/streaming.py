@@ -99,6 +99,11 @@ class Stream:
         self._marker_process: Process | None = None
 
     @property
+    def processes(self) -> tuple[Process | None, Process | None]:
+        """What performs the buffer, and a marker."""
+        return self._process, self._marker_process
+
+    @property
     def performing(self) -> bool:
         """Whether the buffer is being performed."""
         return self._process is not None

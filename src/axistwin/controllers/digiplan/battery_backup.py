@@ -10,6 +10,7 @@ from axistwin.controllers.digiplan.serial_data import Frame
 from axistwin.controllers.digiplan.step import RANGES, Parameters
 from axistwin.controllers.product import Store
 from axistwin.errors import UsageError
+from axistwin.storage import one_line
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Retained:
             retained = cls(frame=frame, parameters=parameters, **kept)
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise UsageError(f"{store} is not the memory of an IF2 ({error}): delete it") from None
+            raise UsageError(f"{store} is not the memory of an IF2 ({one_line(error)}): delete it") from None
         return retained
 
     def check(self) -> None:

@@ -1,6 +1,6 @@
 """The card itself: its terminals and its plug, which are there with and without power (chapter Installation)."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from axistwin.controllers.digiplan.battery_backup import Retained
@@ -17,7 +17,7 @@ from axistwin.controllers.digiplan.report import busy_letter, communication_bits
 from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
-from axistwin.sim.clock import Clock
+from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
 from axistwin.sim.progress import Line, LineWatcher, Progress
@@ -59,12 +59,16 @@ class Card:
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
         self._interface: Interface | None = None
-        self._left = ""  # the sequence that the battery keeps while the power is off
 
     @property
     def busy(self) -> bool:
         """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
         return self._interface is not None and (self._interface.busy or self._interface.deaf)
+
+    @property
+    def procedures(self) -> Sequence[Process]:
+        """Those of the interface."""
+        return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:
         """Switch it on or off."""
@@ -77,7 +81,6 @@ class Card:
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
-            self._left = Retained.recall(self.store).sequence
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
             for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
                 pin.set(False)
@@ -86,7 +89,7 @@ class Card:
         """The one sequence, steps 1 to 63; none of them runs before it has begun and when it has ended."""
         interface = self._interface
         if interface is None:
-            return {SEQUENCE: Listing("stored sequence", listed(self._left))}
+            return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 

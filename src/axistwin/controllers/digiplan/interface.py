@@ -5,7 +5,7 @@ a move, a run or a sequence, for as long as that takes; the `RampGenerator` give
 """
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from simpy import Interrupt
 
@@ -32,7 +32,7 @@ from axistwin.controllers.digiplan.serial_data import (
 from axistwin.controllers.digiplan.speed import too_fast
 from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Fault, Parameters, Step
 from axistwin.controllers.product import PulseAxis, Store
-from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.units import to_ns
@@ -363,6 +363,12 @@ class Interface:
         return self._work is not None and self._control is None
 
     @property
+    def procedures(self) -> list[Process]:
+        """Those that are under way."""
+        there = (self._live_process, self._work, self.transmitter.urgent)
+        return [process for process in there if process is not None]
+
+    @property
     def deaf(self) -> bool:
         """Calculating a ramp: no character is processed."""
         return self._deaf_until_ns > self.clock.now
@@ -427,7 +433,10 @@ class Interface:
         self.motion.decelerate()
         if self._work is not None:
             self._control = None
-            self._work.interrupt()
+            if self._work is self.clock.active_process:  # an output that it switches is wired to a fault input
+                self.clock.soon(partial(interrupt, self._work))
+            else:
+                interrupt(self._work)
 
     # Inputs and outputs
 

@@ -192,7 +192,8 @@ class Transmitter:
         self.waiting = False
         """Whether DSR or CTS holds a character back."""
         self._flow_control: int | None = None
-        self._urgent: Process | None = None
+        self.urgent: Process | None = None
+        """What sends X-on or X-off."""
         uart.on_idle = lambda: lines.rts.set(False)
 
     def send(self, data: bytes) -> Procedure | None:
@@ -222,8 +223,8 @@ class Transmitter:
     def send_flow_control(self, stop: bool) -> None:
         """X-off or X-on goes before everything else, also while the interface is occupied with something."""
         self._flow_control = X_OFF if stop else X_ON
-        if self._urgent is None:
-            self._urgent = self.clock.process(self._send_urgent())
+        if self.urgent is None:
+            self.urgent = self.clock.process(self._send_urgent())
 
     def _send_urgent(self) -> Procedure:
         self.lines.rts.set(True)
@@ -234,12 +235,12 @@ class Transmitter:
             byte, self._flow_control = self._flow_control, None
             self.uart.queue.appendleft(byte)
             self._transmit(b"")
-        self._urgent = None
+        self.urgent = None
 
     def stop(self) -> None:
         """The power is gone: nothing more is sent."""
-        if self._urgent is not None:
-            kill(self._urgent)
+        if self.urgent is not None:
+            kill(self.urgent)
         self.uart.queue.clear()
 
     def _line_change(self) -> Event:

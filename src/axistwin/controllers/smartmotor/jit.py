@@ -21,8 +21,8 @@ from shutil import rmtree
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
-from axistwin.errors import AxistwinError, MissingExtraError, UsageError
-from axistwin.storage import FileStore
+from axistwin.errors import MissingExtraError, UsageError
+from axistwin.storage import write_whole
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -119,13 +119,13 @@ def _sums(directory: Path) -> dict[str, str]:
 def _seal(directory: Path) -> None:
     """Note that what is there is whole.  Caches that nobody has used for long are removed."""
     try:
-        FileStore(directory / SEAL).save(json.dumps(_sums(directory)).encode())
+        write_whole(directory / SEAL, json.dumps(_sums(directory)).encode())
         os.utime(directory)
         newest = directory.stat().st_mtime
         for other in directory.parent.glob("smartmotor-*"):
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
-    except (OSError, AxistwinError):
+    except OSError:
         return  # it will be compiled again
 
 

@@ -1,0 +1,462 @@
+"""What controllers keep on disk, where the disk or another process does not want it.
+
+Processes of their own hold a directory, are killed, or have no room left; in this one calls to the system are refused.
+"""
+
+import gc
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import axistwin
+from axistwin import Bench
+from axistwin.apps.cli import main
+from axistwin.bench import Controller
+from axistwin.errors import UsageError
+from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, one_line, write_whole
+
+from .digiplan.talking import ready, tell
+
+ENV = {**os.environ, "PYTHONPATH": str(Path(axistwin.__file__).parents[1])}
+NO_SPACE = OSError(28, "No space left on device")
+
+
+MACHINE = """
+import sys
+from axistwin import Bench
+
+bench = Bench()
+bench.add("if2", state=sys.argv[1])
+print("up", flush=True)
+input()
+"""
+
+
+@pytest.fixture
+def other(tmp_path):
+    """Another process that has a controller in `tmp_path / "state"`."""
+    program = tmp_path / "machine.py"
+    program.write_text(MACHINE)
+    command = [sys.executable, program, tmp_path / "state", "--token", "secret"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=ENV) as process:
+        assert process.stdout is not None and process.stdout.readline() == b"up\n"
+        yield process
+        process.kill()
+
+
+def refused(monkeypatch: pytest.MonkeyPatch, directory: Path, error: OSError) -> None:
+    """From now on no file takes another's place in this directory."""
+    replace = os.replace
+
+    def refusing(source, target):
+        if Path(target).parent == directory:
+            raise error
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", refusing)
+
+
+def warnings(caplog: pytest.LogCaptureFixture) -> list[str]:
+    return [record.message for record in caplog.records if record.levelno >= logging.WARNING]
+
+
+def stored(file: Path) -> str:
+    sequence = json.loads(file.read_text())["sequence"]
+    assert isinstance(sequence, str)
+    return sequence
+
+
+def lock(bench: Bench, if2: Controller, sequence: str) -> None:
+    """Another sequence, kept: three messages."""
+    for text in ("]", sequence, "["):
+        tell(if2, text)
+        bench.run(0.1)
+
+
+# One process
+
+
+def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
+    """Its number and what it runs; what stands in its options may be secret."""
+    with pytest.raises(UsageError) as told:
+        Bench().add("smartmotor", state=tmp_path / "state")
+    assert str(told.value) == (
+        f"state directory {tmp_path / 'state'} is in use by process {other.pid} (machine.py {tmp_path / 'state'}): "
+        "end that one, or choose another directory"
+    )
+
+
+CLI = "from axistwin.apps.cli import main; main()"
+
+
+def test_the_command_line_says_so_too_and_ends(tmp_path, other):
+    command = [sys.executable, "-c", CLI, "serve", "if2", "--tcp", ":0", "--state", tmp_path / "state"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False, env=ENV)
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (2, "", 1)
+    assert f"in use by process {other.pid} (machine.py" in ended.stderr
+
+
+def test_a_process_that_is_killed_lets_go(tmp_path, other):
+    other.send_signal(signal.SIGKILL)
+    other.wait()
+    Bench().add("if2", state=tmp_path / "state")
+    assert (tmp_path / "state" / HOLDER).read_text().startswith(f"{os.getpid()} ")
+
+
+def test_controllers_of_one_process_share_a_directory(tmp_path):
+    bench, another = Bench(), Bench()
+    for name in ("left", "right"):
+        bench.add("if2", name, state=tmp_path)
+        another.add("smartmotor", name, state=str(tmp_path / "." / "..") + f"/{tmp_path.name}")
+
+
+HOLDS = "import sys, axistwin; axistwin.Bench().add('if2', state=sys.argv[1])"
+
+
+def holds(directory: Path) -> bool:
+    """Whether another process may keep something there."""
+    tried = subprocess.run(
+        [sys.executable, "-c", HOLDS, directory], capture_output=True, timeout=30, check=False, env=ENV
+    )
+    return tried.returncode == 0
+
+
+def test_the_directory_is_free_when_the_last_of_its_controllers_has_gone(tmp_path):
+    left, right = Bench(), Bench()
+    left.add("if2", "left", state=tmp_path)
+    right.add("if2", "right", state=tmp_path)
+    del left
+    gc.collect()
+    assert not holds(tmp_path)
+    del right
+    gc.collect()
+    assert holds(tmp_path)
+
+
+@pytest.mark.parametrize("note", [b"", b"\xff\xfe", b"1", b"1 \n", b"1 " + b"x\x1b\n" * 5000, None])
+def test_whatever_stands_in_the_note_of_who_holds_it_it_is_one_short_line(tmp_path, other, note):
+    """The note is for people: the lock is the system's."""
+    file = tmp_path / "state" / HOLDER
+    file.unlink()
+    if note is not None:
+        file.write_bytes(note)
+    with pytest.raises(UsageError) as told:
+        Bench().add("if2", state=tmp_path / "state")
+    assert str(told.value).isprintable() and len(str(told.value)) < len(str(tmp_path)) + 200
+    assert "in use by " in str(told.value)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_the_child_of_a_fork_is_a_process_of_its_own(tmp_path):
+    bench = Bench()
+    bench.add("if2", state=tmp_path)
+    child = os.fork()
+    if child == 0:
+        try:
+            Bench().add("if2", "other", state=tmp_path)
+        except UsageError as error:
+            os._exit(3 if f"process {os.getppid()} " in str(error) else 4)
+        os._exit(5)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3
+    assert not holds(tmp_path)
+
+
+# Whole files
+
+
+def test_two_writers_do_not_meet_in_one_name(tmp_path, monkeypatch):
+    """What one has written is moved by that one only, also if another begins in between."""
+    file, fsync, left = tmp_path / "a.json", os.fsync, ["second"]
+
+    def fsync_after_another(descriptor):
+        if left:
+            write_whole(file, left.pop().encode())
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", fsync_after_another)
+    write_whole(file, b"first")
+    assert file.read_bytes() == b"first"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_what_could_not_be_written_is_not_left_behind(tmp_path, monkeypatch):
+    refused(monkeypatch, tmp_path, NO_SPACE)
+    with pytest.raises(OSError, match="No space"):
+        write_whole(tmp_path / "a", b"1")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
+    for name in ("if2.json.0a1b.new", "if2.json.new", f"{HOLDER}.99.new", "if2.json.bak", "other.json.1.new"):
+        (tmp_path / name).write_text("half")
+    Bench().add("if2", state=tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == {LOCK, HOLDER, "if2.json.bak", "other.json.1.new"}
+
+
+# A directory that cannot be written, from the beginning
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a directory in which nobody can write")
+def test_a_directory_that_cannot_be_written_is_told_at_the_start():
+    with pytest.raises(
+        UsageError, match=r"^state directory /proc/self cannot be written: .*: choose another directory$"
+    ):
+        Bench().add("if2", state="/proc/self")
+
+
+@pytest.mark.parametrize("error", [NO_SPACE, OSError(30, "Read-only file system")])
+def test_a_disk_that_is_full_is_told_at_the_start(tmp_path, monkeypatch, error):
+    refused(monkeypatch, tmp_path, error)
+    with pytest.raises(UsageError) as told:
+        Bench().add("if2", state=tmp_path)
+    assert (
+        str(told.value)
+        == f"state directory {tmp_path} cannot be written: {error.strerror.lower()}: choose another directory"
+    )
+    monkeypatch.undo()
+    Bench().add("if2", state=tmp_path)  # it has not been kept locked
+
+
+# A disk that becomes full
+
+
+def test_a_controller_keeps_its_memory_in_ram_until_it_is_switched_off(tmp_path, monkeypatch, caplog):
+    """The last whole image stays; told the first time, counted in the end."""
+    bench = Bench()
+    if2 = ready(bench, model="if2", state=tmp_path)
+    file = tmp_path / "if2.json"
+    lock(bench, if2, ":X10:$")
+    assert stored(file) == ":X10:$"
+    refused(monkeypatch, tmp_path, NO_SPACE)
+    bench.run(1)
+    lock(bench, if2, ":X20:$")
+    assert warnings(caplog) == [
+        f"{file} cannot be written: no space left on device: the memory is in RAM only until the power is off"
+    ]
+    assert stored(file) == ":X10:$"
+    bench.run(1)
+    before = if2.axes["X"].position
+    tell(if2, "]")
+    tell(if2, ":$")
+    bench.run(1)
+    assert if2.axes["X"].position == before + 20
+    if2.power(False)
+    assert len(warnings(caplog)) == 2
+    # written: unlocked, locked; not written: unlocked, locked, unlocked
+    assert warnings(caplog)[1] == f"{file}: 3 of 5 writes failed: the file holds the last whole image"
+    if2.power(True)
+    assert "X10" in "".join(if2.programs["sequence"].lines)
+    assert {path.name for path in tmp_path.iterdir()} == {LOCK, HOLDER, "if2.json"}
+
+
+def test_the_others_notice_nothing(tmp_path, monkeypatch):
+    """Neither on the same bench nor on the same disk."""
+
+    def session(full: Path | None) -> list[object]:
+        bench = Bench()
+        motors = [bench.add("smartmotor", name, state=tmp_path / f"{full is None}" / name) for name in ("a", "b")]
+        if full is not None:
+            refused(monkeypatch, full, NO_SPACE)
+        for motor in motors:
+            motor.serial.write(b"a=7 VST(a,1) a=9 EPTR=0 VLD(a,1) Ra ")
+        bench.run(1)
+        return [motors[1].serial.read(), motors[0].serial.read(), bench.now]
+
+    assert session(tmp_path / "False" / "a") == session(None)
+    assert not (tmp_path / "False" / "a" / "a.json").exists()
+    assert (tmp_path / "False" / "b" / "b.json").read_bytes() == (tmp_path / "True" / "b" / "b.json").read_bytes()
+
+
+def test_a_reset_by_command_is_no_loss_of_power(tmp_path, monkeypatch):
+    """Z of a SmartMotor starts it again, with what is in RAM."""
+    bench = Bench()
+    motor = bench.add("smartmotor", state=tmp_path)
+    bench.run(1)
+    refused(monkeypatch, tmp_path, NO_SPACE)
+    motor.serial.write(b"EPTR=0 a=7 VST(a,1) Z ")
+    bench.run(1)
+    motor.serial.read()
+    motor.serial.write(b"EPTR=0 VLD(a,1) Ra ")
+    bench.run(1)
+    assert motor.serial.read() == b"7\r"
+    motor.power_cycle()
+    bench.run(1)
+    motor.serial.write(b"EPTR=0 VLD(a,1) Ra ")
+    bench.run(1)
+    assert motor.serial.read() == b"-1\r"
+
+
+def test_what_has_room_again_when_the_power_goes_is_kept(tmp_path, monkeypatch, caplog):
+    store = FileStore(tmp_path / "a.json")
+    store.save(b"1")
+    with monkeypatch.context() as patch:
+        refused(patch, tmp_path, NO_SPACE)
+        store.save(b"2")
+        assert store.load() == b"2"
+    store.end()
+    assert (tmp_path / "a.json").read_bytes() == b"2" == store.load()
+    assert warnings(caplog)[1:] == [f"{store}: 1 of 2 writes failed: the file is up to date again"]
+    store.end()
+    assert len(warnings(caplog)) == 2
+
+
+def test_each_time_it_is_switched_on_it_is_told_again(tmp_path, monkeypatch, caplog):
+    store = FileStore(tmp_path / "a.json")
+    refused(monkeypatch, tmp_path, NO_SPACE)
+    for contents in (b"1", b"2"):
+        store.save(contents)
+        store.save(contents)
+        store.end()
+        assert store.load() is None
+    assert [line.partition(": ")[2] for line in warnings(caplog)] == [
+        "no space left on device: the memory is in RAM only until the power is off",
+        "2 of 2 writes failed: there is no file",
+    ] * 2
+
+
+def test_a_disk_that_cannot_be_read_any_more_stops_nobody(tmp_path, caplog):
+    """Somebody puts a directory in the place of the file."""
+    bench = Bench()
+    if2 = ready(bench, model="if2", state=tmp_path)
+    lock(bench, if2, ":X10:$")
+    file = tmp_path / "if2.json"
+    file.unlink()
+    file.mkdir()
+    if2.power_cycle()
+    assert len(warnings(caplog)) == 2
+    assert "X10" in "".join(if2.programs["sequence"].lines)
+
+
+FULL = """
+import resource, signal, sys
+from axistwin import Bench
+
+bench = Bench()
+motors = [bench.add("smartmotor", name, state=f"{sys.argv[1]}/{name}") for name in "ab"]
+bench.run(1)
+def say(text):
+    for motor in motors:
+        motor.serial.write(text)
+    bench.run(1)
+    print([motor.serial.read() for motor in motors])
+say(b"EPTR=0 a=7 VST(a,1) ")
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (10, 10))
+say(b"EPTR=0 a=8 VST(a,1) EPTR=0 VLD(a,1) Ra ")
+say(b"RP ")
+for motor in motors:
+    motor.power(False)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of the system on files")
+def test_a_real_limit_on_the_size_of_files(tmp_path):
+    """The system cuts every write after 10 bytes."""
+    command = [sys.executable, "-c", FULL, tmp_path]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=50, check=False, env=ENV)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.splitlines() == ["[b'', b'']", r"[b'8\r', b'8\r']", r"[b'0\r', b'0\r']"]
+    assert ended.stderr.count("file too large") == 2 and ended.stderr.count("1 of 2 writes failed") == 2
+    for name in "ab":
+        image = json.loads((tmp_path / name / f"{name}.json").read_text())
+        assert image["eeprom"] == "00000007"
+        assert {path.name for path in (tmp_path / name).iterdir()} == {LOCK, HOLDER, f"{name}.json"}
+
+
+def test_a_run_tells_and_counts_what_it_could_not_keep(tmp_path, monkeypatch, caplog):
+    """`axistwin run` ends without switching off."""
+    program = tmp_path / "p.sms"
+    program.write_text("a=5\nVST(a,1)\nEND\n")
+    replace, left = os.replace, [2]
+
+    def full_soon(source, target):
+        if Path(target).name == "smartmotor.json":
+            left[0] -= 1
+            if left[0] < 0:
+                raise NO_SPACE
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full_soon)
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "smartmotor", str(program), "--state", str(tmp_path / "state"), "--for", "1"])
+    assert ended.value.code == 0
+    first, last = warnings(caplog)
+    assert "smartmotor.json cannot be written: no space left on device" in first
+    # loading the program ended with a power cycle, from which on writes are counted
+    assert last.endswith("smartmotor.json: 1 of 1 writes failed: the file holds the last whole image")
+
+
+# Images that are none
+
+LONG = "x" * 5000
+SPOILT = [
+    f'{{"{LONG}": 1}}', f'{{"locked": true, "frame": {{"{LONG}": 1}}, "parameters": {{}}}}',
+    f'{{"frame": {{}}, "parameters": {{"{LONG}\\n{LONG}": 1}}}}', f'{{"frame": {{}}, "parameters": {{}}, "{LONG}": 1}}',
+    f'{{"frame": {{"terminator": "{LONG}"}}, "parameters": {{}}}}', "[" * 100_000, "9" * 5000, "1e" + "9" * 5000,
+    f'{{"version": 1, "program": "\\ud800{LONG}", "broken": false, "locked": false, "eeprom": ""}}',
+    f'{{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": "{LONG}"}}',
+    '"' + LONG, "\x00" * 5000, "{}" + "\x1b[31m" * 900,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("model", ["if2", "smartmotor"])
+@pytest.mark.parametrize("contents", SPOILT)
+def test_a_spoilt_image_is_refused_in_one_short_line(tmp_path, model, contents):
+    file = tmp_path / f"{model}.json"
+    file.write_text(contents)
+    with pytest.raises(UsageError) as told:
+        Bench().add(model, state=tmp_path)
+    assert str(told.value).startswith(f"{file} is not the memory of a") and str(told.value).endswith("): delete it")
+    assert str(told.value).isprintable() and len(str(told.value)) < len(str(file)) + 140
+
+
+def test_an_image_without_end_is_not_read(tmp_path):
+    with (tmp_path / "if2.json").open("wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(UsageError, match=r"if2\.json: it has more than 1048576 bytes: delete it$"):
+        Bench().add("if2", state=tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes that have names")
+def test_a_pipe_in_the_place_of_the_image_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "if2.json")
+    with pytest.raises(UsageError, match=r"if2\.json: it is no file$"):
+        Bench().add("if2", state=tmp_path)
+
+
+def test_one_line():
+    assert one_line("a\n\tb\x00 c") == "a b c"
+    assert one_line("x" * 81) == "x" * 79 + "…" and one_line("x" * 80) == "x" * 80
+
+
+def test_what_is_kept_with_the_bench_is_never_lost():
+    store = MemoryStore()
+    store.save(b"1")
+    store.end()
+    assert store.load() == b"1"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that can be killed")
+def test_a_short_campaign_of_kills():
+    """Two processes on one directory, killed at random: `benchmarks/robustness/state_kills.py`."""
+    script = Path(__file__).parents[1] / "benchmarks" / "robustness" / "state_kills.py"
+    command = [sys.executable, script, "--seed", "3", "--rounds", "3"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=50, check=False, env=ENV)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout.startswith("passed: 3 rounds, seed 3: 0 wrong in ")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs to know of dead processes")
+def test_a_process_that_was_killed_is_not_named(tmp_path, other):
+    """The note may still be that of the one before."""
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    (tmp_path / "state" / HOLDER).write_text(f"{dead.pid} gone\n")
+    with pytest.raises(UsageError, match="is in use by another process: end that one"):
+        Bench().add("if2", state=tmp_path / "state")
