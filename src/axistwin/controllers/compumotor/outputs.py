@@ -13,7 +13,7 @@ NOTHING = 0x00
 
 STATES: Mapping[int, Callable[["Board"], bool]] = {
     0x01: lambda board: board.moving,
-    0x02: lambda board: board.singular is not None,
+    0x02: lambda board: board.performing_singular,
     0x03: lambda board: board.sequencer.running,
     0x04: lambda board: board.streaming,
     0x05: lambda board: board.pulses.phase is Phase.ACCELERATING,
