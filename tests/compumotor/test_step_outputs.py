@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.errors import UsageError
 
-from .talking import default, i32, messages, ready, rest, tell
+from .talking import ask, default, i32, messages, ready, rest, tell
 
 AT_ONCE = 0x7FFF_FFFF
 PINS = ("step", "cw_step", "ccw_step")
@@ -207,3 +207,104 @@ def test_without_the_option_a_pulse_of_300_us_acts_when_the_response_is_due(benc
         board.pins["trigger1"].drive(False)
         assert messages(bench, board) == (["ac 01"] if high_us > 200 else [])
     rest(bench, board)
+
+
+# What the board has set, and what is at the terminal
+
+
+def test_97h_is_the_programmed_state_whatever_overpowers_the_outputs(bench, board):
+    """97h: "The state returned is the programmed state of the programmable output bits"."""
+    board.pins["output1"].drive(False)
+    board.pins["output2"].drive(False)
+    assert ask(bench, board, 0x97)[1] == 0x06
+    tell(bench, board, 0x0C, 1)
+    board.pins["output1"].drive(True)
+    assert ask(bench, board, 0x97)[1] == 0x04
+
+
+def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
+    """12h and 13h decide; the terminal is an output."""
+    board.pins["shutdown"].drive(True)
+    default(bench, board, 1_000, AT_ONCE)
+    tell(bench, board, 0x33, *i32(10))
+    rest(bench, board)
+    assert board.axes["motor"].position == 10
+    board.pins["shutdown"].drive(False)
+    tell(bench, board, 0x12, 1)
+    tell(bench, board, 0x33, *i32(10))
+    bench.run(0.1)
+    assert board.axes["motor"].position == 10
+
+
+def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
+    """Remote power shutdown: "The motor will not be shutdown if the motor is moving"; the input is still active then."""
+    tell(bench, board, 0x13, 1)
+    default(bench, board, 1_000, AT_ONCE)
+    tell(bench, board, 0x33, *i32(500))
+    bench.run(0.1)
+    board.pins["shutdown_in"].drive(False)
+    assert not board.pins["shutdown"].level
+    rest(bench, board)
+    assert board.axes["motor"].position == 500
+    assert board.pins["shutdown"].level
+
+
+@pytest.mark.parametrize("opcode", [0x08, 0x09])
+def test_a_bit_that_shows_a_state_and_is_written_shows_it_again_at_its_next_change(bench, board, opcode):
+    """0Fh: the bit shows the state of moving; 08h and 09h reach it until the motor moves or rests next."""
+    tell(bench, board, 0x0F, 0, 1, 1)
+    assert board.bus.read(1) & 1 == 0
+    tell(bench, board, opcode, 1 if opcode == 0x08 else 0)
+    assert board.bus.read(1) & 1
+    default(bench, board, 1_000, AT_ONCE)
+    tell(bench, board, 0x33, *i32(5))
+    rest(bench, board)
+    assert board.bus.read(1) & 1 == 0
+
+
+@pytest.mark.parametrize("opcode", [0x85, 0x86])
+def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcode):
+    """86h: "current acceleration"; at rest and at constant velocity it is that of the most recent move."""
+    default(bench, board, 1_000, 7_000, ranges=0x11)
+    assert ask(bench, board, opcode) == bytes([opcode]).ljust(16, b"\0")
+    tell(bench, board, 0x33, *i32(5))
+    rest(bench, board)
+    number = 0 if opcode == 0x85 else 7_000
+    assert ask(bench, board, opcode)[1:6] == bytes((0x11, *i32(number)))
+
+
+@pytest.mark.parametrize("here", [0x7FFF_FFFF, -0x8000_0000])
+def test_2fh_takes_any_number_of_the_counter(bench, board, here):
+    """2Fh: "within the absolute closed-loop positioning range"; 9Ah: 80000000h to 7FFFFFFFh."""
+    tell(bench, board, 0x2F, *i32(here))
+    assert ask(bench, board, 0x9A)[1:5] == bytes(i32(here))
+
+
+@pytest.mark.parametrize(("pin", "code", "cw"), [("cw_limit", 0xA9, True), ("ccw_limit", 0xAB, False)])
+def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin, code, cw):
+    """REMOTE ACKNOWLEDGE: "Striking a limit switch will not disable the Joystick"; limits are monitored."""
+    tell(bench, board, code, 1)
+    tell(bench, board, 0x11)
+    bench.run(0.02)
+    board.joystick.deflect(1_000 if cw else -1_000)
+    bench.run(0.1)
+    before = board.axes["motor"].position
+    board.pins[pin].drive(True)
+    bench.run(0.1)
+    assert abs(board.axes["motor"].position - before) == pytest.approx(100, abs=1)
+    assert board.pins["remote_acknowledge"].level
+    assert messages(bench, board) == [f"{code:02x} 00"]
+
+
+def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench):
+    """Installation: the first interrupt masks others on the line; bits 3 to 5 tell which conditions there are."""
+    board = ready(bench, interrupts=("message_ready", "input_ready"))
+    edges = []
+    board.bus.write(1, 0x40)
+    board.bus.interrupt_line.watch(lambda pin: edges.append(pin.level))
+    tell(bench, board, 0x8C)
+    bench.run(0.05)
+    assert board.bus.read(1) & 0x98 == 0x18
+    board.bus.write(1, 0x40)
+    assert board.bus.read(1) & 0x98 == 0x98
+    assert edges == [False, True]

@@ -87,22 +87,20 @@ class Shutdown:
         self._board = board
         self.commanded = False
         self.input_enabled = False
+        self.on = False
+        """True while the motor is shut down."""
         self._unwatch = board.pins["shutdown_in"].watch(lambda pin: self.refresh())
 
     def close(self) -> None:
         """The power is gone."""
         self._unwatch()
 
-    @property
-    def on(self) -> bool:
-        """Whether the motor is shut down: the level of the output."""
-        return self._board.pins["shutdown"].level
-
     def refresh(self) -> None:
         """The output follows whoever has the say; a moving motor is not shut down."""
         by_input = self._board.joystick.enabled or self.input_enabled
         wanted = not self._board.pins["shutdown_in"].level if by_input else self.commanded
         if not (wanted and self._board.moving):
+            self.on = wanted
             self._board.pins["shutdown"].set(wanted)
 
 
