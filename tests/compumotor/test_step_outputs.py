@@ -237,7 +237,7 @@ def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
 
 
 def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
-    """Remote power shutdown: "The motor will not be shutdown if the motor is moving"; the input is still active then."""
+    """Remote power shutdown: not "if the motor is moving"; the input is still active when it rests."""
     tell(bench, board, 0x13, 1)
     default(bench, board, 1_000, AT_ONCE)
     tell(bench, board, 0x33, *i32(500))
