@@ -2,6 +2,7 @@
 
 import pytest
 
+from axistwin.apps.conversations.events import terminals
 from axistwin.errors import UsageError
 from axistwin.plant.switches import PositionSwitch, in_series
 
@@ -118,6 +119,15 @@ def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
     end()
     bench.run(26)
     assert bench.clock.next_event_ns() is None
+
+
+def test_a_mark_is_no_news_in_a_transcript(bench):
+    """A terminal that changes with each revolution is looked at, not told of; one that is wired by hand is told of."""
+    board = encoder_board(bench)
+    assert "channel_z" not in terminals(board)
+    board.pins["channel_z"].set(True)
+    assert "channel_z" in terminals(board)
+    assert "channel_z" in terminals(ready(bench))
 
 
 def test_who_waits_for_its_next_change_is_told(bench):

@@ -173,7 +173,8 @@ class SensedPin(Pin):
 
         `follow` returns what ends the calls.
         """
-        self._read, self._follow, self.wired = read, follow, True
+        self._read, self._follow = read, follow
+        self.wired = self.restless = True
 
     @property
     def level(self) -> bool:
@@ -185,7 +186,7 @@ class SensedPin(Pin):
     def set(self, level: bool) -> None:
         """A switch or a wire is connected to the terminal in the place of the sensor."""
         before = self.level
-        self._read, self._source = None, level
+        self._read, self._source, self.restless = None, level, False
         self._settle(before)
 
     def watch(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
