@@ -1,7 +1,10 @@
 """Command attributes, SINGULAR: the host and the sequence each have a command of their own in progress."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from axistwin import Bench
 from axistwin.units import MS
 
 from .driving import continuous, relative, rising, sequence
@@ -120,6 +123,39 @@ def test_the_state_is_set_by_a_wait_alone(bench, board):
     in_a_sequence(bench, board, (0x29, 0, 0, 0, 10), (0x01, 1))
     assert [level for _, level in edges] == [True, False]
     assert edges[1][0] - edges[0][0] == 10 * MS
+
+
+STEPS = st.sampled_from([
+    (0x32, 0), (0x32, 1), (0x40, 5), (0x33, *i32(-50)), (0x39, 1), (0x11,), (0x20, 2, 0, 3), (0x21, 1), (0x28, 0),
+    (0x29, 0, 0, 0, 40), (0x2C, 2, 0), (0x2C, 6, 1), (0x7D, 6, 1, 0), (0x7E, 1, 1, 0), (0x31, 0, 0, *i32(9), *i32(9)),
+    (0x09, 1),
+])  # fmt: skip
+ACTS = st.sampled_from([0x48, 0x71, 0x72, 0x79, 0x7A, "trigger1", "trigger6", "trigger2"])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(STEPS, min_size=1, max_size=6), st.lists(st.tuples(ACTS, st.integers(0, 400)), max_size=6))
+def test_nothing_that_is_done_with_a_sequence_touches_the_hosts_move(steps, acts):
+    """Whatever stands in it, and however it is suspended, killed and continued: the host's move ends on its pulse."""
+    bench = Bench()
+    board = ready(bench)
+    tell(bench, board, *continuous(5, 40_000, 1_000_000))
+    tell(bench, board, 0x38, 1, 0, 50, 0)
+    beside_a_move(bench, board, *steps)
+    for act, milliseconds in acts:
+        if isinstance(act, int):
+            tell(bench, board, act)
+        else:
+            rising(bench, board, int(act[-1]))
+        bench.run(milliseconds / 1000)
+        if not board.axes["motor"].moving:
+            break  # by now the sequence may move it
+        assert board.axes["motor"].position <= 30_000
+    for opcode in (0x79, 0x10):
+        tell(bench, board, opcode)
+    assert bench.run_until(lambda: not board.axes["motor"].moving, 4)
+    if not acts or sum(milliseconds for _, milliseconds in acts) < 2_000:
+        assert board.axes["motor"].position == 30_000
 
 
 # 7Ah, 7Eh
