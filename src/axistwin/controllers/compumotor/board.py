@@ -61,7 +61,7 @@ class Board:
         self.alive = True
         """Whether the processor attends to its work: not during the test, nor after a failure."""
         self.handshake = Handshake(
-            clock, port, options.interrupts, _ns(options.next_message_ms, MS), options.message_queue
+            clock, port, pins, options.interrupts, _ns(options.next_message_ms, MS), options.message_queue
         )
         self.handshake.on_reset = port.on_init = restart
         self._queue: simpy.Store = simpy.Store(clock, options.command_queue)

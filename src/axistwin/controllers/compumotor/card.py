@@ -12,6 +12,7 @@ from axistwin.controllers.compumotor.front import FRONT
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
@@ -67,6 +68,9 @@ class Card:
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
         self.pins |= {name: Pin(clock, name) for name in LOW}
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
+        for name in JUMPERS:
+            self.pins[name] = Pin(clock, name, output=True)
+            self.pins[name].restless = True  # it changes with each command
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
