@@ -258,7 +258,7 @@ def test_an_1810_answers_the_requests_and_does_not_move(bench):
     tell(bench, board, 0x33, *i32(625))
     rest(bench, board)
     assert [number(bench, board, opcode) for opcode in (0x98, 0x99, 0x9A)] == [0, 0, 0]
-    for opcode in (0x2F, 0x35, 0x36):
+    for opcode in (0x35, 0x36):
         tell(bench, board, opcode, *i32(1000))
     tell(bench, board, 0x37)
     bench.run(1)

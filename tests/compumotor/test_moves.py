@@ -78,9 +78,12 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
 
 
-@pytest.mark.parametrize(("x", "maximum"), list(enumerate([546_133] * 5 + [1_092_266])))
+@pytest.mark.parametrize(("x", "maximum"), list(enumerate([546_133] * 5 + [1_092_267])))
 def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
-    """The maxima of the table, in the range's units: 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; ..."""
+    """The maxima of the table, in the range's units: 546,133.3; 54,613.33; 5,461.333; 546.1333; 9,102.222; ...
+
+    Specifications: "to 1,092,267 steps/sec", which is 1,092,266.67 as a number of range 5.
+    """
     for velocity, reply in ((maximum, 0x91), (maximum + 1, None)):
         define(bench, board, 0xC8, 1, velocity, 1, i32(1), ranges=x << 4)
         data = ask(bench, board, 0x91, 1)
@@ -183,7 +186,7 @@ def test_a_definition_is_reported_as_it_was_sent(bench, board):
 )
 def test_a_definition_out_of_range_is_ignored(bench, board, opcode, number, ranges, velocity, acceleration, target):
     define(bench, board, opcode, number, velocity, acceleration, target, ranges)
-    assert ask(bench, board, 0x91, number) == b""
+    assert ask(bench, board, 0x91, 1) == b""
 
 
 def test_fifty_moves_are_kept(bench, board):

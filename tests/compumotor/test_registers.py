@@ -113,6 +113,26 @@ def test_the_first_interrupt_masks_those_after_it_until_it_is_cleared(bench):
     assert seen == [False, True]
 
 
+def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
+    """Installation: JU18 to JU20, right side: "not affected by the 1810/11's interrupt mask", each by itself."""
+    lines = {name: board.pins[name] for name in ("ju18", "ju20", "ju19")}
+    seen = []
+    for line in lines.values():
+        line.watch(lambda pin: seen.append((pin.name, pin.level)))
+    tell(bench, board, 0x01, 7)
+    assert seen == [("ju20", False), ("ju20", True)]
+    bench.run(0.02)
+    assert not board.bus.interrupt
+    assert [line.level for line in lines.values()] == [True, True, False]
+    board.bus.write(1, TAKEN)
+    assert not lines["ju18"].level
+    tell(bench, board, 0xFF)
+    bench.run(10.1)
+    assert lines["ju19"].level
+    board.power(False)
+    assert not any(line.level for line in lines.values())
+
+
 @pytest.mark.parametrize("by", ["register", "bus", "power"])
 def test_a_reset_forgets_everything(bench, board, by):
     tell(bench, board, 0x08, 0x07)
@@ -128,7 +148,7 @@ def test_a_reset_forgets_everything(bench, board, by):
     assert board.pins["output1"].level
     bench.run(1.01)
     assert board.bus.read(1) == 0x50
-    assert ask(bench, board, 0x91, 0) == b""
+    assert ask(bench, board, 0x91, 0) == b"\x91\xce".ljust(16, b"\0")
 
 
 def test_a_board_without_power_does_not_drive_the_bus(bench, board):

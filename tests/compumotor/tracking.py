@@ -14,10 +14,12 @@ TEETH = (0xB4, 0, 0, 0, 50)
 ALL = (RATIO, RESOLUTION, SIGMA, LAW, TEETH)
 
 
-def tracked(bench: Bench, model: str = "1811", backlash: int = 0, **plant: object) -> Controller:
+def tracked(
+    bench: Bench, model: str = "1811", backlash: int = 0, options: dict[str, object] | None = None, **plant: object
+) -> Controller:
     """With B0h to B4h, and 5,000 pulses/s without a ramp by default."""
     encoder = {"counts_per_rev": 4000, "pulses_per_rev": 25_000, "backlash": backlash}
-    board = ready(bench, model, motor={"encoder": encoder, **plant})
+    board = ready(bench, model, motor={"encoder": encoder, **plant}, **(options or {}))
     for command in ALL:
         tell(bench, board, *command)
     default(bench, board, 5_000, AT_ONCE)

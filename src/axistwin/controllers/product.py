@@ -13,7 +13,7 @@ from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.pins import Pin
+from axistwin.sim.pins import Pin, SensedPin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
@@ -34,6 +34,16 @@ class PulseAxis(Protocol):
     @property
     def encoder_count(self) -> int | None:
         """Encoder pulses after quadrature, from anywhere; None: it has no encoder."""
+
+    def wire_index(self, pin: SensedPin) -> None:
+        """Connect the encoder's channel Z to a terminal, if there is an encoder."""
+
+    def encoder_counted(self, within_ns: int) -> bool:
+        """True if the encoder has counted within so many ns until now."""
+
+    @property
+    def encoder_direction(self) -> int:
+        """+1 or -1: where the encoder has counted to last."""
 
     @property
     def on_push(self) -> list[Callable[[], None]]:

@@ -5,15 +5,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class EncoderData:
-    """`counts_per_rev` after quadrature, for `pulses_per_rev` motor pulses; `backlash` in counts between the two."""
+    """`counts_per_rev` after quadrature, for `pulses_per_rev` motor pulses; `backlash` in counts between the two.
+
+    Its channel Z is active once in a revolution, from count `index` on for `index_counts`.
+    """
 
     counts_per_rev: int = 4000
     pulses_per_rev: int = 400
     backlash: int = 0
+    index: int = 0
+    index_counts: int = 1
 
     def __post_init__(self) -> None:
         if self.counts_per_rev == 0 or self.pulses_per_rev <= 0 or self.backlash < 0:
             raise ValueError("an encoder has counts and pulses per revolution, and no negative backlash")
+        if not 1 <= self.index_counts < max(2, abs(self.counts_per_rev)):
+            raise ValueError("the index mark of an encoder lasts at least a count, and less than a revolution")
 
 
 class Encoder:
@@ -21,19 +28,56 @@ class Encoder:
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = 0
-        self._displaced = 0
+        self._load = self._began = 0  # now, and when the shaft turned to move as it does
+        self._displaced = self._turned = 0
+        self.direction = +1
+        """Where the load has moved last."""
         self._counted: tuple[int, int] | None = None  # where the load was, and the count, when counting went wrong
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
         """The shaft has moved monotonically to `position` (in pulses); returns the count there."""
-        shaft = position * self.data.counts_per_rev // self.data.pulses_per_rev
-        self._load = min(max(self._load, shaft - self.data.backlash), shaft)
-        return self._count()
+        before, self._load = self._load, self._dragged(self._load, position)
+        if self._load != before:
+            self.direction = 1 if self._load > before else -1
+        return self._count(self._load)
 
-    def _count(self) -> int:
-        moved = self._load + self._displaced
+    def begin(self) -> None:
+        """From here on the shaft moves monotonically."""
+        self._began = self._load
+
+    def count_at(self, position: int) -> int:
+        """The count when the shaft was at `position`, since it has moved as it does."""
+        return self._count(self._dragged(self._began, position))
+
+    @property
+    def at_index(self) -> bool:
+        """True while the disc is at the index mark."""
+        disc = self._load + self._displaced + self._turned
+        return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
+
+    def index_edges(self) -> tuple[int, ...]:
+        """Motor positions n such that the mark may begin or end next between n-1 and n, on either side of here."""
+        rev, width = abs(self.data.counts_per_rev), self.data.index_counts
+        shift = self._displaced + self._turned - self.data.index
+        into = (self._load + shift) % rev
+        above = self._load + (width if into < width else rev) - into
+        below = self._load - into + (0 if into < width else width)
+        return self._edge(above + self.data.backlash), self._edge(below)
+
+    def _edge(self, counts: int) -> int:
+        """Between which motor positions, n-1 and n, the shaft passes from below to this many counts or back."""
+        per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
+        if per_rev > 0:
+            return -(-counts * pulses // per_rev)
+        return counts * pulses // per_rev + 1
+
+    def _dragged(self, load: int, position: int) -> int:
+        shaft = position * self.data.counts_per_rev // self.data.pulses_per_rev
+        return min(max(load, shaft - self.data.backlash), shaft)
+
+    def _count(self, load: int) -> int:
+        moved = load + self._displaced
         if self._counted is None:
             return moved
         since, count = moved - self._counted[0], self._counted[1]
@@ -45,13 +89,15 @@ class Encoder:
 
         With 1 of 1 it counts well again, from where it has got to.
         """
-        self._counted = self._load + self._displaced, self._count()
+        self._counted = self._load + self._displaced, self._count(self._load)
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
         """Somebody pushes the load; it stays there until the motor moves it back."""
         self._displaced += counts
+        self.direction = 1 if counts > 0 else -1
 
     def slip(self, counts: int) -> None:
         """It turns on its shaft by so many counts."""
-        self._counted = self._load + self._displaced, self._count() + counts
+        self._counted = self._load + self._displaced, self._count(self._load) + counts
+        self._turned += counts

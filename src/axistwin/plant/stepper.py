@@ -14,6 +14,7 @@ from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.layers import Layers
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.clock import Clock
+from axistwin.sim.pins import SensedPin
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,6 +41,43 @@ class EncoderView:
         """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
         self._encoder.displace(counts)
         self._moved()
+
+    @property
+    def at_index(self) -> bool:
+        """True while its channel Z is active."""
+        _ = self.count
+        return self._encoder.at_index
+
+    def watch_index(self, look: Callable[[], None]) -> Callable[[], None]:
+        """Call `look()` whenever its channel Z may have begun or ended.  Returns what ends the calls."""
+
+        def edges() -> Sequence[int]:
+            _ = self.count
+            return self._encoder.index_edges()
+
+        watch = _EdgeWatch(self._axis, edges, look)
+        self._axis.on_push.append(watch.look)
+
+        def end() -> None:
+            self._axis.on_push.remove(watch.look)
+            watch.end()
+
+        return end
+
+    def begin(self) -> None:
+        """A stroke begins: the play has followed the one that ends here."""
+        _ = self.count
+        self._encoder.begin()
+
+    def counted(self, since: int) -> bool:
+        """True if it has counted since the axis was at this position of the present stroke."""
+        return self.count != self._encoder.count_at(since)
+
+    @property
+    def direction(self) -> int:
+        """+1 or -1: where the load has moved last."""
+        _ = self.count
+        return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
         """From now on it counts `of` for each `out_of` counts; 1 of 1: as it should."""
@@ -96,7 +134,7 @@ class StepperAxis:
         self._lost += self.train.stroke.direction * self._lost_in_stroke(over=True)
         self._fall_in()
         if self._encoder:
-            _ = self._encoder.count  # the play has followed the stroke that ends here
+            self._encoder.begin()
         self.train.start(self.clock.now, direction, profile)
         self._slips = self._find_slips(0, out_of_step=False)
         self._tell()
@@ -114,6 +152,25 @@ class StepperAxis:
     def encoder_count(self) -> int | None:
         """Encoder counts after quadrature; None: there is no encoder."""
         return self._encoder.count if self._encoder else None
+
+    def wire_index(self, pin: SensedPin) -> None:
+        """Connect the encoder's channel Z to a terminal, if there is an encoder."""
+        if (encoder := self._encoder) is not None:
+            pin.sense(lambda: encoder.at_index, encoder.watch_index)
+
+    def encoder_counted(self, within_ns: int) -> bool:
+        """True if the encoder has counted within so many ns until now, in the present stroke."""
+        if self._encoder is None:
+            return False
+        stroke = self.train.stroke
+        done = stroke.profile.pulses_by(max(0, self.clock.now - within_ns - stroke.start_ns))
+        behind = lost_pulses(self._slips, done, False, self._per_tooth)
+        return self._encoder.counted(stroke.origin - self._lost + stroke.direction * (done - behind))
+
+    @property
+    def encoder_direction(self) -> int:
+        """+1 or -1: where the encoder has moved last; +1 without one."""
+        return self._encoder.direction if self._encoder else +1
 
     @property
     def moving(self) -> bool:
@@ -260,7 +317,7 @@ class StepperAxis:
 
         Returns what ends it.
         """
-        return _EdgeWatch(self, edges, look).end
+        return _EdgeWatch(self, lambda: edges, look).end
 
     def _lost_in_stroke(self, over: bool = False) -> int:
         return self._behind((over or not self.moving) and not self._held)
@@ -333,21 +390,21 @@ class StepperAxis:
 
 
 class _EdgeWatch:
-    """Comes back whenever the axis crosses an edge, as far as its present course tells."""
+    """Comes back whenever the axis crosses an edge, as far as its present course tells; the edges may move."""
 
-    def __init__(self, axis: StepperAxis, edges: Sequence[int], look: Callable[[], None]) -> None:
-        self._axis, self._look_there = axis, look
-        self._positions = [position for edge in edges for position in (edge - 1, edge)]
+    def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], look: Callable[[], None]) -> None:
+        self._axis, self._edges, self._look_there = axis, edges, look
         self._plan, self._waiting = 0, False
-        axis.on_motion.append(self._look)
+        axis.on_motion.append(self.look)
         self._wait()
 
     def end(self) -> None:
         """Come back no more."""
         self._forget()
-        self._axis.on_motion.remove(self._look)
+        self._axis.on_motion.remove(self.look)
 
-    def _look(self) -> None:
+    def look(self) -> None:
+        """Look now, and come back at the next edge."""
         self._forget()
         plan = self._plan
         self._look_there()
@@ -357,7 +414,8 @@ class _EdgeWatch:
     def _wait(self) -> None:
         """Come back at the next of them, if the axis gets there."""
         plan, axis = self._plan, self._axis
-        due = [at_ns for position in self._positions if (at_ns := axis.reaches_ns(position)) is not None]
+        positions = (position for edge in self._edges() for position in (edge - 1, edge))
+        due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]
         if due:
             self._waiting = True
             axis.clock.call_later(min(due) - axis.clock.now, lambda: self._come_back(plan))
@@ -371,6 +429,6 @@ class _EdgeWatch:
     def _come_back(self, plan: int) -> None:
         if plan == self._plan:
             self._waiting = False
-            self._look()
+            self.look()
         else:
             self._axis.clock.background -= 1

@@ -155,6 +155,71 @@ class Pin:
                 self._announce()
 
 
+class SensedPin(Pin):
+    """An input with a sensor whose level is found when somebody asks; changes are followed while somebody watches.
+
+    So a sensor that the machine passes again and again costs no events unless a device waits for it.
+    """
+
+    def __init__(self, clock: Clock, name: str) -> None:
+        super().__init__(clock, name)
+        self._read: Callable[[], bool] | None = None
+        self._follow: Callable[[Callable[[], None]], Callable[[], None]] | None = None
+        self._unfollow: Callable[[], None] | None = None
+        self._last = False
+
+    def sense(self, read: Callable[[], bool], follow: Callable[[Callable[[], None]], Callable[[], None]]) -> None:
+        """Connect a sensor: `read` returns its level, `follow(look)` calls `look` whenever it may have changed.
+
+        `follow` returns what ends the calls.
+        """
+        self._read, self._follow = read, follow
+        self.wired = self.restless = True
+
+    @property
+    def level(self) -> bool:
+        """That of the sensor, unless it is driven or held."""
+        if self._read is None or self._holds or self.driven:
+            return super().level
+        return self._read()
+
+    def set(self, level: bool) -> None:
+        """A switch or a wire is connected to the terminal in the place of the sensor."""
+        before = self.level
+        self._read, self._source, self.restless = None, level, False
+        self._settle(before)
+
+    def watch(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
+        """Call `watcher(pin)` at every change of level.  Returns what ends the watching."""
+        end = super().watch(watcher)
+        if self._unfollow is None and self._follow is not None:
+            self._last = self.level
+            self._unfollow = self._follow(self._look)
+
+        def unwatch() -> None:
+            end()
+            if not self._watchers and self._unfollow is not None:
+                self._unfollow()
+                self._unfollow = None
+
+        return unwatch
+
+    def changed(self) -> Event:
+        """An event that happens at the next change of level."""
+        if self._changed is None:
+            event = super().changed()
+            unwatch = self.watch(lambda pin: unwatch())
+            return event
+        return self._changed
+
+    def _look(self) -> None:
+        self._settle(self._last)
+
+    def _settle(self, before: bool) -> None:
+        self._last = self.level
+        super()._settle(before)
+
+
 class UserPin(Pin):
     """A TTL terminal with a 5 kΩ pull-up: open it is at 5 V and high.  It may be read as a voltage, too.
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import simpy
-from simpy import Interrupt
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor import selftest
@@ -24,15 +23,18 @@ from axistwin.controllers.compumotor.outputs import Outputs
 from axistwin.controllers.compumotor.pulses import Phase, PulseGenerator
 from axistwin.controllers.compumotor.registers import Handshake
 from axistwin.controllers.compumotor.sequence import Sequencer, Sequences, Stored
+from axistwin.controllers.compumotor.singular import Owner
 from axistwin.controllers.compumotor.stop import Triggers
 from axistwin.controllers.compumotor.streaming import Stream
 from axistwin.controllers.compumotor.tracking import ClosedLoop
 from axistwin.controllers.product import PulseAxis
-from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
 from axistwin.units import MS, US, to_ns
 
+LET_GO = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
+"""Outputs that keep a level, and are in high impedance when the board has failed."""
 INDEXER = 0x50
 """The mode after reset; modes are called by the opcodes that enter them."""
 
@@ -49,14 +51,17 @@ class Board:
         axis: PulseAxis,
         options: Options,
         restart: Callable[[], None],
+        *,
+        encoder: bool,
     ) -> None:
+        """`encoder`: it has the interface for one, as an 1811 has."""
         self.clock, self.commands, self.options = clock, commands, options
         self.pins: Mapping[str, Pin] = pins
         self.start_ns, self.step_ns = _ns(options.start_ms, MS), _ns(options.step_ms, MS)
         self.alive = True
         """Whether the processor attends to its work: not during the test, nor after a failure."""
         self.handshake = Handshake(
-            clock, port, options.interrupts, _ns(options.next_message_ms, MS), options.message_queue
+            clock, port, pins, options.interrupts, _ns(options.next_message_ms, MS), options.message_queue
         )
         self.handshake.on_reset = port.on_init = restart
         self._queue: simpy.Store = simpy.Store(clock, options.command_queue)
@@ -79,24 +84,27 @@ class Board:
         self.sequences: Sequences = Sequences(options.buffer_bytes)
         self.sequencer: Sequencer = Sequencer(clock)
         self.stream = Stream(self, options.buffer_bytes, _ns(options.marker_ms, MS))
-        self.singular: Process | None = None
-        """The SINGULAR command in progress."""
+        self.host, self.sequence = Owner(clock), Owner(clock)
+        """Each gives commands, and has a SINGULAR command of its own in progress."""
         # Everything else
         self.events = Events(self.send)
         self.triggers = Triggers(
             self,
             clock,
             {1: pins["trigger1"], 6: pins["trigger6"]},
-            {1: _ns(options.trigger1_us, US), 6: _ns(options.trigger6_us, US)},
+            {
+                1: _ns(max(options.trigger1_us, options.trigger1_hold_us), US),
+                6: _ns(max(options.trigger6_us, options.trigger6_hold_us), US),
+            },
         )
         self.joystick, self.shutdown = Joystick(dict(pins), self.pulses), Shutdown(self)
+        self.joystick.on_move = self._joystick_moves
         self.outputs = Outputs(self)
-        has_encoder = any(isinstance(c, Opcode) and Accept.ENCODER in c.accepted for c in commands)
-        self.loop = ClosedLoop(self, axis if has_encoder else None)
+        performed = encoder or options.encoder_commands == "performed"
+        self.loop = ClosedLoop(self, axis if encoder else None, moves=performed)
         self._closing = [
             *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown, self.loop)),
             pins["remote_enable"].watch(lambda pin: self.refresh()),
-            pins["at_zero"].watch(self._joystick_moves),
         ]
         self._processes = [clock.process(self._live()), clock.process(self._take())]
 
@@ -110,7 +118,13 @@ class Board:
     @property
     def procedures(self) -> list[Process]:
         """Those that are under way."""
-        there = (*self._processes, self.singular, self.sequencer.process, *self.stream.processes)
+        there = (
+            *self._processes,
+            self.host.singular,
+            self.sequence.singular,
+            self.sequencer.process,
+            *self.stream.processes,
+        )
         return [process for process in there if process is not None]
 
     @property
@@ -119,10 +133,10 @@ class Board:
         return len(self._queue.items)
 
     def fail(self) -> None:
-        """The board monitor alarm: the LED lights, the outputs are let go, only a reset helps."""
+        """The board monitor alarm: the LED lights, the outputs are in high impedance, only a reset helps."""
         self._die()
-        for name in ("output1", "output2", "shutdown", "remote_acknowledge"):
-            self.pins[name].set(False)
+        for name in LET_GO:
+            self.pins[name].set(self.options.high_impedance)
         self.pins["led"].set(True)
         self.handshake.fail()
 
@@ -147,10 +161,12 @@ class Board:
     def _stop_working(self) -> None:
         self.sequencer.end()
         self.stream.abandon()
-        for process in (*self._processes, *([self.singular] if self.singular else ())):
+        for owner in (self.host, self.sequence):
+            owner.kill()
+        for process in self._processes:
             if process is not self.clock.active_process:
                 kill(process)
-        self._processes, self.singular = [], None
+        self._processes = []
 
     # Commands
 
@@ -179,7 +195,7 @@ class Board:
             if Accept.SEQUENCE in command.accepted:
                 self.sequences.store(Stored(command, values, command.string(data[1:])))
         elif self.hears(command):
-            yield from self.carry_out(command, values)
+            yield from self.carry_out(command, values, self.host)
 
     def hears(self, command: Opcode) -> bool:
         """Whether a command from the host is performed now: its attributes alone decide."""
@@ -188,34 +204,31 @@ class Board:
             needed |= Accept.DURING_SEQUENCE
         if self.streaming:
             needed |= Accept.DURING_STREAMING
-        if Accept.SINGULAR in command.accepted and self.singular is not None:
-            return False
-        return needed in command.accepted
+        return needed in command.accepted and not self.excludes(command)
 
-    def carry_out(self, command: Opcode, values: tuple[Any, ...]) -> Procedure:
-        """Perform a command; what takes time goes on as the SINGULAR command."""
+    def excludes(self, command: Opcode) -> bool:
+        """True for a SINGULAR command that the host could give too, while one of the host is in progress.
+
+        Such a command is a move, a search or the joystick, and the host's is one as well.
+        """
+        both = Accept.SINGULAR | Accept.INDEXER
+        return both in command.accepted and self.host.busy
+
+    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
+        """Perform a command; what takes time goes on as the owner's SINGULAR command."""
         assert command.handler is not None
         result = command.handler(self, *values)
         if isinstance(result, bytes):
             yield self.occupy(_ns(self.options.reply_ms, MS))
             self.send(command.opcode, result)
         elif result is not None:
-            self.singular = self.clock.process(self._perform(result))
+            owner.begin(result, self.refresh)
             self.refresh()
 
-    def _perform(self, procedure: Procedure) -> Procedure:
-        try:
-            yield from procedure
-        except Interrupt:
-            pass  # it has been ended before its time
-        finally:
-            self.singular = None
-        self.refresh()
-
-    def end_singular(self) -> None:
-        """The SINGULAR command in progress ends before its time."""
-        if self.singular is not None:
-            interrupt(self.singular)
+    @property
+    def performing_singular(self) -> bool:
+        """True while a SINGULAR command is in progress, whoever has given it."""
+        return self.host.busy or self.sequence.busy
 
     def occupy(self, duration_ns: int) -> Event:
         """The processor is busy: no command is obeyed meanwhile.  Returns the event of its end."""
@@ -259,6 +272,17 @@ class Board:
         return self.loop.on
 
     @property
+    def step_level(self) -> bool:
+        """The level of STEP: that of STEP IN while the joystick is enabled; in high impedance after a failure."""
+        if self.handshake.failed:
+            return self.options.high_impedance
+        return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level
+
+    def steps(self, side: int) -> bool:
+        """True while a STEP pulse in the physical direction +1 (CW) or -1 (CCW) is given out."""
+        return not self.handshake.failed and self.pulses.physical == side and self.step_level
+
+    @property
     def in_deadband(self) -> bool:
         """Whether the closed-loop error is within the deadband (B5h)."""
         return self.loop.in_deadband
@@ -288,7 +312,8 @@ class Board:
 
     def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
         """A move begins; `end`: where a preset move ends, in the pulse generator's count."""
-        self.motion = Motion(move, speed, end, self.motion.begun + 1)
+        sign = -1 if end is not None and end < self.pulses.position else +1
+        self.motion = Motion(move, speed, end, self.motion.begun + 1, sign)
         self.events.happened(Happening.START, self.motion.begun)
 
     def refresh(self) -> None:
@@ -310,9 +335,13 @@ class Board:
             self.stream.end()
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 
-    def _joystick_moves(self, pin: Pin) -> None:
-        if self.joystick.enabled and pin.level:
-            self.events.happened(Happening.END, self.motion.begun)
+    def _joystick_moves(self, begins: bool) -> None:
+        """From zero velocity and back to it is a move (11h)."""
+        if not self.alive:
+            return
+        if begins:
+            self.motion.begun += 1
+        self.events.happened(Happening.START if begins else Happening.END, self.motion.begun)
         self.refresh()
 
 

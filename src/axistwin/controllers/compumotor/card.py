@@ -6,12 +6,13 @@ from functools import lru_cache, partial
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
 from axistwin.controllers.compumotor.check import check
-from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811
+from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
 from axistwin.controllers.compumotor.events import ALARMS
 from axistwin.controllers.compumotor.front import FRONT
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.compumotor.words import Words
@@ -19,7 +20,7 @@ from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Reg
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
-from axistwin.sim.pins import Pin
+from axistwin.sim.pins import Pin, SensedPin
 from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.registers import RegisterPort
 
@@ -34,26 +35,32 @@ LOW = ("cw_limit", "ccw_limit", "channel_z", "test_switch")
 OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", "led")
 
 
+ENCODER_STEP_NS = 229
+"""The width of the encoder's STEP OUT pulses."""
+
+
 class _Driven(Pin):
-    """An output whose level follows from what the pulse generator does: there is no event for each pulse."""
+    """An output whose level follows from what moves: there is no event for each pulse."""
 
     silent = True
 
-    def __init__(self, clock: Clock, name: str, card: "Card") -> None:
+    def __init__(self, clock: Clock, name: str, read: Callable[[], bool]) -> None:
         super().__init__(clock, name, output=True)
-        self._card = card
+        self._read = read
 
     @property
     def level(self) -> bool:
-        """High for half a period of the range's highest frequency after each pulse."""
-        return super().level if self._holds or self.driven else self._card.step_level
+        """The level at this moment."""
+        return super().level if self._holds or self.driven else self._read()
 
 
 class Card:
     """An 1810 or 1811."""
 
-    def __init__(self, clock: Clock, commands: CommandSet, axis: PulseAxis, options: Options) -> None:
-        self.clock, self._commands, self._axis, self._options = clock, commands, axis, options
+    def __init__(self, clock: Clock, commands: CommandSet, axis: PulseAxis, options: Options, *, encoder: bool) -> None:
+        """`encoder`: it has the encoder interface of an 1811."""
+        self.clock, self._axis, self._options, self._encoder = clock, axis, options, encoder
+        self._commands = installed(commands, options)
         self._board: Board | None = None
         self.bus = RegisterPort(clock)
         self.alarms = Alarms(*ALARMS.values())
@@ -61,15 +68,31 @@ class Card:
         self.pins = {name: Pin(clock, name, level=True) for name in PULLED_UP}
         self.pins |= {name: Pin(clock, name) for name in LOW}
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
-        self.pins["step"] = _Driven(clock, "step", self)
+        for name in JUMPERS:
+            self.pins[name] = Pin(clock, name, output=True)
+            self.pins[name].restless = True  # it changes with each command
+        driven: dict[str, Callable[[], bool]] = {
+            "step": lambda: self._board is not None and self._board.step_level,
+            "cw_step": lambda: not self._steps(+1),
+            "ccw_step": lambda: not self._steps(-1),
+        }
+        if encoder:
+            self.pins["channel_z"] = channel_z = SensedPin(clock, "channel_z")
+            axis.wire_index(channel_z)
+            driven["encoder_step"] = lambda: self._board is not None and axis.encoder_counted(ENCODER_STEP_NS)
+            driven["encoder_direction"] = self._encoder_direction
+        self.pins |= {name: _Driven(clock, name, read) for name, read in driven.items()}
         self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
         if options.test_switch:
             self.pins["test_switch"].watch(self._press)
 
-    @property
-    def step_level(self) -> bool:
-        """The level of STEP."""
-        return self._board is not None and self._board.pulses.step_level
+    def _steps(self, side: int) -> bool:
+        """True while CW STEP (+1) or CCW STEP (-1) is active, which is low: open collectors let go without power."""
+        return self._board is not None and self._board.steps(side)
+
+    def _encoder_direction(self) -> bool:
+        """The quadrature detector's DIRECTION OUT: high for the encoder's positive direction; JU17 inverts it."""
+        return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 
     @property
     def busy(self) -> bool:
@@ -92,8 +115,9 @@ class Card:
                 self.pins[name].set(False)
         elif on and self._board is None:
             self._board = Board(
-                self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart
-            )
+                self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart,
+                encoder=self._encoder,
+            )  # fmt: skip
             self._board.events.on_fault = self.alarms.tell
             self._board.sequencer.on_command = lambda number, at: self._progress.tell(name_of(number), at)
 
@@ -152,9 +176,9 @@ def _orders(program: str) -> tuple[Order, ...]:
     )
 
 
-def _product(model: str, title: str, commands: CommandSet) -> Product:
+def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> Product:
     def build(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
-        return Card(clock, commands, axes["motor"], options)
+        return Card(clock, commands, axes["motor"], options, encoder=encoder)
 
     return Product(
         model=model,
@@ -179,8 +203,10 @@ def _product(model: str, title: str, commands: CommandSet) -> Product:
 
 
 PRODUCTS = {
-    "1810": _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810),
-    "1811": _product("1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811),
+    "1810": _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810, encoder=False),
+    "1811": _product(
+        "1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811, encoder=True
+    ),
 }
 
 

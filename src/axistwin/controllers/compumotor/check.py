@@ -169,8 +169,7 @@ class _Checker:
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
         at = given.sent[3:7]  # the velocity, in all of these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
-            highest = VELOCITY_RANGES[ranges[0]]
-            most = int(highest.maximum / highest.unit)
+            most = VELOCITY_RANGES[ranges[0]].highest
             message = f"velocity {velocity} is beyond range {ranges[0]}: {most} at most"
             self._say(rules.VELOCITY, at, message, given.command.chapter)
         elif not acceleration:

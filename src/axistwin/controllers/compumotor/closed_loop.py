@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.compumotor import moves
 from axistwin.controllers.compumotor.moves import Kind
 from axistwin.controllers.compumotor.ranges import VELOCITY_RANGES
-from axistwin.controllers.compumotor.tracking import Law
+from axistwin.controllers.compumotor.tracking import Law, wrapped
 from axistwin.sim.clock import Procedure
 
 if TYPE_CHECKING:
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def define_position(board: "Board", position: int) -> None:
-    """Command 2Fh: the present closed-loop position is `position`, signed encoder pulses.  Ignored while moving."""
+    """Command 2Fh: the present closed-loop position is `position`, signed encoder pulses.  Ignored while moving.
+
+    Any number of the 32-bit counter will do.
+    """
     if not board.occupied:
         board.loop.define(position)
 
@@ -38,7 +41,7 @@ def resume(board: "Board") -> Procedure:
     """
     if board.loop.commanded is not None:
         move, target = board.loop.commanded
-        again = replace(move, kind=Kind.ABSOLUTE_ENCODER, target=target - board.loop.zero)
+        again = replace(move, kind=Kind.ABSOLUTE_ENCODER, target=wrapped(target - board.loop.zero))
         yield from moves.perform(board, again, board.library.calculation_ns)
 
 
@@ -62,7 +65,7 @@ def end_on_stall(board: "Board", on: bool) -> None:
 
 
 def set_ratio(board: "Board", motor: int, encoder: int) -> None:
-    """Command B0h: motor pulses for so many encoder pulses (encoder lines x 4)."""
+    """Command B0h: motor pulses for so many encoder pulses (encoder lines x 4), both positive."""
     board.loop.ratio = motor, encoder
     board.loop.wake()
 

@@ -1,5 +1,6 @@
 """Command set of the 1810 and 1811, in the order of the manual's command summary.  One line, one opcode."""
 
+from dataclasses import replace
 from functools import partial
 
 from axistwin import units
@@ -31,6 +32,7 @@ from axistwin.controllers.compumotor.language import (
     u16,
     u32,
 )
+from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.pulses import Phase
 
 # SINGULAR, INDEXER, STREAMING, in and during a SEQUENCE, during streaming, while DEFINING, ENCODER: 1811 only
@@ -55,9 +57,7 @@ VELOCITY, ACCELERATION = (
 )
 DISTANCE, POSITION = i32("distance", low=-0x7FFF_FFFF, unit="pulses"), i32("position", unit="pulses")
 ABSOLUTE = i32("position", low=-moves.FARTHEST_ABSOLUTE, high=moves.FARTHEST_ABSOLUTE, unit="pulses")
-ENCODER_DISTANCE = i32("distance", low=-0x7FFF_FFFF, unit="encoder pulses")
-ENCODER_POSITION = i32("position", unit="encoder pulses")
-ENCODER_ABSOLUTE = i32("position", low=-moves.FARTHEST_ABSOLUTE, high=moves.FARTHEST_ABSOLUTE, unit="encoder pulses")
+ENCODER_DISTANCE, ENCODER_POSITION = (i32(name, unit="encoder pulses") for name in ("distance", "position"))
 MOVE, ANY_MOVE, SEQUENCE = u8("move", 1), u8("move"), u8("sequence", 1, 15)
 COUNT, TIMES = u8("commands", 1), u16("times", 1)
 BASE, FEW_BASES, DIVISOR = u8("base clock", 1, 9), u8("base clock", 1, 3), u8("divisor", 1, 16)
@@ -69,6 +69,9 @@ MOVE_HEAD = (MOVE, RANGES, VELOCITY, ACCELERATION)
 ON_TRIGGER = (TRIGGER, ON, MESSAGE)
 SEARCH = (Switch("active level"), Switch("edge"), u8("final speed", 1, 100, "%"), Switch("final direction"))
 MARKER = (u16("marker", 1), u8("command"), u8("parameter 1"), u8("parameter 2"))
+
+INTERRUPT, DEADBAND = 0x01, 0xB5
+ENCODER_DEFINITIONS = (0x2F, 0xD4, 0xD5)
 
 # Handlers with a value of their own
 by_trigger = partial(partial, stop.on_trigger)
@@ -99,7 +102,7 @@ COMMANDS_1811 = CommandSet(
     Opcode(0x2B, "wait minutes",                              SEQ,      (u16("time", 1, unit="min"),),   S | Q,         partial(sequence.wait, 60 * units.S)),
     Opcode(0x2C, "wait for trigger",                          SEQ,      (u8("trigger", 1, 6), Switch("level")), S | Q,  sequence.wait_for_trigger),
     Opcode(0x2E, "define absolute open-loop position",        POS,      (POSITION,),                     I | V | Q,     moves.define_position),
-    Opcode(0x2F, "define absolute closed-loop position",      LOOP,     (ENCODER_POSITION,),             I | V | Q | E, closed_loop.define_position),
+    Opcode(0x2F, "define absolute closed-loop position",      LOOP,     (ENCODER_POSITION,),             I | V | Q,     closed_loop.define_position),
     Opcode(0x30, "absolute zero here",                        POS,      (),                              I | V | C,     moves.define_zero),
     Opcode(0x31, "default velocity and acceleration",         POS,      (DontCare("don't care"), RANGES, VELOCITY, ACCELERATION), I | V | Q | C, moves.set_default),
     Opcode(0x32, "go on",                                     POS,      (DIRECTION,),                    S | I | Q,     moves.go_on),
@@ -180,7 +183,7 @@ COMMANDS_1811 = CommandSet(
     Opcode(0xAB, "interrupt at every hit of - limit",         EVENT,    (ON,),                           ANY,           partial(events.arm, 0xAB)),
     Opcode(0xAC, "interrupt on trigger",                      EVENT,    (TRIGGER, ON),                   ANY,           stop.interrupt_on_trigger),
     Opcode(0xAF, "inhibit interrupts",                        EVENT,    (),                              ANY,           events.inhibit),
-    Opcode(0xB0, "ratio of motor to encoder pulses",          LOOP,     (u16("motor pulses"), u16("encoder pulses", 1)), ANY, closed_loop.set_ratio),
+    Opcode(0xB0, "ratio of motor to encoder pulses",          LOOP,     (u16("motor pulses", 1), u16("encoder pulses", 1)), ANY, closed_loop.set_ratio),
     Opcode(0xB1, "define motor resolution",                   LOOP,     (u32("resolution", high=0xFFFF, unit="pulses/rev"),), ANY, closed_loop.set_resolution),
     Opcode(0xB2, "define backlash sigma",                     LOOP,     (i32("sigma", low=0, unit="motor steps"),), ANY, closed_loop.set_sigma),
     Opcode(0xB3, "define maintenance algorithm",              LOOP,     (u8("algorithm", 1, 3), u8("constant"), u8("velocity range", 0x00, 0x5F), i32("maximum velocity", low=0, unit="units of range")), ANY, closed_loop.set_law),
@@ -189,8 +192,8 @@ COMMANDS_1811 = CommandSet(
     Opcode(0xC8, "define relative move",                      DEFINE,   (*MOVE_HEAD, DISTANCE),          I | Q | C,     partial(moves.define, moves.Kind.RELATIVE)),
     Opcode(0xCB, "define absolute move",                      DEFINE,   (*MOVE_HEAD, ABSOLUTE),          I | Q | C,     partial(moves.define, moves.Kind.ABSOLUTE)),
     Opcode(0xCE, "define continuous move",                    DEFINE,   (*MOVE_HEAD, u8("direction")),   I | Q | C,     partial(moves.define, moves.Kind.CONTINUOUS)),
-    Opcode(0xD4, "define relative closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_DISTANCE),  I | Q | C | E, partial(moves.define, moves.Kind.RELATIVE_ENCODER)),
-    Opcode(0xD5, "define absolute closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_ABSOLUTE),  I | Q | C | E, partial(moves.define, moves.Kind.ABSOLUTE_ENCODER)),
+    Opcode(0xD4, "define relative closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_DISTANCE),  I | Q | C,     partial(moves.define, moves.Kind.RELATIVE_ENCODER)),
+    Opcode(0xD5, "define absolute closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_POSITION),  I | Q | C,     partial(moves.define, moves.Kind.ABSOLUTE_ENCODER)),
     Opcode(0xD6, "start/stop velocity",                       DEFINE,   (i32("velocity", low=0, unit="pulses/s"),), ASK, moves.set_start_stop),
     Opcode(0xD7, "delete move",                               DEFINE,   (MOVE,),                         I | Q | C,     moves.delete),
     Opcode(0xD8, "end sequence definition",                   SEQ,      (),                              I | D,         sequence.finish),
@@ -208,4 +211,16 @@ COMMANDS_1811 = CommandSet(
 # fmt: on
 
 COMMANDS_1810 = COMMANDS_1811.without(*(c.code for c in COMMANDS_1811 if Accept.ENCODER in c.accepted))
-"""The 1810 runs the same software without the encoder: it answers the requests and ignores what would move by it."""
+"""The 1810 runs the same software without the encoder: it ignores B5h and what moves by the encoder at once."""
+
+
+def installed(commands: CommandSet, options: Options) -> CommandSet:
+    """The commands of a board with these options: `encoder_commands` of an 1810, `interrupt_command`."""
+    if commands is COMMANDS_1810:
+        if options.encoder_commands == "performed":
+            commands = COMMANDS_1811.without(DEADBAND)
+        elif options.encoder_commands == "ignored":
+            commands = commands.without(*ENCODER_DEFINITIONS)
+    if options.interrupt_command == "printed":
+        commands = commands.with_(*(replace(c, accepted=I | V) for c in commands if c.code == INTERRUPT))
+    return commands

@@ -12,7 +12,7 @@ of the search in + or -.  Legs of a search, for the CW edge approached CW and fo
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from simpy import Interrupt
 
 from axistwin.controllers.compumotor.courses import Speed, continuous, preset, stopping
-from axistwin.controllers.compumotor.moves import Kind, Move
+from axistwin.controllers.compumotor.moves import Move
 from axistwin.controllers.compumotor.pulses import Course, Phase
 from axistwin.controllers.compumotor.ranges import VelocityRange
 from axistwin.motion.profile import Segment
@@ -207,11 +207,11 @@ def go_encoder_home(board: "Board", minus: bool) -> Procedure:
 
 def _go(board: "Board", minus: bool, definition: HomeDefinition, mark: Mark) -> Procedure:
     default = board.library.default
-    speed = default.speed(board.start_stop) if default is not None else None
-    if default is None or speed is None or not speed.rate or board.occupied or board.shut_down:
+    speed = default.speed(board.start_stop)
+    if speed is None or not speed.rate or board.occupied or board.shut_down:
         return
     yield board.occupy(board.library.calculation_ns)
-    move = Move(Kind.CONTINUOUS, default.ranges, default.velocity, default.acceleration, int(minus))
+    move = replace(default, target=int(minus))
     board.begin_move(move, speed, None)
     search = Search(board, definition, move, speed, mark)
     board.loop.hold(True)

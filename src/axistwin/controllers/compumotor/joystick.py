@@ -1,5 +1,6 @@
 """Chapters Joystick interface and Remote power shutdown: commands 10h to 14h, 95h."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.compumotor.pulses import PulseGenerator
@@ -16,8 +17,11 @@ class Joystick:
     def __init__(self, pins: dict[str, Pin], pulses: PulseGenerator) -> None:
         self._pins, self._pulses = pins, pulses
         self.enabled = False
+        self.on_move: Callable[[bool], None] = lambda begins: None
+        """Called when it begins to move the motor, and when it ends."""
         self._disabled: Event | None = None
-        self._unwatch = [pins["step_in"].watch(self._step), pins["at_zero"].watch(self._zero)]
+        self._moved = False
+        self._unwatch = [pins["step_in"].watch(self._step), pins["at_zero"].watch(lambda pin: self._look())]
 
     def close(self) -> None:
         """The power is gone."""
@@ -34,20 +38,26 @@ class Joystick:
         """It has the motor until `disabled` happens or the command is ended."""
         self.enabled, self._disabled = True, disabled
         self._pins["remote_acknowledge"].set(True)
+        self._look()
         try:
             yield disabled
         finally:
             self.enabled = False
             self._pins["remote_acknowledge"].set(False)
+            self._look()
 
     def disable(self) -> None:
         """It gives the motor back."""
         if self.enabled and self._disabled is not None and not self._disabled.triggered:
             self._disabled.succeed()
 
-    def _zero(self, pin: Pin) -> None:
-        if self.enabled and not pin.level:
-            self._pulses.leave_zero()
+    def _look(self) -> None:
+        """A move is from zero velocity to zero velocity, or until the joystick is disabled."""
+        if self.moving is not self._moved:
+            self._moved = self.moving
+            if self._moved:
+                self._pulses.leave_zero()
+            self.on_move(self._moved)
 
     def _step(self, pin: Pin) -> None:
         if self.enabled and pin.level:
@@ -77,22 +87,20 @@ class Shutdown:
         self._board = board
         self.commanded = False
         self.input_enabled = False
+        self.on = False
+        """True while the motor is shut down."""
         self._unwatch = board.pins["shutdown_in"].watch(lambda pin: self.refresh())
 
     def close(self) -> None:
         """The power is gone."""
         self._unwatch()
 
-    @property
-    def on(self) -> bool:
-        """Whether the motor is shut down: the level of the output."""
-        return self._board.pins["shutdown"].level
-
     def refresh(self) -> None:
         """The output follows whoever has the say; a moving motor is not shut down."""
         by_input = self._board.joystick.enabled or self.input_enabled
         wanted = not self._board.pins["shutdown_in"].level if by_input else self.commanded
         if not (wanted and self._board.moving):
+            self.on = wanted
             self._board.pins["shutdown"].set(wanted)
 
 

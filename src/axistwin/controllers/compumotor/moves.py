@@ -1,6 +1,6 @@
 """Chapters Indexer mode, Pre-defined moves and Move zero: commands 2Eh to 34h, 40h, C8h to CEh, D6h, D7h."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from fractions import Fraction
 from functools import cached_property
@@ -76,8 +76,8 @@ class Library:
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
-        self.default: Move | None = None
-        """Move zero (31h), which is not calculated in advance."""
+        self.default = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
+        """Move zero (31h), which is not calculated in advance.  Without acceleration it is not defined."""
         self._moves: dict[int, Move] = {}
         self._ready_ns: dict[int, int] = {}
         self._idle_ns = 0
@@ -121,8 +121,12 @@ class Motion:
     """Where a preset move ends, in the pulse generator's count."""
     begun: int = 0
     """How many moves have begun since reset."""
+    sign: int = +1
+    """The direction of a preset move, also when a correction has gone the other way since."""
     stopped: bool = False
     """Whether it was stopped or killed, so that nothing of it is still to come."""
+    streamed: bool = False
+    """True if a stream has been performed since."""
 
 
 # Definitions
@@ -135,7 +139,7 @@ def set_default(board: "Board", ranges: tuple[int, int], velocity: int, accelera
     """
     move = Move(Kind.CONTINUOUS, ranges, velocity, acceleration)
     if move.rate is not None:
-        board.library.default = move if velocity or acceleration else None
+        board.library.default = move
 
 
 def define(  # one argument for each parameter of the command
@@ -202,10 +206,8 @@ def go_on(board: "Board", minus: bool) -> Procedure:
 
 def perform_default(board: "Board", kind: Kind, target: int) -> Procedure:
     """A move at default velocity and acceleration.  Ignored without default move (31h)."""
-    default = board.library.default
-    if default is not None:
-        move = Move(kind, default.ranges, default.velocity, default.acceleration, target)
-        yield from perform(board, move, board.library.calculation_ns)
+    move = replace(board.library.default, kind=kind, target=target)
+    yield from perform(board, move, board.library.calculation_ns)
 
 
 def perform_move(board: "Board", number: int) -> Procedure:

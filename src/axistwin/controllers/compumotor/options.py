@@ -1,7 +1,7 @@
 """What differs from one installed board to the next, and figures of which the manual gives only an "about"."""
 
 from dataclasses import dataclass, fields
-from typing import get_args
+from typing import Literal, get_args, get_type_hints
 
 from axistwin.controllers.compumotor.registers import Interrupt
 from axistwin.errors import UsageError
@@ -35,6 +35,13 @@ class Options:
     """From a rising edge to what trigger 1 does."""
     trigger6_us: float = 400.0
     """From a rising edge to what trigger 6 does."""
+    trigger1_hold_us: float = 0.0
+    """How long trigger 1 must stay high to count, and then acts.  0: as long as its response takes.
+
+    "Requires a hold time of 500 microseconds to be recognized"; yet "response will be within 200".
+    """
+    trigger6_hold_us: float = 0.0
+    """The same for trigger 6: "1 millisecond", and "within 400 microseconds"."""
     home_ms: float = 3.0
     """How long the home input must keep a level to be seen: "like TRIGGERS 2 through 5", whose worst case it is."""
     invert_z: bool = False
@@ -49,6 +56,18 @@ class Options:
     """Commands taken from the IDB and not yet obeyed; full: SB bit 4 stays clear."""
     message_queue: int = 64
     """Messages waiting for the ODB; full: further ones are lost."""
+    interrupt_command: Literal["everywhere", "printed"] = "everywhere"
+    """Where 01h may stand: in sequences and markers too, or only as its printed attributes say, in neither."""
+    encoder_commands: Literal["kept", "performed", "ignored"] = "kept"
+    """Of an 1810: what becomes of 2Fh, 35h to 37h, 3Ah, D4h and D5h.
+
+    "kept": the position and the definitions are kept, nothing moves by the encoder that is not there.
+    "performed": all of them as on an 1811 without an encoder.  "ignored": none of them.
+    """
+    stop_after_stream: Literal["ramp", "ignored"] = "ramp"
+    """What 70h does to a motor that a stream has left at a velocity: a ramp as of the last move, or nothing."""
+    high_impedance: bool = False
+    """The level of the outputs in high impedance, after a failure: what they are connected to pulls them there."""
     part_number: str = "94-003657-01A"
     """What FDh reports: 94-, six digits, -, two digits, one or two letters."""
 
@@ -56,7 +75,11 @@ class Options:
         for name in self.interrupts:
             if name not in get_args(Interrupt):
                 raise UsageError(f"interrupts: no {name!r}: choose of {', '.join(get_args(Interrupt))}")
-        for flag in ("test_switch", "invert_z", "invert_encoder"):
+        for choice in ("interrupt_command", "encoder_commands", "stop_after_stream"):
+            known = get_args(get_type_hints(Options)[choice])
+            if getattr(self, choice) not in known:
+                raise UsageError(f"{choice}={getattr(self, choice)!r}: choose one of {', '.join(known)}")
+        for flag in ("test_switch", "invert_z", "invert_encoder", "high_impedance"):
             if not isinstance(getattr(self, flag), bool):
                 raise UsageError(f"{flag}={getattr(self, flag)!r}: give true or false")
         for field in fields(self):

@@ -13,7 +13,7 @@ NOTHING = 0x00
 
 STATES: Mapping[int, Callable[["Board"], bool]] = {
     0x01: lambda board: board.moving,
-    0x02: lambda board: board.singular is not None,
+    0x02: lambda board: board.performing_singular,
     0x03: lambda board: board.sequencer.running,
     0x04: lambda board: board.streaming,
     0x05: lambda board: board.pulses.phase is Phase.ACCELERATING,
@@ -30,6 +30,8 @@ class Outputs:
 
     def __init__(self, board: "Board") -> None:
         self._board = board
+        self.programmed = 0
+        """The programmable outputs as they have been set: output 1 in bit 1, output 2 in bit 2."""
         self._tracked: dict[int, tuple[Callable[[Board], bool], bool]] = {}
         for number in (1, 2):
             self.write(number + 2, True)
@@ -37,7 +39,9 @@ class Outputs:
     def write(self, bit: int, level: bool) -> None:
         """Set or clear a bit."""
         if bit >= USER_BITS:
-            self._board.pins[f"output{bit - 2}"].set(level)
+            number = bit - 2
+            self.programmed = self.programmed & ~(1 << number) | level << number
+            self._board.pins[f"output{number}"].set(level)
         else:
             others = self._board.handshake.user_bits & ~(1 << bit)
             self._board.handshake.user_bits = others | level << bit
@@ -86,5 +90,8 @@ def show_state(board: "Board", bit: int, state: int, active_high: bool) -> None:
 
 
 def request_outputs(board: "Board") -> bytes:
-    """Command 97h: the programmable outputs, output 1 in bit 1 and output 2 in bit 2."""
-    return bytes([sum(board.pins[f"output{number}"].level << number for number in (1, 2))])
+    """Command 97h: the programmed state of the outputs, output 1 in bit 1 and output 2 in bit 2.
+
+    It is not the level of a terminal that something outside overpowers.
+    """
+    return bytes([board.outputs.programmed])

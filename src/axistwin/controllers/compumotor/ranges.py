@@ -37,10 +37,14 @@ class VelocityRange:
 
     def rate(self, number: int) -> Fraction | None:
         """The pulse rate of a velocity number, rounded to the resolution; None: beyond the range."""
-        wish = number * self.unit
-        if wish > self.maximum:
+        if number > self.highest:
             return None
-        return ((2 * wish + self.resolution) // (2 * self.resolution)) * self.resolution
+        return ((2 * number * self.unit + self.resolution) // (2 * self.resolution)) * self.resolution
+
+    @cached_property
+    def highest(self) -> int:
+        """The highest velocity number: the one nearest to the maximum, such as 1,092,267 for 1,092,266.67."""
+        return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:
         """The velocity number nearest to a rate."""

@@ -8,12 +8,13 @@ read the ODB, set CB bit 7            SB bit 3 clears; the next message, if ther
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import IntFlag
 from typing import Literal
 
 from axistwin.controllers.compumotor.language import LONGEST
 from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
 
 Interrupt = Literal["message_ready", "input_ready", "failed"]
@@ -46,13 +47,24 @@ SOURCES: dict[Interrupt, Status] = {
 }
 
 
+JUMPERS = {"ju18": Status.MESSAGE_READY, "ju20": Status.INPUT_READY, "ju19": Status.FAILED}
+"""The right sides of the interrupt jumpers: lines of their own, which a host may have wired and no mask affects."""
+
+
 class Handshake:
     """The registers of a board that has power, from the board's side."""
 
     def __init__(
-        self, clock: Clock, port: RegisterPort, sources: tuple[Interrupt, ...], next_message_ns: int, most: int
+        self,
+        clock: Clock,
+        port: RegisterPort,
+        pins: Mapping[str, Pin],
+        sources: tuple[Interrupt, ...],
+        next_message_ns: int,
+        most: int,
     ) -> None:
         self.clock, self.port = clock, port
+        self._lines = {pins[name]: status for name, status in JUMPERS.items()}
         self._jumpers = Status(0)
         for source in sources:
             self._jumpers |= SOURCES[source]
@@ -72,6 +84,8 @@ class Handshake:
         self._messages.clear()
         self.port.on_control = lambda value: None
         self.port.interrupt_line.set(False)
+        for line in self._lines:
+            line.set(False)
 
     # Status byte
 
@@ -106,6 +120,8 @@ class Handshake:
         active = bool(self._status & self._jumpers) and Status.MASKED not in self._status
         self.port.status = int(self._status | (Status.INTERRUPT if active else 0))
         self.port.interrupt_line.set(active)
+        for line, status in self._lines.items():
+            line.set(status in self._status)
 
     # Control byte
 

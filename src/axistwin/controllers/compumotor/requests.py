@@ -31,7 +31,7 @@ def from_start(board: "Board") -> bytes:
 def from_end(board: "Board") -> bytes:
     """Command 81h: pulses short of (+) or beyond (-) the end of the preset move; 0 if it was none."""
     end = board.motion.end
-    missing = 0 if end is None else (end - board.pulses.position) * board.pulses.sign
+    missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
     return position_bytes(missing, 4)
 
 
@@ -117,7 +117,7 @@ def mode(board: "Board") -> bytes:
 
 
 def move_parameters(board: "Board", number: int) -> bytes | None:
-    """Command 91h: the definition of move 0 to 255.
+    """Command 91h: the definition of move 0 to 255; move 0 is there from reset on, with velocity and acceleration 0.
 
     No reply if there is no such move, nor while streaming for any but move 0.
     """

@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 PULSES = 25_000
 RATE = Fraction(5_000)
-ONE_TURN = Course(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), RATE)
+WIDTH = Fraction(3, 2_000_000)
+"""Seconds that STEP is high: "a one to two microsecond, high going, pulse"."""
+ONE_TURN = Course(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), 1 / (2 * WIDTH))
 
 
 def test_switch(board: "Board") -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any
 
-from axistwin.controllers.compumotor.language import Opcode
+from axistwin.controllers.compumotor.language import Accept, Opcode
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.units import MS
 
@@ -81,7 +81,11 @@ class Order(Enum):
 
     GO_ON = auto()
     SUSPEND = auto()
+    KILL = auto()  # and the present command ends before its time, if it is SINGULAR
     LEAVE = auto()
+
+
+SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 
 @dataclass
@@ -132,15 +136,20 @@ class Sequencer:
         self._wake()
 
     def suspend(self) -> None:
-        """After the present command, until CONTINUE."""
+        """After the present command, until CONTINUE.  Where CONTINUE is waited for already, that one is enough."""
         if self._order is Order.GO_ON and self._waiting is None:
             self._order = Order.SUSPEND
+
+    def kill_and_suspend(self) -> None:
+        """Until CONTINUE, whatever the present command waits for; if it is SINGULAR and yet to begin it does not."""
+        if self._order is not Order.LEAVE:
+            self._order = Order.KILL
 
     def go_on(self) -> None:
         """CONTINUE: what waits for it goes on; a loop that does is left at the end of this round."""
         if self._waiting is not None:
             self._wake()
-        elif self._order is Order.SUSPEND:
+        elif self._order in SUSPENDED:
             self._order = Order.GO_ON
         elif self.running and self.loop is not None and self.loop.left is None:
             self.loop.left = 1
@@ -165,10 +174,11 @@ class Sequencer:
                 stored = buffer[self.at]
                 self.on_command(self.number, self.at)
                 yield self.clock.timeout(board.step_ns)
-                yield from board.carry_out(stored.command, stored.values)
-                if board.singular is not None:
-                    yield board.singular
-                if self._order is Order.SUSPEND:
+                if not self._killed(stored.command) and not board.excludes(stored.command):
+                    yield from board.carry_out(stored.command, stored.values, board.sequence)
+                if board.sequence.singular is not None:
+                    yield board.sequence.singular
+                if self._order in SUSPENDED:
                     yield from self.wait()
                     self._order = Order.LEAVE if self._leaving() else Order.GO_ON
                 if self._leaving():
@@ -177,6 +187,9 @@ class Sequencer:
         finally:
             self.process = None
             board.refresh()
+
+    def _killed(self, command: Opcode) -> bool:
+        return self._order is Order.KILL and Accept.SINGULAR in command.accepted
 
     def _leaving(self) -> bool:
         return self._order is Order.LEAVE

@@ -27,8 +27,14 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 
 def stop_motion(board: "Board") -> None:
-    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, as 78h."""
+    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, as 78h.
+
+    Where a stream has left the motor at a velocity, the ramp is that of the last move, or as the option
+    `stop_after_stream` says; without any move since reset there is no ramp.
+    """
     pulses, speed = board.pulses, board.motion.speed
+    if board.motion.streamed and not board.streaming and board.options.stop_after_stream == "ignored":
+        return
     board.motion.stopped = True
     if board.streaming or board.loop.correcting or speed is None:
         kill_motion(board)
@@ -48,8 +54,9 @@ def suspend_sequence(board: "Board") -> None:
 
 
 def discontinue_singular(board: "Board") -> None:
-    """Commands 73h, 77h: the SINGULAR command in progress ends; a moving motor keeps its velocity."""
-    board.end_singular()
+    """Commands 73h, 77h: end any SINGULAR command, of the host or the sequence; a moving motor keeps its velocity."""
+    board.host.end()
+    board.sequence.end()
 
 
 def kill_motion(board: "Board") -> None:
@@ -61,17 +68,23 @@ def kill_motion(board: "Board") -> None:
 
 
 def kill_sequence(board: "Board") -> None:
-    """Commands 79h, 7Dh: the sequence ends, and its SINGULAR command with it.  Ignored without a sequence."""
+    """Commands 79h, 7Dh: the sequence ends, and its SINGULAR command with it; the host's goes on.
+
+    Ignored without a sequence.
+    """
     if board.sequencer.running:
         board.sequencer.end()
-        board.end_singular()
+        board.sequence.end()
 
 
 def kill_and_suspend(board: "Board") -> None:
-    """Commands 7Ah, 7Eh: the sequence's SINGULAR command ends; the sequence waits for CONTINUE."""
+    """Commands 7Ah, 7Eh: the sequence's SINGULAR command ends, the host's goes on; the sequence waits for CONTINUE.
+
+    Ignored without a sequence.
+    """
     if board.sequencer.running:
-        board.sequencer.suspend()
-        board.end_singular()
+        board.sequencer.kill_and_suspend()
+        board.sequence.end()
 
 
 # By trigger
@@ -90,6 +103,7 @@ class Triggers:
     """Trigger inputs 1 and 6, which interrupt the processor on a rising edge."""
 
     def __init__(self, board: "Board", clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
+        """`response_ns`: from the edge to what the trigger does, with the input high all the time."""
         self._board, self.clock, self._pins, self._response_ns = board, clock, pins, response_ns
         self._functions: dict[int, Function] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)

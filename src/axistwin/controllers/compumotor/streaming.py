@@ -143,10 +143,15 @@ class Stream:
         assert self.setting is not None
         entry = self._entries.popleft()
         self._used -= WORD * len(entry)
-        if self._alarm_on and self._used <= self.setting.alarm:
+        self.alarm(self._used)
+        return entry
+
+    def alarm(self, left: int) -> None:
+        """Send the buffer empty alarm if it is on and so many bytes left are few enough; it is off then."""
+        assert self.setting is not None
+        if self._alarm_on and left <= self.setting.alarm:
             self._alarm_on = False
             self._board.send(self.setting.mode, self.setting.parameters)
-        return entry
 
     # Performing
 
@@ -339,16 +344,20 @@ def perform(board: "Board") -> None:
 
     When it has run dry the motor stays at its velocity until the buffer is refilled and this is sent again.
     """
-    if not (board.stream.empty or board.singular or board.joystick.enabled or board.shut_down):
-        board.motion.end = None
+    if not (board.stream.empty or board.performing_singular or board.joystick.enabled or board.shut_down):
+        board.motion.end, board.motion.streamed = None, True
         board.stream.start()
 
 
 def kill_buffer(board: "Board") -> None:
-    """Commands 7Bh, 7Fh: the buffer is empty, and no longer performed; the motor keeps its velocity."""
+    """Commands 7Bh, 7Fh: the buffer is empty, and no longer performed; the motor keeps its velocity.
+
+    An alarm that is on is sent if the buffer was being performed.
+    """
     if board.streaming:
         board.stream.end()
         board.pulses.hold()
+        board.stream.alarm(0)
     board.stream.clear()
     board.refresh()
 

@@ -86,8 +86,9 @@ class Encoder:
 class ClosedLoop:
     """What the board knows of the encoder, and does about it."""
 
-    def __init__(self, board: "Board", axis: PulseAxis | None) -> None:
-        self._board, self._axis = board, axis
+    def __init__(self, board: "Board", axis: PulseAxis | None, *, moves: bool) -> None:
+        """`axis` None: the board has no encoder.  `moves`: it performs closed-loop moves all the same."""
+        self._board, self._axis, self._moves = board, axis, moves
         self.encoder = Encoder(axis, board.options.invert_encoder)
         # Parameters
         self.ratio: tuple[int, int] | None = None
@@ -283,12 +284,13 @@ class ClosedLoop:
 
     def perform(self, move: Move, speed: Speed) -> Procedure:
         """Perform a closed-loop move.  Ignored without ratio, if it is too far, or at a limit in that direction."""
-        board, count = self._board, self.encoder.count
-        if self.ratio is None:
+        board = self._board
+        if self.ratio is None or not self._moves:
             return
         relative = move.kind is Kind.RELATIVE_ENCODER
-        target = self.desired + move.target if relative else self.zero + move.target
-        pulses = _to_pulses(move.target if relative else target - count, self.ratio)
+        counts = move.target if relative else move.target - self.absolute
+        target = counts + (self.desired if relative else self.encoder.count)
+        pulses = _to_pulses(counts, self.ratio, move.target)
         sign = 1 if pulses > 0 else -1
         if abs(pulses) > FARTHEST or (pulses and (not speed.rate or board.limits.blocks(sign))):
             return
@@ -305,8 +307,11 @@ class ClosedLoop:
         self.zero = self.desired - position
 
 
-def _to_pulses(counts: int, ratio: tuple[int, int]) -> int:
-    """Encoder pulses in motor pulses, to the nearest; a half is rounded away from zero."""
+def _to_pulses(counts: int, ratio: tuple[int, int], side: int) -> int:
+    """Encoder pulses in motor pulses, to the nearest; a half goes to the + or - side, as the sign of `side` says.
+
+    With the target of an absolute move as `side` it stops at the same place, from whichever side it comes.
+    """
     motor, encoder = ratio
-    amount = (2 * abs(counts) * motor + encoder) // (2 * encoder)
-    return amount if counts > 0 else -amount
+    upwards = +1 if side >= 0 else -1
+    return upwards * ((2 * upwards * counts * motor + encoder) // (2 * encoder))

@@ -1,0 +1,202 @@
+"""Specifications, ENCODER connector: channel Z from the plant's encoder, STEP OUT and DIRECTION OUT (1811)."""
+
+import pytest
+
+from axistwin.apps.conversations.events import terminals
+from axistwin.errors import UsageError
+from axistwin.plant.switches import PositionSwitch, in_series
+
+from .talking import ask, default, i32, position, ready, rest, tell
+
+ENCODER = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}  # 0.16 counts a pulse
+AT_ONCE = 0x7FFF_FFFF
+
+
+def encoder_board(bench, model="1811", encoder=ENCODER, **options):
+    board = ready(bench, model, motor={"encoder": encoder}, **options)
+    default(bench, board, 1_000, AT_ONCE)
+    return board
+
+
+def go(bench, board, pulses):
+    tell(bench, board, 0x33, *i32(pulses))
+    rest(bench, board)
+
+
+# Channel Z
+
+
+@pytest.mark.parametrize(
+    ("pulses", "level"),
+    [(6, True), (7, False), (24_999, False), (25_000, True), (25_006, True), (25_007, False), (-1, False)],
+)
+def test_the_mark_comes_once_in_a_revolution(bench, pulses, level):
+    """Encoder interface: "gives its home indication once per revolution": a count wide, that of pulses 0 to 6."""
+    board = encoder_board(bench)
+    go(bench, board, pulses)
+    assert board.pins["channel_z"].level is level
+    assert ask(bench, board, 0x96)[1] == (0xFF if level else 0)
+
+
+def test_a_mark_elsewhere_and_wider(bench):
+    """Counts 10 to 12, of pulses 63 to 81 (62.5 to 81.25)."""
+    board = encoder_board(bench, encoder={**ENCODER, "index": 10, "index_counts": 3})
+    found = []
+    for pulses in (62, 1, 18, 1):
+        go(bench, board, pulses)
+        found.append(board.pins["channel_z"].level)
+    assert found == [False, True, True, False]
+
+
+def test_an_encoder_that_is_pushed_or_slips_takes_its_mark_along(bench):
+    board = encoder_board(bench)
+    encoder, pin = board.axes["motor"].encoder, board.pins["channel_z"]
+    seen = []
+    pin.watch(lambda pin: seen.append(pin.level))
+    encoder.displace(5)
+    assert not pin.level
+    encoder.slip(3995)
+    assert pin.level
+    assert seen == [False, True]
+
+
+@pytest.mark.parametrize("counts_per_rev", [4000, -4000])
+@pytest.mark.parametrize("backlash", [0, 5])
+@pytest.mark.parametrize("way", [+1, -1])
+def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
+    """Seen at each pulse of four revolutions, there and back, and by who watches: the same edges."""
+    encoder = {"counts_per_rev": counts_per_rev, "pulses_per_rev": 100, "backlash": backlash, "index": 7}
+    edges = []
+    for watched in (False, True):
+        board = encoder_board(bench, encoder={**encoder, "index_counts": 40})
+        motor, pin, found = board.axes["motor"], board.pins["channel_z"], []
+        if watched:
+            pin.watch(lambda pin, motor=motor, found=found: found.append((motor.position, pin.level)))
+        for pulses in (way * 200, -way * 200):
+            before = pin.level
+            tell(bench, board, 0x33, *i32(pulses))
+            while not motor.moving:
+                bench.run(0.000_1)
+            for time_ns in [int(motor.train.stroke.start_ns + n * 1_000_000) for n in range(1, 201)]:
+                bench.run((time_ns + 1_000 - bench.now) / 1e9)
+                if not watched and pin.level is not before:
+                    before = pin.level
+                    found.append((motor.position, before))
+            rest(bench, board)
+        edges.append(found)
+    assert edges[0] == edges[1]
+    assert len(edges[0]) >= 7
+
+
+@pytest.mark.parametrize(("final_ccw", "found"), [(0, 25_000), (1, 25_006)])
+@pytest.mark.parametrize("minus", [0, 1])
+def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, final_ccw, found, minus):
+    """3Ah without a hand on the pin: pulses 25,000 to 25,006 are the mark, HOME ENABLE is closed around them.
+
+    At 50 % of the default velocity, each pulse takes 2 ms: it stops on the pulse that begins the mark.
+    """
+    board = ready(bench, motor={"encoder": ENCODER, "limits": (-1_000, 40_000)})
+    in_series([PositionSwitch(board.axes["motor"], 24_000, 26_000)], board.pins["home_enable"])
+    default(bench, board, 1_000, AT_ONCE)
+    tell(bench, board, 0x18, 1)
+    tell(bench, board, 0x38, 1, 0, 50, final_ccw)
+    tell(bench, board, 0x0F, 3, 2, 1)
+    tell(bench, board, 0x3A, minus)
+    assert bench.run_until(lambda: not board.pins["output1"].level, 100)
+    assert board.axes["motor"].position == found
+    assert position(bench, board, 0x82) == 0
+    assert ask(bench, board, 0x96)[1] == 0xFF
+
+
+def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
+    """A motor that runs for ever passes it again and again without an event."""
+    board = encoder_board(bench)
+    tell(bench, board, 0x32, 0)
+    bench.run(1)
+    assert bench.clock.next_event_ns() is None
+    end = board.pins["channel_z"].watch(lambda pin: None)
+    assert bench.clock.next_event_ns() is not None
+    end()
+    bench.run(26)
+    assert bench.clock.next_event_ns() is None
+
+
+def test_a_mark_is_no_news_in_a_transcript(bench):
+    """A terminal that changes with each revolution is looked at, not told of; one that is wired by hand is told of."""
+    board = encoder_board(bench)
+    assert "channel_z" not in terminals(board)
+    board.pins["channel_z"].set(True)
+    assert "channel_z" in terminals(board)
+    assert "channel_z" in terminals(ready(bench))
+
+
+def test_who_waits_for_its_next_change_is_told(bench):
+    board = encoder_board(bench)
+    changed = board.pins["channel_z"].changed()
+    assert board.pins["channel_z"].changed() is changed
+    go(bench, board, 7)
+    assert changed.processed
+
+
+def test_a_wire_or_a_test_lead_takes_the_place_of_the_encoder(bench):
+    board = encoder_board(bench)
+    pin = board.pins["channel_z"]
+    pin.drive(False)
+    assert not pin.level
+    pin.release()
+    assert pin.level
+    pin.set(False)
+    go(bench, board, 25_000)
+    assert not pin.level
+
+
+def test_an_1810_has_no_hardware_for_it(bench):
+    """96h: "there is no hardware on the board supporting the Z-channel input"."""
+    board = encoder_board(bench, "1810")
+    assert ask(bench, board, 0x96)[1] == 0
+    assert "encoder_step" not in board.pins
+
+
+@pytest.mark.parametrize("wrong", [{"index_counts": 0}, {"index_counts": 4000}])
+def test_a_mark_is_at_least_a_count_and_less_than_a_revolution(bench, wrong):
+    with pytest.raises(UsageError, match="index mark"):
+        bench.add("1811", motor={"encoder": {**ENCODER, **wrong}})
+
+
+# STEP OUT and DIRECTION OUT
+
+
+def test_step_out_gives_a_pulse_of_229_ns_for_each_count(bench):
+    """ "Pulses are nominally 229 nanoseconds wide": the first count is that of pulse 7 (1.12), pulse 6 makes none."""
+    board = encoder_board(bench)
+    tell(bench, board, 0x33, *i32(20))
+    assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
+    began, pin = board.axes["motor"].train.stroke.start_ns, board.pins["encoder_step"]
+    levels = []
+    for time_ns in (6_000_100, 6_999_999, 7_000_000, 7_000_228, 7_000_229, 13_000_000):
+        bench.run((began + time_ns - bench.now) / 1e9)
+        levels.append(pin.level)
+    assert levels == [False, False, True, True, False, True]
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_direction_out_is_the_quadrature_detectors_direction(bench, inverted):
+    """ "A jumper on the 1810/11 board inverts the polarity"; backlash of 2 counts keeps it for 12 pulses back."""
+    board = encoder_board(bench, encoder={**ENCODER, "backlash": 2}, invert_encoder=inverted)
+    pin, levels = board.pins["encoder_direction"], []
+    for pulses in (100, -6, -20, 50):
+        go(bench, board, pulses)
+        levels.append(pin.level is not inverted)
+    assert levels == [True, True, False, True]
+    board.power(False)
+    assert not pin.level
+    assert not board.pins["encoder_step"].level
+
+
+def test_without_an_encoder_there_are_no_pulses(bench):
+    board = ready(bench)
+    default(bench, board, 1_000, AT_ONCE)
+    tell(bench, board, 0x32, 0)
+    bench.run(0.1)
+    assert not any(board.pins["encoder_step"].level for _ in range(5))
+    assert not board.pins["channel_z"].level
