@@ -5,6 +5,7 @@ from axistwin.controllers.smartmotor import jit, kernel, machine, state
 from axistwin.controllers.smartmotor.program import Program
 
 from .reference_motor import FLAGS, PINS
+from .reference_program import no_value
 
 MODES = {
     "off": state.M_OFF, "brake": state.M_BRAKE, "error": state.M_ERROR, "hold": state.M_HOLD,
@@ -193,6 +194,8 @@ def step(motor, step):
     number = step.number(motor.program)
     if step.fetch:
         return ops.S_FETCH, number
+    if step.what == "case" and step.node.parts[step.part].value is no_value:
+        return ops.S_IF, number
     if step.what != "do":
         return OPERATIONS[step.what], number
     word = step.node.keyword

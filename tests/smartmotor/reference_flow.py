@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from .reference_program import Abandoned
+from .reference_program import Abandoned, no_value
 
 
 class Runner:
@@ -87,6 +87,8 @@ class Runner:
 
     def _case(self, step):
         block = step.node.parts[step.part]
+        if block.value is no_value:
+            self.motor.flags["Bs"] = 1
         if self.switches[len(self.returns)] == block.value:
             self.step = self.program.enter(block)
         else:

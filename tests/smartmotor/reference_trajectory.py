@@ -153,6 +153,8 @@ class Trajectory:
             self.place = inside
             motor.origin += turn
             motor.cam.origin += turn
+            if self.mode == "position":
+                self.target += turn
             motor.flags["Bw"] = 1
 
 

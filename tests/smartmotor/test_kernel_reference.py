@@ -127,7 +127,7 @@ def somebody_moves(random, motor):
     )
     samples = random.randint(2, 100)
     near = motor.trajectory.place + random.choice([1, -1]) * (rate * samples**2 // 4 + random.choice([0, 65536]))
-    near = (near // 65536 + 2**31) % 2**32 - 2**31
+    near //= 65536  # a relative move may go through 2^31
     target = random.choice([near, near, near, random.randint(-(2**31), 2**31 - 1)])
     if random.random() < 0.3:
         motor.trajectory.velocity = random.randint(-(2**22), 2**22)

@@ -216,11 +216,11 @@ def test_stopping_a_motor_at_rest(bench, motor):
 
 
 def test_x_and_then_g_resumes(bench, motor):
-    """X decelerates; a G on the way takes the velocity up again."""
+    """X decelerates; MV G on the way takes the velocity up again."""
     cruise(bench, motor, "MV")
     say(bench, motor, "X ")
     assert path(bench, motor, 3) == [264, 272, 279]
-    say(bench, motor, "G ")
+    say(bench, motor, "MV G ")
     assert path(bench, motor, 4) == [287, 296, 306, 316]
 
 
@@ -385,3 +385,58 @@ def told(words, pieces):
     found.append(say(bench, motor, "ECHO_OFF RMODE RP RCTR RBo RBt RV "))
     assert found[-1].count(b"\r") == 6
     return found
+
+
+# What S and X leave for the next G
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+@pytest.mark.parametrize(
+    ("move", "letter", "way"),
+    [("D=20", "R", [1, 3, 6, 10, 14, 17, 19, 20, 20]), ("P=a+20", "P", [1, 3, 6, 10, 14, 17, 19, 20, 20])],
+)
+def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, letter, way):
+    """The EPICS driver motorSmartMotor jogs with `MV V= G`, stops with S, moves with `D=n G` or `P=n G`, without MP.
+
+    RMODE after the stop reports the letter of what the next G starts, and the same letter when it has begun.
+    """
+    cruise(bench, motor, "MV")
+    say(bench, motor, f"{stop} ")
+    path(bench, motor, 20)
+    zero = motor.axes["shaft"].position
+    assert say(bench, motor, f"a=@P {move} RMODE G RMODE ") == f"{letter}\r{letter}\r".encode()
+    assert [position - zero for position in path(bench, motor, 9)] == way
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+@pytest.mark.parametrize(
+    ("mode", "letter"), [("MV", "V"), ("MFR", "X"), ("MSR", "X"), ("MP D=9", "R"), ("MP P=9", "P")]
+)
+def test_s_and_x_may_leave_the_buffered_mode_as_it_is(bench, stop, mode, letter):
+    """Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE tells which."""
+    motor = ready(bench, stop_buffers="same")
+    say(bench, motor, SLOW + f"{mode} G {stop} ")
+    path(bench, motor, 20)
+    assert say(bench, motor, "RMODE G RMODE ") == f"{letter}\r{letter}\r".encode()
+
+
+def test_with_same_a_jog_resumes(bench):
+    """Option `stop_buffers="same"`: 10 counts per sample, down to 7 in three samples, and up again."""
+    motor = ready(bench, stop_buffers="same")
+    pass_samples(bench)
+    cruise(bench, motor, "MV")
+    say(bench, motor, "X ")
+    assert path(bench, motor, 3) == [264, 272, 279]
+    say(bench, motor, "G ")
+    assert path(bench, motor, 4) == [287, 296, 306, 316]
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+def test_s_and_x_without_effect_leave_the_buffered_mode(bench, motor, stop):
+    """4.1: while the motor is off S and X do nothing, and so they buffer nothing."""
+    assert say(bench, motor, SLOW + f"MV {stop} G RMODE ") == b"V\r"
+
+
+def test_s_forgets_host_mode_that_has_not_begun(bench, motor):
+    """10.1: MD is buffered until G; after S the next G is a position move."""
+    assert say(bench, motor, SLOW + "MV G MD S D=1 RMODE G RMODE ") == b"R\rR\r"

@@ -49,6 +49,9 @@ class Elements:
         return self.code
 
 
+WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
+"""What stands behind IF, ELSEIF, WHILE, SWITCH or CASE and is no expression: the condition does not hold, flag Bs."""
+
 Operand = int | str | bytes | Expression | Elements
 """What a handler gets: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
 
@@ -128,13 +131,14 @@ def read(text: str) -> Statement:
             raise Malformed(0, message, found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
-        return Statement(text, found, (), malformed.problem)
+        condition = found is not None and found.form is Form.AFTER
+        return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
 # Which command it is, and where its operands begin
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
-    (re.compile(r"([A-Z]+)[ \t]+", re.ASCII), "{}"),
+    (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
     (re.compile(r"([A-Z]+)=", re.ASCII), "{}="),
     (re.compile(r"([A-Z]+1?)\(", re.ASCII), "{}()"),
     (re.compile(r"([A-Z]+)(?=\d+\Z)", re.ASCII), "{}n"),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.smartmotor.expressions import Expression, Reader
 from axistwin.controllers.smartmotor.interpreter import MODE_TOLD, POSITION, STATUS_WORD, computed
 from axistwin.controllers.smartmotor.state import (
+    BUFFERED_MODE,
     M_BRAKE,
     M_CAM,
     M_ERROR,
@@ -25,6 +26,7 @@ from axistwin.controllers.smartmotor.state import (
     M_TORQUE,
     M_VELOCITY,
     PID_RATE,
+    RELATIVE,
 )
 
 if TYPE_CHECKING:
@@ -38,12 +40,10 @@ LETTERS = {
     M_OFF: "O",
     M_BRAKE: "B",
     M_ERROR: "E",
-    M_HOLD: "P",
     M_POSITION: "P",
     M_RELATIVE: "R",
     M_VELOCITY: "V",
     M_TORQUE: "T",
-    M_STOP: "P",
     M_FOLLOW: "F",
     M_RATIO: "X",
     M_STEP: "S",
@@ -77,9 +77,15 @@ def mode(motor: "Motor") -> str:
     """RMODE: a letter for the mode in force.
 
     P absolute and R relative position, V velocity, T torque, F and S follow the external encoder or steps, X with a
-    ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops is in P.
+    ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops reports the letter of
+    what the next G starts.
     """
-    return LETTERS[computed(motor.i, MODE_TOLD)]
+    i = motor.i
+    told = computed(i, MODE_TOLD)
+    if told in (M_HOLD, M_STOP):
+        told = i[BUFFERED_MODE]
+        return LETTERS[M_RELATIVE if told == M_POSITION and i[RELATIVE] else told]
+    return LETTERS[told]
 
 
 def sample_rate(motor: "Motor") -> str:

@@ -169,7 +169,10 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Beyond 2^31 counts the position goes on at the other end; flag Bw."""
+    """Beyond 2^31 counts the position continues at the other end; flag Bw.
+
+    The target of a move goes with it, so that a move ends where it would on a longer scale.
+    """
     turn = 0
     if i[COMMANDED] >= WRAP // 2:
         turn = -1
@@ -179,4 +182,6 @@ def wrap(i: Ints) -> None:
         i[COMMANDED] += turn * WRAP
         i[ORIGIN] += turn * (WRAP >> 16)
         i[CAM_ORIGIN] += turn * (WRAP >> 16)
+        if i[MODE] == M_POSITION:
+            i[TARGET] += turn * (WRAP >> 16)
         i[BW] = 1
