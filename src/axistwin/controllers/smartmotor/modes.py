@@ -6,6 +6,7 @@ from axistwin.controllers.smartmotor import host_mode
 from axistwin.controllers.smartmotor.brakes import Control, switch_off
 from axistwin.controllers.smartmotor.cam import RELATIVE_CAM, TABLE_MOST, invalidate, take_over
 from axistwin.controllers.smartmotor.faults import may_move
+from axistwin.controllers.smartmotor.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.position import position as position_of_shaft
 from axistwin.controllers.smartmotor.servo_law import clear_integral
 from axistwin.controllers.smartmotor.state import (
@@ -99,9 +100,19 @@ def parameter(motor: "Motor", value: int, *, slot: int, low: int, high: int) -> 
 
 
 def position(motor: "Motor", value: int) -> None:
-    """P=exp: the absolute target of MP in counts; the next G is an absolute move."""
+    """P=exp, FEh and four bytes: the absolute target of MP in counts; the next G is an absolute move."""
     motor.i[P] = value
     motor.i[RELATIVE] = 0
+
+
+def velocity(motor: "Motor", value: int) -> None:
+    """FDh and four bytes: V, in 1/65536 count per sample, as V=exp."""
+    parameter(motor, value, slot=V, low=LOWEST, high=HIGHEST)
+
+
+def acceleration(motor: "Motor", value: int) -> None:
+    """FCh and four bytes: A, in 1/65536 count per sample², as A=exp; below 0: Bs, and A stays."""
+    parameter(motor, value, slot=A, low=0, high=HIGHEST)
 
 
 def distance(motor: "Motor", value: int) -> None:
