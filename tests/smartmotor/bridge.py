@@ -17,6 +17,7 @@ REASONS = {
     "statement": kernel.STATEMENT_WAITS, "value": kernel.VALUE_WAITS, "call": kernel.CALL_WAITS,
     "trajectory": kernel.TRAJECTORY, "plus": kernel.PLUS, "minus": kernel.MINUS, "error": kernel.ERROR,
     "heat": kernel.HEAT, "go": kernel.GO_EDGE, "switch": kernel.SWITCH, "index": kernel.INDEX_MARK,
+    "taken": kernel.PIN_TAKEN,
     "exit": kernel.HOST_EXIT, "underflow": kernel.HOST_UNDERFLOW, "last": kernel.HOST_LAST,
 }  # fmt: skip
 CALLS = {"GOSUB": state.CALL_GOSUB, "C1": state.CALL_FAULT, "C2": state.CALL_INPUT}
@@ -155,6 +156,8 @@ def _inputs(motor):
     return analog | {
         state.PINS: sum(level << bit for bit, level in enumerate(motor.pins.values())),
         state.GO_LEVEL: go.level,
+        state.BRAKE_PIN: 1 << PINS.index(motor.brake_pin) if motor.brake_pin else 0,
+        state.BRAKE_READ: motor.brake_read,
         state.GO_COUNT: go.different,
         state.DEBOUNCE: go.debounce,
         state.WINDOW_LOW: motor.window[0],

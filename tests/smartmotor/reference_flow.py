@@ -111,17 +111,21 @@ class Runner:
     # Statements
 
     def _let(self, node):
+        self.motor.assigning = True
         value = self._value(node.value)
+        self.motor.assigning = False
         if value is not None:
             self.motor.memory[node.array] = value
 
     def _element(self, node):
         try:
             index = node.index(self.motor)
+            self.motor.assigning = True
             for place, value in enumerate(node.value, index):
                 self.motor.memory.set_element(node.array, place, value(self.motor))
         except Abandoned as reason:
             self.motor.flags[reason.flag] = 1
+        self.motor.assigning = False
 
     def _wait(self, node):
         samples = self._value(node.value)

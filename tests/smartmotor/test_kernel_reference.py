@@ -71,6 +71,7 @@ def pins_change(random, motor):
     for pin in random.sample("ABCDEFG", 3):
         motor.pins[pin] = random.random() < 0.5
     motor.plus.has_pin, motor.minus.has_pin = random.random() < 0.3, random.random() < 0.3
+    motor.brake_pin = random.choice(["", "C", "G"])
     motor.go.debounce = random.choice([1, 2, 4])
 
 

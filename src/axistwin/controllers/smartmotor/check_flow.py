@@ -19,7 +19,7 @@ from axistwin.controllers.smartmotor.state import DEPTH_MOST, SWITCH_MOST
 
 FAULT, INPUT = 1, 2
 """The labels that faults and pin G call."""
-WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN})
+WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN, ops.TAKEN_PIN})
 ENDS = frozenset({ops.S_RETURN, ops.S_RETURNI, ops.S_END})
 NO_RETURN = frozenset({"RUN", "Z"})
 

@@ -17,6 +17,8 @@ from axistwin.controllers.smartmotor.state import (
     ARRAY_BASE,
     BD,
     BI,
+    BRAKE_PIN,
+    BRAKE_READ,
     BS,
     BT,
     BU,
@@ -60,11 +62,11 @@ STACK = 64
 DONE, TRAP, HELD, FETCH = range(4)
 
 # Operations of expressions.  Those from ADD on take two values.
-RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE = range(12)
+RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
     EQUAL, UNEQUAL, LESS, GREATER, AT_MOST, AT_LEAST,
-) = range(12, 27)  # fmt: skip
+) = range(13, 28)  # fmt: skip
 
 # What COMPUTED computes
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_TOLD = range(9)
@@ -106,6 +108,14 @@ def computed(i: Ints, what: int) -> int:
     for bit in range(bits):
         word |= i[BT + bit] << bit
     return word
+
+
+@sampled
+def taken(i: Ints, bit: int) -> int:
+    """Return the level of a pin that an assignment reads; note it if the pin carries the brake's signal (5.1)."""
+    if i[BRAKE_PIN] == 1 << bit:
+        i[BRAKE_READ] = 1
+    return (i[PINS] >> bit) & 1
 
 
 @sampled
@@ -218,6 +228,10 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
         elif operation == PIN:
             top += 1
             stack[top] = (i[PINS] >> code[at + 1]) & 1
+            at += 2
+        elif operation == TAKEN_PIN:
+            top += 1
+            stack[top] = taken(i, code[at + 1])
             at += 2
         elif operation == COMPUTED:
             top += 1

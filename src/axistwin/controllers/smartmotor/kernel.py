@@ -27,6 +27,7 @@ from axistwin.controllers.smartmotor.state import (
     BM,
     BP,
     BR,
+    BRAKE_READ,
     BT,
     BUDGET,
     BX,
@@ -90,6 +91,7 @@ GO_EDGE = 256  # pin G has gone low
 SWITCH = 512  # the shaft has reached a switch
 INDEX_MARK = 1024  # Bx has changed
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
+PIN_TAKEN = 16384  # an assignment has read the pin of the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -224,6 +226,9 @@ def inputs(i: Ints) -> int:
         why |= SWITCH
     if i[SHAFT] <= i[INDEX_LOW] or i[SHAFT] >= i[INDEX_HIGH] or i[BX]:
         why |= mark(i)
+    if i[BRAKE_READ]:
+        i[BRAKE_READ] = 0
+        why |= PIN_TAKEN
     return why
 
 

@@ -211,9 +211,9 @@ def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     return (int(digits),)
 
 
-def _whole(text: str, at: int, found: Instruction, end: int | None = None) -> Expression:
+def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, assigned: bool = False) -> Expression:
     """An expression and nothing behind it."""
-    reader = Reader(text[:end], at)
+    reader = Reader(text[:end], at, assigned=assigned)
     expression = reader.expression()
     _nothing_behind(reader, found)
     return expression
@@ -239,7 +239,7 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _variable(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    return NAMES[text[: at - 1]].place, _whole(text, at, found)
+    return NAMES[text[: at - 1]].place, _whole(text, at, found, assigned=True)
 
 
 _value = re.compile(r"[ \t]+(-?\d+)")
@@ -252,7 +252,7 @@ def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     first = index.index()
     if not text.startswith("=", index.at):
         return (_list(text, index.at, kind, first),)
-    reader = Reader(text, index.at + 1, fetches=len(first.fetches))
+    reader = Reader(text, index.at + 1, fetches=len(first.fetches), assigned=True)
     value = reader.expression()
     _nothing_behind(reader, found)
     code = (1, kind, *first.code, *value.code)

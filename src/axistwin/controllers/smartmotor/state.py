@@ -108,6 +108,8 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced
 DEBOUNCE = next(_slots)  # samples for which pin G must have its new level
 LATCHES = next(_slots)  # what UA= … UG= have set, bit by bit; it reaches the pin while that is an output
 GO_PIN = next(_slots)  # 1: pin G has its go role (UG)
+BRAKE_PIN = next(_slots)  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
+BRAKE_READ = next(_slots)  # 1: an assignment has read that pin (5.1, note 2)
 ANALOG = next(_slots)  # seven values
 for _ in range(6):
     next(_slots)
