@@ -440,3 +440,28 @@ def test_s_and_x_without_effect_leave_the_buffered_mode(bench, motor, stop):
 def test_s_forgets_host_mode_that_has_not_begun(bench, motor):
     """10.1: MD is buffered until G; after S the next G is a position move."""
     assert say(bench, motor, SLOW + "MV G MD S D=1 RMODE G RMODE ") == b"R\rR\r"
+
+
+# axis.velocity
+
+
+@pytest.mark.parametrize(
+    ("rate", "shaft"), [(1, {}), (2, {}), (4, {}), (8, {}), (1, {"motor": "frame23"}), (2, {"motor": "frame23"})]
+)
+def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
+    """Base 1: V is per servo sample.  16 counts in each of n samples of 245.76 µs; never 0 in between."""
+    motor = ready(bench, shaft=shaft)
+    say(bench, motor, f"PID{rate} A=65536 V=16*65536 MV G ")
+    pass_samples(bench, 2000)
+    expected = 16 / (rate * SAMPLE_NS) * 1e9
+    for _ in range(3 * rate):
+        pass_samples(bench)
+        assert motor.axes["shaft"].velocity == pytest.approx(expected, rel=1e-9 if not shaft else 0.1)
+
+
+def test_velocity_does_not_take_a_push_for_motion(bench, motor):
+    """Somebody turns the shaft between two samples."""
+    say(bench, motor, "PID4 A=65536*4 V=4*65536 MV G ")
+    pass_samples(bench, 30)
+    motor.axes["shaft"].encoder.displace(1000)
+    assert motor.axes["shaft"].velocity == pytest.approx(4 / (4 * SAMPLE_NS) * 1e9)
