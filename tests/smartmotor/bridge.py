@@ -185,6 +185,7 @@ def floats(motor):
         return {}
     shaft, heat = motor.machine, motor.machine.temperatures
     return {
+        machine.AMPS_NOW: shaft.amps,
         machine.SPEED: shaft.speed, machine.FRACTION: shaft.fraction, machine.WINDING_C: heat.winding,
         machine.HOUSING_C: heat.housing, machine.MEAN_SQUARE: heat.mean_square,
     }  # fmt: skip

@@ -36,7 +36,8 @@ def invented(random, text="END"):
     """A motor and its surroundings."""
     data = random.choice([None, *SERVO_MOTORS.values()])
     if data:
-        data = replace(data, winding_time_constant_s=0.05, housing_time_constant_s=0.2)
+        inductance = random.choice([0.0, 0.0, 7e-4])
+        data = replace(data, winding_time_constant_s=0.05, housing_time_constant_s=0.2, winding_inductance_h=inductance)
     load = ServoLoad(coulomb_friction_nm=random.choice([0.0, 0.01]), inertia_kg_m2=random.choice([0.0, 1e-5]))
     motor = ReferenceMotor(Program(text), data, load, random.random() < 0.8, random.choice([1, 1, 2, 5]))
     motor.runner.left = motor.per_sample
