@@ -9,6 +9,7 @@ RANGES: dict[str, tuple[int | float, int | float]] = {
     "statements_per_sample": (1, 100),
     "boot_window_s": (0.0, 10.0),
     "debounce_samples": (1, 100),
+    "reset_below_v": (0.0, 100.0),
     "host_buffer": (2, 4096),
     "program_bytes": (256, 1 << 20),
     "data_bytes": (256, 1 << 20),
@@ -40,6 +41,8 @@ class Options:
     """For how many samples pin G must be low to count as an edge."""
     host_buffer: int = 32
     """How many points of host mode the motor can keep."""
+    reset_below_v: float = 18.0
+    """The processor is held in reset while the supply is below this voltage; 0: it never is."""
     brake: bool = False
     """Whether there is a static brake on the shaft."""
     program_bytes: int = 32768
