@@ -185,7 +185,7 @@ class ReferenceMotor:
 
     def _move(self):
         """PIDn: trajectory and servo law have their turn in every n-th sample."""
-        self.master.turn()
+        self.master.turn(self)
         if self.sample_number % self.rate:
             return set()
         reason = self.trajectory.move(self, self.master.counted())

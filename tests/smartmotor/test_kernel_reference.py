@@ -148,6 +148,8 @@ def the_master_turns(random, motor):
     base = motor.master.edges
     end = base + way * random.randint(0, 100)
     motor.master.run = Run(base, way, rate, ahead, end, samples)
+    motor.master.shown, motor.master.by_hand = random.choice(["", "A", "B", "AB", "AB"]), random.randrange(4)
+    motor.master.steps = random.random() < 0.3
 
 
 def it_follows(random, motor):

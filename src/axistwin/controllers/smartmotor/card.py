@@ -10,7 +10,7 @@ from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.core import prepare
 from axistwin.controllers.smartmotor.faults import ALARMS, trouble
 from axistwin.controllers.smartmotor.front import FRONT
-from axistwin.controllers.smartmotor.inputs import IndexLine
+from axistwin.controllers.smartmotor.inputs import EncoderPin, IndexLine
 from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
@@ -32,7 +32,8 @@ class SmartMotor:
 
     def __init__(self, clock: Clock, axes: Mapping[str, Any], options: Options, store: Store) -> None:
         axis: ServoAxis = axes["shaft"]
-        user_pins = {name: UserPin(clock, name) for name in USER_PINS}
+        user_pins: dict[str, UserPin] = {name: UserPin(clock, name) for name in USER_PINS}
+        user_pins |= {name: EncoderPin(clock, name, axis.master) for name in "AB"}
         self.uart, self.rs485 = Uart(clock, format=UartFormat()), Uart(clock, format=UartFormat())
         self.options = options
         self._index = IndexLine(clock)

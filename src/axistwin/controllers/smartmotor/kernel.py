@@ -53,6 +53,7 @@ from axistwin.controllers.smartmotor.state import (
     M_HOST,
     M_STEP_RATIO,
     M_TORQUE,
+    MASTER,
     MODE,
     ORIGIN,
     PENDING,
@@ -62,6 +63,7 @@ from axistwin.controllers.smartmotor.state import (
     RUNNING,
     SAMPLE,
     SHAFT,
+    SHOWN,
     SLIPPED,
     SLN,
     SLP,
@@ -77,7 +79,7 @@ from axistwin.controllers.smartmotor.state import (
     E,
     T,
 )
-from axistwin.controllers.smartmotor.trajectory import counted, follow, master_turns, profile, wrap
+from axistwin.controllers.smartmotor.trajectory import counted, follow, master_turns, profile, show_master, wrap
 
 # Why it stops.  The first three come before the sample that they belong to, the others at its end.
 ALL_DONE = 0
@@ -117,8 +119,10 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
     """The trajectory of one sample; with PIDn of every n-th."""
-    why = ALL_DONE
+    why, before = ALL_DONE, i[MASTER]
     master_turns(i, told)
+    if i[SHOWN] != 0:
+        show_master(i, before)
     if i[SAMPLE] % i[PID_RATE] != 0:
         return why
     moved = counted(i)

@@ -70,6 +70,9 @@ MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER
 """A steady run of the external encoder: +1 or -1; counts per sample, and what is left over; samples to go; its end."""
 TOLD, TOLD_AT = next(_slots), next(_slots)
 """Where the course is known, the edges are told for so many samples to come, from this place of the list on."""
+SHOWN = next(_slots)  # pins whose levels are the external encoder's: 1 A, 2 B
+BY_HAND = next(_slots)  # edges in MASTER that have come through the pins themselves
+STEP_UP = next(_slots)  # 1: the latest step of the external source was in the positive direction
 RESOLUTION = next(_slots)  # edges of four that count: 1, 2, 4 (MF1, MF2, MF4); steps count whole: 4
 STEPS = next(_slots)  # 1: pins A and B are step and direction
 FOLLOW_REM = next(_slots)  # what MFMUL/MFDIV has left over
