@@ -1,4 +1,4 @@
-"""What the manual says in two ways about limits, faults and functions: the decisions of docs/fidelity.md."""
+"""What the manual leaves open about limits, faults and functions, and here and there: docs/fidelity.md."""
 
 import pytest
 
@@ -145,3 +145,83 @@ def test_f_4_and_a_host_that_asks(bench):
     bench.run(0.1)
     assert motor.rs485.read() == b"1\r"
     assert motor.serial.read() == b""
+
+
+# What a fault inhibits
+
+
+@pytest.mark.parametrize("command", ["MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G"])
+def test_a_fault_inhibits_every_command_that_moves(bench, command):
+    """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 has MF2 beside them; 2.0, item 5: "No further shaft movement"."""
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.3)
+    tell(bench, motor, f"A=65536 V=65536 {command}")
+    motor.master.move(1000, 0.01)
+    bench.run(0.05)
+    assert motor.axes["shaft"].position == 0
+    assert ask(bench, motor, "RMODE") == "B"
+
+
+@pytest.mark.parametrize(("command", "value"), [("GOSUB5", "5"), ("GOTO5", "5"), ("RUN", "0")])
+def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, command, value):
+    """4.1: "during a motor protection fault the "RUN" command is inhibited"; it names no other."""
+    motor = ready(bench)
+    load(bench, motor, "a=1 END C5 a=5 RETURN ")
+    tell(bench, motor, CRUISE, 0.01)
+    jam(bench, motor)
+    tell(bench, motor, command, 0.01)
+    assert ask(bench, motor, "Ra") == value
+
+
+# The brake's pin
+
+
+@pytest.mark.parametrize("command", ["RS4", "OCHN(RS4,0,N,9600,1,8,C)"])
+def test_rs4_takes_pin_g_from_the_brake(bench, command):
+    """5.1, note 2: such commands "will change the function of the I/O pin G": it shows who transmits."""
+    motor = ready(bench)
+    tell(bench, motor, "UGO BRKG")
+    assert motor.pins["G"].level is True  # engaged
+    tell(bench, motor, command, 0.1)
+    assert motor.pins["G"].level is False
+    tell(bench, motor, "BRKRLS BRKENG")
+    assert motor.pins["G"].level is False
+
+
+# Mode cam and host mode
+
+
+def test_a_negative_dwell_is_none(bench):
+    """9.1: "the number of external encoder counts"; "Dwell can be set to zero"."""
+    motor = ready(bench)
+    tell(bench, motor, "MF4 F=16 D=-50 BASE=80 SIZE=4 aw[0] 0 10 20 30 40. MC G")
+    found = []
+    for _ in range(12):
+        motor.master.move(10, 0)
+        samples(bench, 2)
+        found.append(motor.axes["shaft"].position)
+    assert found == [5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60]
+
+
+def record(kind: int, value: int) -> bytes:
+    return bytes((kind,)) + value.to_bytes(4, "big") + b"\r"
+
+
+def test_a_position_without_a_clock_value_before_two_are_known_is_replaced(bench):
+    """10.1: "Having sent the first two times, time values may be sent or omitted at will"; before that, not."""
+    motor = ready(bench)
+    tell(bench, motor, b"MD " + record(0xFA, 0) + record(0xFB, 0) + record(0xFA, 999) + record(0xFA, 400))
+    tell(bench, motor, record(0xFB, 100) + b"G", 0)
+    samples(bench, 50)
+    assert motor.axes["shaft"].position in range(190, 205)  # on the way to 400, not to 999
+    assert ask(bench, motor, "RBs", 0) == "0"
+
+
+def test_print_of_a_host_goes_to_channel_0(bench):
+    """6.1: PRINT(U) "to communication channel 0", PRINT1(U) to channel 1, RU "to current communication channel"."""
+    motor = ready(bench)
+    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
+    motor.rs485.write(b"PRINT(U,UA,#13) PRINT1(1,#13) RU ")
+    bench.run(0.1)
+    assert motor.serial.read() == b"1271\r"
+    assert motor.rs485.read() == b"1\r127\r"

@@ -209,6 +209,11 @@ class Motor:
         if not statement.looks_only:
             self.settle()
 
+    @property
+    def obeys_host(self) -> bool:
+        """True while a host's command is being carried out."""
+        return self._asking is not None
+
     def say(self, data: bytes, channel: int | None = None) -> None:
         """Speak where the statement in progress speaks: to the host who asked, or to where the program's words go."""
         if self._asking is not None and channel is None:

@@ -105,8 +105,11 @@ def channel_errors(motor: "Motor", channel: int | None = None) -> str:
 def print_(motor: "Motor", *items: str | int | bytes, channel: int | None = None) -> None:
     """PRINT(…), PRINT1(…): texts as they are, values in decimal, `#n` as one character.  Nothing is added at the end.
 
-    PRINT1 speaks to channel 1; while that is not open it is lost.
+    PRINT1 speaks to channel 1; while that is not open it is lost.  PRINT of a host speaks to channel 0, whichever it is
+    sent on (6.1); that of a program goes to channel 1 with F=4.
     """
+    if channel is None and motor.obeys_host:
+        channel = 0
     motor.say(b"".join(item if isinstance(item, bytes) else str(item).encode("latin-1") for item in items), channel)
 
 
