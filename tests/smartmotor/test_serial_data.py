@@ -305,7 +305,7 @@ def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
     """6.2: "to the active channel"."""
     port = motor.rs485
     tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
-    assert tell(bench, port, 'RP PRINT("x")') == b"0\rx"
+    assert tell(bench, port, "RP RUA") == b"0\r1\r"
     assert motor.serial.read() == b""
     assert tell(bench, motor, 'PRINT1("one",#13)') == b""
     assert port.read() == b"one\r"
