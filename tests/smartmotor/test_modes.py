@@ -465,3 +465,25 @@ def test_velocity_does_not_take_a_push_for_motion(bench, motor):
     pass_samples(bench, 30)
     motor.axes["shaft"].encoder.displace(1000)
     assert motor.axes["shaft"].velocity == pytest.approx(4 / (4 * SAMPLE_NS) * 1e9)
+
+
+# A real host: a brake actuator at 38400 baud
+
+
+def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(bench):
+    """A published driver: MT, then `MP D=0 G`; `D=n RW G` twenty times a second, D relative to the trajectory."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    say(bench, motor, "A=2000 V=2000000 MT T=60 ")
+    bench.run(0.2)
+    say(bench, motor, "MP D=0 G ")
+    bench.run(0.5)
+    begin = value(bench, motor, "@P+@PE")  # where the trajectory is
+    assert say(bench, motor, "RBe RBo RMODE ") == b"0\r0\rR\r"
+    for number in range(1, 21):
+        word = int(say(bench, motor, "D=100 RW G "))
+        assert word & 1 == 0  # the last move has ended, 50 ms ago
+        bench.run(0.05)
+        assert value(bench, motor, "@P+@PE") == begin + 100 * number
+    answers = say(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13) ").split()
+    assert answers[1:] == [b"480", b"1023"]
+    assert say(bench, motor, "RBs RBe ") == b"0\r0\r"

@@ -523,3 +523,20 @@ def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
     bench.run(0.02)
     motor.power(True)
     assert send(bench, motor, b"RBs ", 0.2) == b"0\r"
+
+
+def test_the_first_motors_program_addresses_the_chain(bench):
+    """Later guides: `PRINT(#128,"SADDR2",#13)`, then #130 ECHO and SLEEP; what it prints goes to the next motor."""
+    motors = [bench.add("smartmotor", line="instant") for _ in range(2)]
+    program = 'SADDR1 ECHO PRINT(#128,"SADDR2",#13) WAIT=400 PRINT(#130,"ECHO",#13) WAIT=400 END '
+    clear(bench, motors[0])
+    load(bench, motors[0], program)
+    chain = bench.chain(*motors)
+    for motor in motors:
+        motor.power_cycle()
+    bench.run(1.0)
+    chain.read()
+    for number in (1, 2):
+        chain.write(b"%cRADDR " % (0x80 + number))
+        bench.run(0.1)
+        assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
