@@ -5,6 +5,7 @@ from axistwin.controllers.smartmotor import jit, kernel, machine, state
 from axistwin.controllers.smartmotor.program import Program
 
 from .reference_motor import FLAGS, PINS
+from .reference_program import no_value
 
 MODES = {
     "off": state.M_OFF, "brake": state.M_BRAKE, "error": state.M_ERROR, "hold": state.M_HOLD,
@@ -16,6 +17,7 @@ REASONS = {
     "statement": kernel.STATEMENT_WAITS, "value": kernel.VALUE_WAITS, "call": kernel.CALL_WAITS,
     "trajectory": kernel.TRAJECTORY, "plus": kernel.PLUS, "minus": kernel.MINUS, "error": kernel.ERROR,
     "heat": kernel.HEAT, "go": kernel.GO_EDGE, "switch": kernel.SWITCH, "index": kernel.INDEX_MARK,
+    "taken": kernel.PIN_TAKEN,
     "exit": kernel.HOST_EXIT, "underflow": kernel.HOST_UNDERFLOW, "last": kernel.HOST_LAST,
 }  # fmt: skip
 CALLS = {"GOSUB": state.CALL_GOSUB, "C1": state.CALL_FAULT, "C2": state.CALL_INPUT}
@@ -95,6 +97,10 @@ def _follow(motor):
         state.CTR: master.ctr,
         state.MASTER: master.edges,
         state.MASTER_SEEN: master.seen,
+        state.SHOWN: sum(1 << PINS.index(pin) for pin in master.shown),
+        state.BY_HAND: master.by_hand,
+        state.STEP_UP: master.up,
+        state.STEPS: master.steps,
         state.RESOLUTION: master.resolution,
         state.MASTER_WAY: run.way,
         state.MASTER_STEP: run.rate // 1,
@@ -154,6 +160,8 @@ def _inputs(motor):
     return analog | {
         state.PINS: sum(level << bit for bit, level in enumerate(motor.pins.values())),
         state.GO_LEVEL: go.level,
+        state.BRAKE_PIN: 1 << PINS.index(motor.brake_pin) if motor.brake_pin else 0,
+        state.BRAKE_READ: motor.brake_read,
         state.GO_COUNT: go.different,
         state.DEBOUNCE: go.debounce,
         state.WINDOW_LOW: motor.window[0],
@@ -181,6 +189,7 @@ def floats(motor):
         return {}
     shaft, heat = motor.machine, motor.machine.temperatures
     return {
+        machine.AMPS_NOW: shaft.amps,
         machine.SPEED: shaft.speed, machine.FRACTION: shaft.fraction, machine.WINDING_C: heat.winding,
         machine.HOUSING_C: heat.housing, machine.MEAN_SQUARE: heat.mean_square,
     }  # fmt: skip
@@ -193,6 +202,8 @@ def step(motor, step):
     number = step.number(motor.program)
     if step.fetch:
         return ops.S_FETCH, number
+    if step.what == "case" and step.node.parts[step.part].value is no_value:
+        return ops.S_IF, number
     if step.what != "do":
         return OPERATIONS[step.what], number
     word = step.node.keyword

@@ -4,8 +4,8 @@ SMALL = ["0", "1", "2", "3", "4", "7", "13", "255", "1000"]
 LARGE = ["65535", "65536", "46341", "2147483647", "2147483648", "99999999999"]
 NAMES = [*"abcdexyz", "aa", "bb", "zz", "aaa", "yyy", "zzz"]
 SYSTEM = [
-    "@P", "@PE", "@V", "CLK", "CTR", "CX", "I", "W", "S", "U", "UA", "UGI", "UAA", "A", "V", "P", "D", "E", "T", "F",
-    "Bt", "Bd", "Bu", "Bs", "Bi", "Bx", "KP",
+    "@P", "@PE", "@V", "CLK", "CTR", "CX", "I", "W", "S", "U", "UA", "UG", "UGI", "UC", "UAA", "A", "V", "P", "D", "E",
+    "T", "F", "Bt", "Bd", "Bu", "Bs", "Bi", "Bx", "KP",
 ]  # fmt: skip
 ARITHMETIC = ["+", "-", "*", "/", "%"]
 SIGNS = ["^", "&", "|", "!|", "==", "!=", "<", ">", "<=", ">="]
@@ -77,6 +77,8 @@ def block(random, depth, breaks=False):
 
 
 def condition(random):
+    if random.randrange(20) == 0:
+        return f"{random.choice(NAMES)}=3"  # no expression: Bs, and it does not hold
     return random.choice([f"{random.choice(NAMES)}<{random.randint(1, 9)}", expression(random, 2, fetches=True)])
 
 
@@ -94,10 +96,11 @@ def loop(random, depth, breaks):
 
 
 def switch(random, depth, breaks):
-    parts = [f"CASE {n}" for n in random.sample(range(4), random.randint(0, 3))]
+    cases = [*range(4), "a+3"]  # a CASE that is no constant sets Bs
+    parts = [f"CASE {n}" for n in random.sample(cases, random.randint(0, 3))]
     if random.randrange(2):
         parts.insert(random.randint(0, len(parts)), "DEFAULT")
-    lines = [f"SWITCH {random.choice([random.choice('abc') + '&3', expression(random, 2, fetches=True)])}"]
+    lines = [f"SWITCH {random.choice([random.choice('abc') + '&3', condition(random)])}"]
     for part in parts:
         lines += [part, *block(random, depth, True)]
     return [*lines, "ENDS"]

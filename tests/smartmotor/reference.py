@@ -5,7 +5,7 @@ of the original.
 """
 
 from dataclasses import dataclass, field
-from math import floor, pi
+from math import exp, floor, pi
 
 SAMPLE_S = 245_760e-9
 OPEN, SHORTED, ON = range(3)
@@ -34,6 +34,12 @@ class ReferenceMachine:
         self.per_nm = SAMPLE_S**2 * counts_per_radian / inertia
         self.per_amp = motor.torque_constant_nm_per_a * self.per_nm
         self.viscous = (motor.viscous_friction_nm_s + load.viscous_friction_nm_s) * SAMPLE_S / inertia
+        self.amps = 0.0  # at the end of the last sample
+        self.remains = self.mean_remains = 0.0
+        if inductance := motor.winding_inductance_h:
+            in_time_constants = SAMPLE_S * motor.winding_resistance_ohm / inductance
+            self.remains = exp(-in_time_constants)
+            self.mean_remains = (1 - self.remains) / in_time_constants
         self.amps_per_pwm = motor.supply_voltage_v / 1023 / motor.winding_resistance_ohm
         back_emf = motor.torque_constant_nm_per_a / (SAMPLE_S * counts_per_radian)
         self.amps_per_speed = back_emf / motor.winding_resistance_ohm
@@ -43,18 +49,23 @@ class ReferenceMachine:
         """One sample."""
         push = self.speed + (self.torque_nm + self.load.gravity_torque_nm) * self.per_nm
         open_gain = 1 / (1 + self.viscous)
-        amps, limited = 0.0, False
+        amps, after, limited, peak = 0.0, 0.0, False, self.motor.peak_current_a
         if drive != OPEN:
             stall_amps = pwm * self.amps_per_pwm if drive == ON else 0.0
-            closed_gain = 1 / (1 + self.viscous + self.per_amp * self.amps_per_speed)
-            self.speed = self._after_friction(push + stall_amps * self.per_amp) * closed_gain
-            amps = stall_amps - self.speed * self.amps_per_speed
-            limited = drive == ON and abs(amps) > self.motor.peak_current_a
+            share = 1 - self.mean_remains
+            mean = self.mean_remains * self.amps + share * stall_amps
+            closed_gain = 1 / (1 + self.viscous + self.per_amp * self.amps_per_speed * share)
+            self.speed = self._after_friction(push + mean * self.per_amp) * closed_gain
+            amps = mean - self.speed * self.amps_per_speed * share
+            limited = drive == ON and abs(amps) > peak
+            after = self.remains * self.amps + (1 - self.remains) * (stall_amps - self.speed * self.amps_per_speed)
+            after = max(-peak, min(peak, after)) if abs(after) >= 1e-9 else 0.0
         if limited:
             self.over_current = True
-            amps = self.motor.peak_current_a * (1 if amps > 0 else -1)
+            amps = after = peak * (1 if amps > 0 else -1)
         if limited or drive == OPEN:
             self.speed = self._after_friction(push + amps * self.per_amp) * open_gain
+        self.amps = after
         self._move()
         if self.current.flows(amps):
             self.temperatures.warm(self.current.take_square(), self.ambient)

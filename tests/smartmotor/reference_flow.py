@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from .reference_program import Abandoned
+from .reference_program import Abandoned, no_value
 
 
 class Runner:
@@ -87,6 +87,8 @@ class Runner:
 
     def _case(self, step):
         block = step.node.parts[step.part]
+        if block.value is no_value:
+            self.motor.flags["Bs"] = 1
         if self.switches[len(self.returns)] == block.value:
             self.step = self.program.enter(block)
         else:
@@ -109,17 +111,21 @@ class Runner:
     # Statements
 
     def _let(self, node):
+        self.motor.assigning = True
         value = self._value(node.value)
+        self.motor.assigning = False
         if value is not None:
             self.motor.memory[node.array] = value
 
     def _element(self, node):
         try:
             index = node.index(self.motor)
+            self.motor.assigning = True
             for place, value in enumerate(node.value, index):
                 self.motor.memory.set_element(node.array, place, value(self.motor))
         except Abandoned as reason:
             self.motor.flags[reason.flag] = 1
+        self.motor.assigning = False
 
     def _wait(self, node):
         samples = self._value(node.value)

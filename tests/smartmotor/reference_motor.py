@@ -118,6 +118,11 @@ class ReferenceMotor:
     stopping: bool = False
     hot_limit: tuple = (70, 12_000)
     window: tuple = (-(2**62), 2**62)
+    brake_pin: str = ""
+    """The pin that carries the brake's signal."""
+    assigning: bool = False
+    brake_read: bool = False
+    """An assignment has read that pin."""
 
     def __post_init__(self):
         self.memory = Memory(self.overlay)
@@ -180,7 +185,7 @@ class ReferenceMotor:
 
     def _move(self):
         """PIDn: trajectory and servo law have their turn in every n-th sample."""
-        self.master.turn()
+        self.master.turn(self)
         if self.sample_number % self.rate:
             return set()
         reason = self.trajectory.move(self, self.master.counted())
@@ -212,6 +217,9 @@ class ReferenceMotor:
             why.add("switch")
         if self.index.look(self) and self.values["WATCH_INDEX"]:
             why.add("index")
+        if self.brake_read:
+            self.brake_read = False
+            why.add("taken")
         return why
 
     def value(self, name):
@@ -221,6 +229,7 @@ class ReferenceMotor:
         if name == "I":
             self.flags["Bi"], self.index.armed = 0, True
         if name[0] == "U" and name[1:2] in self.pins and name[2:] in ("", "I"):
+            self.brake_read |= self.assigning and name[1] == self.brake_pin
             return int(self.pins[name[1]])
         if name in self.flags:
             return self.flags[name]

@@ -147,6 +147,17 @@ class Text:
         return inner
 
 
+def condition(text):
+    """What follows IF, ELSEIF, WHILE and SWITCH; text that is no expression has no value, flag Bs."""
+    if re.search(r"(?<![=!<>])=(?!=)", text):
+        return no_value
+    return expression(text)
+
+
+def no_value(motor):
+    raise Abandoned("Bs")
+
+
 def both(operation, left, right):
     return lambda motor: fits(operation(left(motor), right(motor)))
 
@@ -245,9 +256,10 @@ class Program:
         if word in ("IF", "WHILE", "SWITCH"):
             self._open(self._node(word, rest), rest)
         elif word in ("ELSEIF", "ELSE"):
-            self._part(owner, expression(rest) if rest else None, rest)
+            self._part(owner, condition(rest) if rest else None, rest)
         elif word in ("CASE", "DEFAULT"):
-            self._part(owner, int(rest) if rest else None, "")
+            constant = int(rest) if rest.isdigit() else no_value
+            self._part(owner, constant if rest else None, "")
         elif word in ("ENDIF", "LOOP", "ENDS"):
             owner.end = self.count
             self._block = owner.block
@@ -260,7 +272,7 @@ class Program:
         return node
 
     def _open(self, node, rest):
-        node.value = expression(rest)
+        node.value = condition(rest)
         if node.keyword == "SWITCH":
             self._block = Block(node)  # nothing stands before the first CASE
         else:

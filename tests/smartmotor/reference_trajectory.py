@@ -55,10 +55,31 @@ class Master:
     resolution: int = 4
     seen: int = 0
     ctr: int = 0
+    by_hand: int = 0
+    """Edges that have come through the pins themselves."""
+    shown: str = ""
+    """Pins that show the encoder, of "AB"."""
+    steps: bool = False
+    up: bool = False
     run: Run = field(default_factory=Run)
 
-    def turn(self):
-        """One sample."""
+    def turn(self, motor):
+        """One sample; pins A and B follow."""
+        before = self.edges
+        self._turn()
+        if self.shown and self.edges != before:
+            self.up = self.edges > before
+        for pin in self.shown:
+            motor.pins[pin] = self.level(pin)
+            motor.values[f"U{pin}A"] = 1023 * motor.pins[pin]
+
+    def level(self, pin):
+        """A leads B by a quarter of a period when the encoder turns forwards; both are high at 0."""
+        if self.steps:
+            return pin == "B" and self.up
+        return (self.edges - self.by_hand) % 4 in ((0, 3) if pin == "A" else (0, 1))
+
+    def _turn(self):
         run = self.run
         if run.left:
             run.left, run.done = run.left - 1, run.done + 1
@@ -153,6 +174,8 @@ class Trajectory:
             self.place = inside
             motor.origin += turn
             motor.cam.origin += turn
+            if self.mode == "position":
+                self.target += turn
             motor.flags["Bw"] = 1
 
 

@@ -24,8 +24,8 @@ WORDS = [
     "OFF",
     SHORT,
     LONG,
-    "S",
-    "X",
+    "S D=0",  # and the next G is a position move, which ends at once
+    "X D=0",
     "G",
     "MF4",
 ]
@@ -53,8 +53,8 @@ class Rules:
         elif word == "OFF":
             self.enabled = self.enabled and self.control != "BRKRLS"
             self.servo = self.trajectory = False
-        elif word in {"S", "X"}:
-            self.servo, self.trajectory = True, False
+        elif word in {"S D=0", "X D=0"}:
+            self.servo, self.trajectory, self.for_ever = True, False, False
         else:
             self.for_ever = word in {LONG, "MF4"} or (word == "G" and self.for_ever)
             self.servo, self.trajectory = True, self.for_ever
@@ -88,7 +88,7 @@ def test_any_order_of_brake_commands(words):
     tell(bench, motor, "UCO UGO")
     rules = Rules()
     for word in words:
-        if word in {"S", "X"} and not rules.servo:
+        if word in {"S D=0", "X D=0"} and not rules.servo:
             continue  # what they do to a motor that is off is not told
         tell(bench, motor, word, 0.02)
         rules.hear(word)

@@ -149,7 +149,7 @@ def test_what_a_host_sends():
     assert shown("ZS KGON A100\naw[0] 1 2 3. WHILE", stored=False) == [
         "1:4 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
         "1:9 error: A100: an assignment needs its equal sign, A=100",
-        "2:14 error: unknown command WHILE",
+        "2:19 error: a value is missing at the end",
     ]
     assert shown("WAIT=5", stored=False) == ["1:1 error: WAIT= stands in a program only"]
     assert shown("x" * 70, stored=False) == ["1:1 error: this command is longer than 64 characters: Bc is set"]
@@ -172,3 +172,19 @@ def test_a_command_that_is_never_ended():
 @given(st.text(alphabet=st.characters(max_codepoint=255), max_size=80), st.booleans())
 def test_any_text_can_be_checked(text, stored):
     shown(text, stored)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("F=32 MP G END C1 ZS RETURNF", True),
+        ("F=32 MP G END C1 GOSUB5 RETURNF C5 UCI UDI ZS RETURN", True),
+        ("F=64 MP G END C2 ZS RETURNI", True),
+        ("F=32 ZS MP G END C1 ZS RETURNF", False),
+        ("F=32 GOSUB5 MP G END C1 GOSUB5 RETURNF C5 ZS RETURN", False),
+        ("MP G END C1 ZS RETURN", False),  # nothing but a host calls it
+    ],
+)
+def test_a_zs_that_only_a_fault_reaches_does_not_clear_the_faults_from_switching_on(text, said):
+    """SM401, 3.1: C1 is called "on a new occurrence" of a fault (1.2), not by those of power-up."""
+    assert any("limits are active high" in line for line in shown(text)) is said

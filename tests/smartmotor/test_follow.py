@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .cam import course, pass_samples, say, turn_to, value
-from .talking import ready
+from .cam import SAMPLE_NS, course, pass_samples, say, turn_to, value
+from .talking import load, ready, tell
 
 
 @pytest.fixture
@@ -245,3 +245,82 @@ def test_any_ratio_never_drifts(mul, div, walk):
         exact = Fraction(count * mul, div)
         assert position in (floor(exact), -floor(-exact))
     assert say(bench, motor, "RMODE RBs ") == b"X\r0\r"
+
+
+# Pins A and B show the edges (base 12; 6.1, 6.2)
+
+
+def levels(motor):
+    return motor.pins["A"].level, motor.pins["B"].level
+
+
+def test_without_an_encoder_the_pins_are_pulled_up(bench, motor):
+    assert levels(motor) == (True, True)
+    assert tell(bench, motor, "RU RUA RUB RUAA") == b"127\r1\r1\r1023\r"
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, sign):
+    """Forwards B falls after A has fallen: 11, 01, 00, 10; backwards the other way round.  By host, bench, volts."""
+    forwards = [(True, True), (False, True), (False, False), (True, False)]
+    for count in range(9):
+        a, b = forwards[sign * count % 4]
+        motor.master.move(0 if count == 0 else sign, 0)
+        assert levels(motor) == (a, b)
+        assert (motor.pins["A"].volts, motor.pins["B"].analog) == (5.0 * a, 1023 * b)
+        report = tell(bench, motor, "RUA RUB RUAA RUBA RU")
+        assert report == f"{a:d}\r{b:d}\r{1023 * a}\r{1023 * b}\r{124 + a + 2 * b}\r".encode()
+    assert tell(bench, motor, "RCTR") == b"%d\r" % (8 * sign)
+
+
+def test_a_program_sees_the_edges(bench, motor):
+    """An edge every 20 samples: pin A changes every 40, and the program looks at least every 5."""
+    load(bench, motor, "WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END")
+    tell(bench, motor, "MF0 b=0 RUN")  # b is the level that is waited for
+    motor.master.move(400, 400 * 20 * SAMPLE_NS / 1e9)
+    bench.run(3)
+    assert tell(bench, motor, "Ra") == b"200\r"  # A falls and rises 100 times
+
+
+def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):
+    motor.master.move(4, 0.4)
+    seen = []
+    for _ in range(4):
+        bench.run(0.05)
+        seen.append(levels(motor))
+        bench.run(0.05)
+    assert seen == [(True, True), (False, True), (False, False), (True, False)]
+
+
+def test_what_is_stronger_than_the_encoder_keeps_its_pin(bench, motor):
+    """A test lead, the motor's own output; the counter counts all the same (base 12)."""
+    motor.master.move(2, 0)
+    assert levels(motor) == (False, False)
+    motor.pins["A"].drive(True)
+    tell(bench, motor, "UB=1 UBO MF0")
+    assert levels(motor) == (True, True)
+    motor.master.move(4, 0)
+    pass_samples(bench)
+    assert tell(bench, motor, "RU RCTR") == b"127\r4\r"
+    motor.pins["A"].release()
+    tell(bench, motor, "UBI")
+    assert levels(motor) == (False, False)
+    assert tell(bench, motor, "RU") == b"124\r"
+
+
+@pytest.mark.parametrize(("steps", "b"), [(3, True), (-3, False)])
+def test_of_a_step_source_b_is_the_direction_and_a_is_low_between_steps(bench, motor, steps, b):
+    tell(bench, motor, "MS0")
+    motor.master.move(steps, 0.003)
+    bench.run(0.01)
+    assert levels(motor) == (False, b)
+    assert tell(bench, motor, "RUA RUB RCTR") == b"0\r%d\r%d\r" % (b, steps)
+
+
+def test_the_encoder_turns_while_the_motor_has_no_power(bench, motor):
+    motor.power(False)
+    motor.master.move(1, 0)
+    assert levels(motor) == (False, True)
+    motor.power(True)
+    bench.run(0.001)
+    assert tell(bench, motor, "RU RCTR") == b"126\r0\r"

@@ -237,3 +237,34 @@ def test_any_program_runs_and_never_leaves_its_code(text):
 def test_compiled_and_plain_are_the_same(text):
     plain, compiled = (Processor(text, compiled=choice).run(200) for choice in (False, True))
     assert (plain.i, plain.v, plain.carried_out) == (compiled.i, compiled.v, compiled.carried_out)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("IF n=3 a=1 ELSE a=2 ENDIF", [2, 0, 0]),
+        ("IF n=3 a=1 ELSEIF n=4 a=2 ELSEIF 1 a=3 ELSE a=4 ENDIF", [3, 0, 0]),
+        ("IF a=1 ENDIF b=1", [0, 1, 0]),  # what follows IF is "a=1", which is no expression
+        ("IF 0 a=1 ELSEIF n= a=2 ENDIF b=1", [0, 1, 0]),
+        ("WHILE n=3 a=1 LOOP b=1", [0, 1, 0]),
+        ("SWITCH n=3 CASE 0 a=1 BREAK DEFAULT a=2 ENDS b=1", [2, 1, 0]),
+        ("n=4 SWITCH n CASE n+0 a=1 BREAK CASE 4 b=1 BREAK DEFAULT c=1 ENDS", [0, 1, 0]),
+        ("n=9 SWITCH n CASE 4 a=1 BREAK CASE n b=1 BREAK DEFAULT c=1 ENDS", [0, 0, 1]),
+        ("SWITCH n CASE n+3 a=1 ENDS b=1", [0, 1, 0]),
+    ],
+)
+@pytest.mark.parametrize(
+    "compiled",
+    [False, pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))],
+)
+def test_a_condition_that_is_no_expression_sets_bs_and_does_not_hold(text, values, compiled):
+    """Base 8: `IF n=3` is no comparison; the blocks keep their structure, in IF, ELSEIF, WHILE, SWITCH and CASE."""
+    program = run(text, compiled=compiled)
+    assert [program[letter] for letter in "abc"] == values
+    assert program.i[state.BS] == 1
+    assert not program.performed
+
+
+def test_a_case_that_is_no_constant_sets_bs_only_when_it_is_tested():
+    program = run("SWITCH n CASE 0 a=1 BREAK CASE n+3 b=1 BREAK ENDS")
+    assert (program["a"], program["b"], program.i[state.BS]) == (1, 0, 0)

@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, clear, ready, tell
+from .talking import ask, clear, load, ready, tell
 
 PINS = "ABCDEFG"
 
@@ -173,3 +173,59 @@ def test_rs4_takes_pin_g_from_the_brake(bench, motor):
 def test_without_devices_anilink_reads_0(bench, motor):
     """12: AINpc, DINpc, AOUTp, DOUTpc."""
     assert tell(bench, motor, "a=5 a=AINA1 Ra a=5 a=DINH63 Ra AOUTA,512 DOUTB7,1 RBs") == b"0\r0\r0\r"
+
+
+@pytest.mark.parametrize(("brake", "name"), [("BRKC", "C"), ("BRKG", "G")])
+@pytest.mark.parametrize("read", ["a=U{}", "a=U{}I", "ab[7]=U{}+1", "aaa=(U{}==0)"])
+def test_reading_the_brakes_pin_into_a_variable_takes_its_function_away(bench, motor, brake, name, read):
+    """5.1 note 2: `<variable>=UG` changes the pin's function: an input, as with UGI, also after BRKG."""
+    pin = motor.pins[name]
+    tell(bench, motor, f"MP P=0 A=1 V=1 G U{name}O {brake}")
+    assert (pin.level, pin.is_output) == (False, True)  # released: the servo is on
+    tell(bench, motor, read.format(name))
+    assert (pin.level, pin.is_output) == (True, False)  # its resistor pulls it up
+    tell(bench, motor, brake)
+    assert pin.is_output is False
+    tell(bench, motor, f"U{name}O {brake}")
+    assert (pin.level, pin.is_output) == (False, True)
+
+
+@pytest.mark.parametrize("name", ["C", "G"])
+@pytest.mark.parametrize(
+    "harmless", ["RU{}", "RU{}A", "RU", "a=U", "a=U{}A", "PRINT(U{})", "a=UA", "T=U{}", "Rab[U{}]"]
+)
+def test_reports_of_the_brakes_pin_leave_it_alone(bench, motor, name, harmless):
+    """5.1 note 2 names `<variable>=UG`; 1.2: RU{pin} reports "input or output"."""
+    tell(bench, motor, f"U{name}O BRK{name} {harmless.format(name)}")
+    assert motor.pins[name].is_output
+
+
+@pytest.mark.parametrize("name", ["C", "G"])
+def test_a_program_takes_the_brakes_pin_at_the_sample_of_its_assignment(bench, motor, name):
+    """One statement per sample: UGO, BRKG, BRKRLS, IF, a=UG; the condition reads the pin, and changes nothing."""
+    load(bench, motor, f"U{name}O BRK{name} BRKRLS IF U{name} ENDIF a=U{name} b=1 END")
+    seen = []
+    motor.pins[name].watch(lambda pin: seen.append((bench.now // 245_760, pin.level, pin.is_output)))
+    begin = (bench.now // 245_760) + 1
+    tell(bench, motor, "RUN", 0.01)
+    assert tell(bench, motor, "Ra Rb") == b"0\r1\r"
+    assert [(sample - begin, *rest) for sample, *rest in seen] == [
+        (0, False, True),
+        (1, True, True),
+        (2, False, True),
+        (4, True, False),
+    ]
+
+
+@pytest.mark.parametrize("name", ["C", "G"])
+def test_an_output_that_is_no_brakes_signal_is_read_and_stays_an_output(bench, motor, name):
+    assert tell(bench, motor, f"U{name}=0 U{name}O a=U{name} Ra U{name}=1 a=U{name} Ra") == b"0\r1\r"
+    assert motor.pins[name].is_output
+
+
+def test_the_go_role_stays_when_brkg_has_no_output(bench, motor):
+    """5.1 note 1: without UGO pin G carries no signal; reading it leaves its synchronous go."""
+    tell(bench, motor, "BRKG a=UG A=65536 V=65536 P=10 MP")
+    motor.pins["G"].drive(False)
+    bench.run(0.01)
+    assert motor.axes["shaft"].position == 10

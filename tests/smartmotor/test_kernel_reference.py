@@ -36,7 +36,8 @@ def invented(random, text="END"):
     """A motor and its surroundings."""
     data = random.choice([None, *SERVO_MOTORS.values()])
     if data:
-        data = replace(data, winding_time_constant_s=0.05, housing_time_constant_s=0.2)
+        inductance = random.choice([0.0, 0.0, 7e-4])
+        data = replace(data, winding_time_constant_s=0.05, housing_time_constant_s=0.2, winding_inductance_h=inductance)
     load = ServoLoad(coulomb_friction_nm=random.choice([0.0, 0.01]), inertia_kg_m2=random.choice([0.0, 1e-5]))
     motor = ReferenceMotor(Program(text), data, load, random.random() < 0.8, random.choice([1, 1, 2, 5]))
     motor.runner.left = motor.per_sample
@@ -71,6 +72,7 @@ def pins_change(random, motor):
     for pin in random.sample("ABCDEFG", 3):
         motor.pins[pin] = random.random() < 0.5
     motor.plus.has_pin, motor.minus.has_pin = random.random() < 0.3, random.random() < 0.3
+    motor.brake_pin = random.choice(["", "C", "G"])
     motor.go.debounce = random.choice([1, 2, 4])
 
 
@@ -127,7 +129,7 @@ def somebody_moves(random, motor):
     )
     samples = random.randint(2, 100)
     near = motor.trajectory.place + random.choice([1, -1]) * (rate * samples**2 // 4 + random.choice([0, 65536]))
-    near = (near // 65536 + 2**31) % 2**32 - 2**31
+    near //= 65536  # a relative move may go through 2^31
     target = random.choice([near, near, near, random.randint(-(2**31), 2**31 - 1)])
     if random.random() < 0.3:
         motor.trajectory.velocity = random.randint(-(2**22), 2**22)
@@ -146,6 +148,8 @@ def the_master_turns(random, motor):
     base = motor.master.edges
     end = base + way * random.randint(0, 100)
     motor.master.run = Run(base, way, rate, ahead, end, samples)
+    motor.master.shown, motor.master.by_hand = random.choice(["", "A", "B", "AB", "AB"]), random.randrange(4)
+    motor.master.steps = random.random() < 0.3
 
 
 def it_follows(random, motor):

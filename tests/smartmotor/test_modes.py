@@ -216,11 +216,11 @@ def test_stopping_a_motor_at_rest(bench, motor):
 
 
 def test_x_and_then_g_resumes(bench, motor):
-    """X decelerates; a G on the way takes the velocity up again."""
+    """X decelerates; MV G on the way takes the velocity up again."""
     cruise(bench, motor, "MV")
     say(bench, motor, "X ")
     assert path(bench, motor, 3) == [264, 272, 279]
-    say(bench, motor, "G ")
+    say(bench, motor, "MV G ")
     assert path(bench, motor, 4) == [287, 296, 306, 316]
 
 
@@ -385,3 +385,105 @@ def told(words, pieces):
     found.append(say(bench, motor, "ECHO_OFF RMODE RP RCTR RBo RBt RV "))
     assert found[-1].count(b"\r") == 6
     return found
+
+
+# What S and X leave for the next G
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+@pytest.mark.parametrize(
+    ("move", "letter", "way"),
+    [("D=20", "R", [1, 3, 6, 10, 14, 17, 19, 20, 20]), ("P=a+20", "P", [1, 3, 6, 10, 14, 17, 19, 20, 20])],
+)
+def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, letter, way):
+    """The EPICS driver motorSmartMotor jogs with `MV V= G`, stops with S, moves with `D=n G` or `P=n G`, without MP.
+
+    RMODE after the stop reports the letter of what the next G starts, and the same letter when it has begun.
+    """
+    cruise(bench, motor, "MV")
+    say(bench, motor, f"{stop} ")
+    path(bench, motor, 20)
+    zero = motor.axes["shaft"].position
+    assert say(bench, motor, f"a=@P {move} RMODE G RMODE ") == f"{letter}\r{letter}\r".encode()
+    assert [position - zero for position in path(bench, motor, 9)] == way
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+@pytest.mark.parametrize(
+    ("mode", "letter"), [("MV", "V"), ("MFR", "X"), ("MSR", "X"), ("MP D=9", "R"), ("MP P=9", "P")]
+)
+def test_s_and_x_may_leave_the_buffered_mode_as_it_is(bench, stop, mode, letter):
+    """Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE tells which."""
+    motor = ready(bench, stop_buffers="same")
+    say(bench, motor, SLOW + f"{mode} G {stop} ")
+    path(bench, motor, 20)
+    assert say(bench, motor, "RMODE G RMODE ") == f"{letter}\r{letter}\r".encode()
+
+
+def test_with_same_a_jog_resumes(bench):
+    """Option `stop_buffers="same"`: 10 counts per sample, down to 7 in three samples, and up again."""
+    motor = ready(bench, stop_buffers="same")
+    pass_samples(bench)
+    cruise(bench, motor, "MV")
+    say(bench, motor, "X ")
+    assert path(bench, motor, 3) == [264, 272, 279]
+    say(bench, motor, "G ")
+    assert path(bench, motor, 4) == [287, 296, 306, 316]
+
+
+@pytest.mark.parametrize("stop", ["S", "X"])
+def test_s_and_x_without_effect_leave_the_buffered_mode(bench, motor, stop):
+    """4.1: while the motor is off S and X do nothing, and so they buffer nothing."""
+    assert say(bench, motor, SLOW + f"MV {stop} G RMODE ") == b"V\r"
+
+
+def test_s_forgets_host_mode_that_has_not_begun(bench, motor):
+    """10.1: MD is buffered until G; after S the next G is a position move."""
+    assert say(bench, motor, SLOW + "MV G MD S D=1 RMODE G RMODE ") == b"R\rR\r"
+
+
+# axis.velocity
+
+
+@pytest.mark.parametrize(
+    ("rate", "shaft"), [(1, {}), (2, {}), (4, {}), (8, {}), (1, {"motor": "frame23"}), (2, {"motor": "frame23"})]
+)
+def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
+    """Base 1: V is per servo sample.  16 counts in each of n samples of 245.76 µs; never 0 in between."""
+    motor = ready(bench, shaft=shaft)
+    say(bench, motor, f"PID{rate} A=65536 V=16*65536 MV G ")
+    pass_samples(bench, 2000)
+    expected = 16 / (rate * SAMPLE_NS) * 1e9
+    for _ in range(3 * rate):
+        pass_samples(bench)
+        assert motor.axes["shaft"].velocity == pytest.approx(expected, rel=1e-9 if not shaft else 0.1)
+
+
+def test_velocity_does_not_take_a_push_for_motion(bench, motor):
+    """Somebody turns the shaft between two samples."""
+    say(bench, motor, "PID4 A=65536*4 V=4*65536 MV G ")
+    pass_samples(bench, 30)
+    motor.axes["shaft"].encoder.displace(1000)
+    assert motor.axes["shaft"].velocity == pytest.approx(4 / (4 * SAMPLE_NS) * 1e9)
+
+
+# A real host: a brake actuator at 38400 baud
+
+
+def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(bench):
+    """A published driver: MT, then `MP D=0 G`; `D=n RW G` twenty times a second, D relative to the trajectory."""
+    motor = ready(bench, shaft={"motor": "frame23"})
+    say(bench, motor, "A=2000 V=2000000 MT T=60 ")
+    bench.run(0.2)
+    say(bench, motor, "MP D=0 G ")
+    bench.run(0.5)
+    begin = value(bench, motor, "@P+@PE")  # where the trajectory is
+    assert say(bench, motor, "RBe RBo RMODE ") == b"0\r0\rR\r"
+    for number in range(1, 21):
+        word = int(say(bench, motor, "D=100 RW G "))
+        assert word & 1 == 0  # the last move has ended, 50 ms ago
+        bench.run(0.05)
+        assert value(bench, motor, "@P+@PE") == begin + 100 * number
+    answers = say(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13) ").split()
+    assert answers[1:] == [b"480", b"1023"]
+    assert say(bench, motor, "RBs RBe ") == b"0\r0\r"

@@ -305,7 +305,7 @@ def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
     """6.2: "to the active channel"."""
     port = motor.rs485
     tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
-    assert tell(bench, port, 'RP PRINT("x")') == b"0\rx"
+    assert tell(bench, port, "RP RUA") == b"0\r1\r"
     assert motor.serial.read() == b""
     assert tell(bench, motor, 'PRINT1("one",#13)') == b""
     assert port.read() == b"one\r"
@@ -410,3 +410,133 @@ def test_no_bytes_do_any_harm_and_pieces_make_no_difference(data):
         bench.run(0.01)
         heard.append(motor.serial.read())
     assert heard[0] == heard[1]
+
+
+# Direct binary commands: FE, FD, FC and four bytes, the most significant first
+
+
+@pytest.mark.parametrize("after", [b"", b"\r", b" "])
+@pytest.mark.parametrize(
+    ("record", "report", "value"),
+    [
+        (b"\xfe\x00\x00\x00\x64", b"z=P", 100),  # the vendor's examples
+        (b"\xfe\xff\xff\xff\xfe", b"z=P", -2),
+        (b"\xfd\x00\x00\x27\x10", b"z=V", 10000),
+        (b"\xfd\xff\xff\xd8\xf0", b"z=V", -10000),
+        (b"\xfc\x00\x00\x00\x08", b"z=A", 8),
+        (b"\xfc\x7f\xff\xff\xff", b"z=A", 2**31 - 1),
+        (b"\xfe\x80\x81\x0d\x20", b"z=P", 0x80810D20 - 2**32),  # neither addresses nor terminators
+    ],
+)
+def test_a_direct_binary_command_sets_a_parameter(bench, motor, record, report, value, after):
+    """The Class 4 language: a byte and a 32-bit number, the scheme of 10.1; a CR after it is an empty command."""
+    assert send(bench, motor, record + after + report + b" Rz RBs ") == b"%d\r0\r" % value
+
+
+def test_the_data_of_a_direct_binary_command_are_no_commands(bench, motor):
+    """`FE 00 00 53` and 20: in motion it was S."""
+    send(bench, motor, b"A=65536 V=65536 MV G ")
+    assert send(bench, motor, b"\xfe\x00\x00\x53\x20z=P Rz RBt RMODE ") == b"%d\r1\rV\r" % 0x5320
+
+
+def test_a_direct_binary_command_makes_the_next_move_absolute(bench, motor):
+    """As P= does."""
+    send(bench, motor, b"A=65536*8 V=65536*8 D=5 \xfe\x00\x00\x00\x64G ", 0.1)
+    assert send(bench, motor, b"RP RMODE ") == b"100\rP\r"
+
+
+def test_a_direct_binary_command_for_others_is_passed_over_as_a_whole(bench, motor):
+    """Addresses, terminators and letters among its data mean nothing to a motor that is not addressed."""
+    send(bench, motor, b"SADDR1 P=7 V=65536 A=65536 MV G ")
+    assert send(bench, motor, b"\x82\xfe\x81\x20\x53\x20RP \x81z=P Rz RBt RBs ") == b"7\r1\r0\r"
+
+
+def test_a_negative_acceleration_sets_bs_and_changes_nothing(bench, motor):
+    """Base 4: A is not below 0."""
+    assert send(bench, motor, b"A=5 \xfc\xff\xff\xff\xffRA RBs ") == b"5\r1\r"
+
+
+def test_a_sleeping_motor_takes_no_direct_binary_command(bench, motor):
+    assert send(bench, motor, b"P=7 SLEEP \xfe\x00\x00\x00\x64WAKE z=P Rz ") == b"7\r"
+
+
+def test_a_direct_binary_command_ends_what_had_been_begun(bench, motor):
+    """As an address does: Bs."""
+    assert send(bench, motor, b"a=1\xfe\x00\x00\x00\x64Ra z=P Rz RBs ") == b"0\r100\r1\r"
+
+
+def test_a_damaged_direct_binary_command_changes_nothing(bench):
+    """A parity error in its third byte, flag Bb; its five bytes are counted all the same."""
+    motor = clear(bench, bench.add("smartmotor"))
+    tell(bench, motor, "P=7 OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    motor.serial.host.parity = "E"
+    send(bench, motor, b"\xfe\x00", 0.1)
+    motor.serial.to_device.flip(1)
+    assert send(bench, motor, b"\x00\x53\x20z=P Rz RBb RBs ", 0.2) == b"7\r1\r0\r"
+
+
+# OCHN's time-out
+
+
+def open_with(bench, motor, timeout):
+    tell(bench, motor, f"OCHN(RS2,0,N,9600,1,8,C{timeout})")
+
+
+@pytest.mark.parametrize(("timeout", "pause_s", "answer"), [
+    (",100", 0.099, b"12\r0\r"),
+    (",100", 0.101, b"1\r"),
+    (",0", 10.0, b"12\r0\r"),
+    ("", 10.0, b"12\r0\r"),
+])  # fmt: skip
+def test_a_command_must_end_within_the_time_out_of_ochn(bench, motor, timeout, pause_s, answer):
+    """Later guides: milliseconds "between issuing a command and detecting a delimiter"; then it is dropped, Bs."""
+    open_with(bench, motor, timeout)
+    send(bench, motor, b"a=", pause_s)
+    assert send(bench, motor, b"12 ") == b""
+    reports = b"Ra RBs " if answer.startswith(b"12") else b"RBs "
+    assert send(bench, motor, reports) == answer
+
+
+def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor):
+    """A space between commands begins none, and each command has its own time."""
+    open_with(bench, motor, ",100")
+    for part in (b"a=1 ", b"b=2 ", b" ", b"c", b"=3 "):
+        send(bench, motor, part, 0.06)
+    assert send(bench, motor, b"Ra Rb Rc RBs ") == b"1\r2\r3\r0\r"
+    for part in (b"d", b"=", b"4"):
+        send(bench, motor, part, 0.06)
+    assert send(bench, motor, b" Rd RBs ") == b"0\r1\r"
+
+
+def test_the_time_out_of_ochn_is_relevant_in_command_mode_only(bench, motor):
+    """Later guides say so; in data mode nothing is dropped."""
+    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,D,100)")
+    motor.rs485.write(b"ab")
+    bench.run(0.5)
+    assert tell(bench, motor, "a=LEN1 Ra RBs") == b"2\r0\r"
+
+
+def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
+    open_with(bench, motor, ",100")
+    send(bench, motor, b"a=", 0.05)
+    motor.power(False)
+    bench.run(0.02)
+    motor.power(True)
+    assert send(bench, motor, b"RBs ", 0.2) == b"0\r"
+
+
+def test_the_first_motors_program_addresses_the_chain(bench):
+    """Later guides: `PRINT(#128,"SADDR2",#13)`, then #130 ECHO and SLEEP; what it prints goes to the next motor."""
+    motors = [bench.add("smartmotor", line="instant") for _ in range(2)]
+    program = 'SADDR1 ECHO PRINT(#128,"SADDR2",#13) WAIT=400 PRINT(#130,"ECHO",#13) WAIT=400 END '
+    clear(bench, motors[0])
+    load(bench, motors[0], program)
+    chain = bench.chain(*motors)
+    for motor in motors:
+        motor.power_cycle()
+    bench.run(1.0)
+    chain.read()
+    for number in (1, 2):
+        chain.write(b"%cRADDR " % (0x80 + number))
+        bench.run(0.1)
+        assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)

@@ -1,11 +1,12 @@
 """Servo law, protection and rest of a SmartMotor (base language, chapter 13; manual, chapter 4)."""
 
 from dataclasses import replace
-from math import log
+from math import exp, log
 
 import pytest
 
 from axistwin.controllers.smartmotor import jit, machine, servo, servo_law, state
+from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 
 from .rig import SAMPLE_S, Rig
@@ -341,3 +342,101 @@ def test_rest_is_the_same_compiled():
         rig.rest(1_000_000)
         rigs.append((list(rig.i), list(rig.f)))
     assert rigs[0] == rigs[1]
+
+
+# Inductance of the windings
+
+
+def inductive(**differences):
+    return replace(FRAME17, winding_inductance_h=2.5e-3, **differences)
+
+
+def test_without_inductance_the_current_is_there_at_once():
+    assert FRAME17.winding_inductance_h == 0
+    rig = Rig(FRAME17)
+    machine.set_jam(rig.f, True)
+    rig.i[state.PWM] = 427
+    rig.turn(1)
+    assert rig.f[machine.AMPS_NOW] == pytest.approx(24 * 427 / 1023 / 2.5)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5, 20])
+def test_current_rises_with_the_time_constant_of_the_windings(samples):
+    """2.5 mH at 2.5 Ω: 1 ms.  I(t) = U/R · (1 - exp(-t/1 ms)) while the shaft is held; shorted it falls alike."""
+    rig = Rig(inductive())
+    machine.set_jam(rig.f, True)
+    settled = 24 * 427 / 1023 / 2.5
+    rig.i[state.PWM] = 427
+    rig.turn(samples)
+    kept = exp(-samples * SAMPLE_S / 1e-3)
+    assert rig.f[machine.AMPS_NOW] == pytest.approx(settled * (1 - kept))
+    begin = rig.f[machine.AMPS_NOW]
+    rig.i[state.DRIVE] = state.DRIVE_SHORTED
+    rig.turn(samples)
+    assert rig.f[machine.AMPS_NOW] == pytest.approx(begin * kept)
+    rig.i[state.DRIVE] = state.DRIVE_OPEN
+    rig.turn(1)
+    assert rig.f[machine.AMPS_NOW] == 0.0
+
+
+def test_the_torque_of_a_sample_is_that_of_its_mean_current():
+    """The mean of 1 - exp(-t/1 ms) over the first 245.76 µs, without friction: 1 - (1 - exp(-0.24576)) / 0.24576."""
+    motor = inductive(coulomb_friction_nm=0.0, viscous_friction_nm_s=0.0, torque_constant_nm_per_a=1e-6)
+    rig = Rig(motor)
+    rig.i[state.PWM] = 427
+    rig.turn(1)
+    mean = 24 * 427 / 1023 / 2.5 * (1 - (1 - exp(-0.24576)) / 0.24576)
+    assert rig.rad_per_s == pytest.approx(mean * 1e-6 / 4e-6 * SAMPLE_S, rel=1e-6)
+
+
+def test_inductance_is_no_way_round_the_limit_of_the_amplifier():
+    rig = Rig(inductive(peak_current_a=2.0))
+    machine.set_jam(rig.f, True)
+    rig.i[state.PWM] = 1023
+    currents = []
+    for _ in range(30):
+        rig.turn(1)
+        currents.append(rig.f[machine.AMPS_NOW])
+    assert max(currents) == 2.0
+    assert rig.i[state.BA] == 1
+
+
+def highest(rig, counts):
+    """How far the shaft goes when the trajectory steps by so many counts, and where it comes to rest."""
+    rig.i[state.COMMANDED], most = counts << 16, 0
+    for _ in range(3000):
+        rig.sample()
+        most = max(most, rig.i[state.SHAFT])
+    return most, rig.i[state.SHAFT]
+
+
+@pytest.mark.parametrize(
+    ("kd", "without", "least", "greatest"),
+    [(550, 217, 214, 218), (150, 222, 232, 246)],
+)
+def test_inductance_matters_where_damping_is_small(kd, without, least, greatest):
+    """200 counts, frame 23.  Integrated in steps of 1.2 µs: 217 and 222 without, 216 and 242 with 0.7 mH (1 ms)."""
+    assert highest(Rig(replace(FRAME23, kd=kd)), 200) == (without, 200)
+    most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=7e-4)), 200)
+    assert least <= most <= greatest
+    assert end == 200
+
+
+def test_a_motor_with_inductance_comes_to_rest():
+    """At its target, and with shorted windings: the current reaches an end, from which rest is exact."""
+    rig = Rig(replace(FRAME23, winding_inductance_h=7e-4))
+    highest(rig, 200)
+    assert rig.resting
+    before = list(rig.f), list(rig.i)
+    rig.sample()
+    assert rig.f[machine.AMPS_NOW] == before[0][machine.AMPS_NOW]
+    rig.i[state.DRIVE], rig.i[state.MODE] = state.DRIVE_SHORTED, state.M_BRAKE
+    rig.turn(400)
+    assert rig.f[machine.AMPS_NOW] == 0.0
+
+
+def test_inductance_is_a_figure_of_the_data_sheet(bench):
+    motor = bench.add("smartmotor", shaft={"motor": {"model": "frame23", "winding_inductance_h": 7e-4}})
+    assert motor.axes["shaft"].motor.winding_inductance_h == 7e-4
+    with pytest.raises(UsageError, match="winding_inductance_h"):
+        bench.add("smartmotor", shaft={"motor": {"winding_inductance_h": -1e-3}})

@@ -33,6 +33,7 @@ class Pair:
             random.choice(list(SERVO_MOTORS.values())),
             winding_time_constant_s=random.uniform(0.01, 1),
             housing_time_constant_s=random.uniform(0.05, 2),
+            winding_inductance_h=random.choice((0.0, random.uniform(1e-4, 5e-3))),
         )
         self.rig = Rig(motor, load, compiled=compiled)
         self.machine, self.law = ReferenceMachine(motor, load), ReferenceServo(motor.tuning)
@@ -77,6 +78,7 @@ class Pair:
     def compare(self):
         """Everything that can be seen."""
         i, f, reference, heat = self.rig.i, self.rig.f, self.machine, self.machine.temperatures
+        assert f[machine.AMPS_NOW] == reference.amps
         ours = [f[slot] for slot in (machine.SPEED, machine.FRACTION, machine.WINDING_C, machine.HOUSING_C)]
         assert [*ours, f[machine.MEAN_SQUARE]] == [
             reference.speed, reference.fraction, heat.winding, heat.housing, heat.mean_square,

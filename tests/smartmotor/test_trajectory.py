@@ -186,3 +186,49 @@ def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, r
         if position == target and abs(velocity) <= rate:
             return
     raise AssertionError("it does not arrive")
+
+
+HIGHEST = 2**31 - 1
+
+
+@pytest.mark.parametrize(("sign", "origin"), [(1, HIGHEST - 7), (-1, -HIGHEST + 6)])
+def test_a_relative_move_goes_through_the_end_of_the_scale_the_short_way(bench, motor, sign, origin):
+    """Base 4: D is relative; positions are modulo 2^32.  1+2+3+4+4+3+2+1 = 20 counts, twice, from 2^31 - 8.
+
+    From 2147483640 it is 20 counts to 2147483660, which is -2147483636; Bw rises.
+    """
+    say(motor, bench, b"A=65536 V=5*65536 O=%d D=%d " % (origin, 20 * sign))
+    zero = motor.axes["shaft"].position
+    for begin in (0, 20):
+        assert say(motor, bench, b"G RBt ") == b"1\r"
+        path = [sign * (position - zero) for position in positions(bench, motor, 9)]
+        assert path == [begin + n for n in (1, 3, 6, 10, 14, 17, 19, 20, 20)]
+        assert say(motor, bench, b"RBt RBw ") == b"0\r1\r"
+        at = (origin + sign * (begin + 20) + 2**31) % 2**32 - 2**31
+        assert say(motor, bench, b"RP RPE ") == b"%d\r0\r" % at
+
+
+def test_a_move_that_cannot_stop_before_the_end_of_the_scale_comes_back(bench, motor):
+    """At 4 counts/sample, 3 counts before 2^31: it stops 10 counts further at least, and returns through the end."""
+    say(motor, bench, b"A=65536 V=4*65536 MV O=2147483600 G ")
+    while int(say(motor, bench, b"RP ")) not in range(2147483640, 2147483648):
+        positions(bench, motor, 1)
+    say(motor, bench, b"MP P=2147483646 G ")
+    path = positions(bench, motor, 40)
+    assert say(motor, bench, b"RP RBt RBw ") == b"2147483646\r0\r1\r"
+    assert max(path) - path[-1] < 20
+
+
+def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
+    """Base 4: targets of MP do not cross the wrap: from -2000000000 to 2000000000 the way is positive."""
+    say(motor, bench, b"A=65536 V=4*65536 O=-2000000000 P=2000000000 G ")
+    zero = motor.axes["shaft"].position
+    positions(bench, motor, 20)
+    assert motor.axes["shaft"].position > zero
+
+
+def test_the_direction_of_an_absolute_move_decides_at_a_limit(bench, motor):
+    """3.1: "directional": with the positive limit acknowledged the move from -2^31 up to 2^31 - 1 is refused."""
+    say(motor, bench, b"A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP ")
+    positions(bench, motor, 2)
+    assert say(motor, bench, b"Zr G RBt ") == b"0\r"

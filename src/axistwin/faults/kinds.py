@@ -74,7 +74,7 @@ KINDS = {
         # On controllers
         Kind("overheat", On.CONTROLLER, "it is hot around a SmartMotor", machines.overheat, (
             Parameter("celsius", Sort.NUMBER, "so hot", "°C", 90.0, low=-40, high=150),), check=machines.check_motor),
-        Kind("supply_dip", On.CONTROLLER, "the supply sags; what is no SmartMotor resets", machines.supply_dip, (
+        Kind("supply_dip", On.CONTROLLER, "the supply sags; a SmartMotor resets below 18 V", machines.supply_dip, (
             Parameter("left", Sort.NUMBER, "of the voltage of a SmartMotor", default=0.5, low=0, high=1),),
             check=machines.check_data_sheet),
         Kind("power_cut", On.CONTROLLER, "the power is off", machines.power_cut),

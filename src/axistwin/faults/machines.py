@@ -225,7 +225,7 @@ def overheat(case: Case) -> Mend:
 
 
 def supply_dip(case: Case) -> Mend:
-    """The supply sags.  A SmartMotor has less voltage; any other controller resets."""
+    """The supply sags.  A SmartMotor has less voltage, and resets if it is too low; any other controller resets."""
     axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     return power_cut(case) if axis is None else axis.sag(case.values["left"])
 

@@ -66,7 +66,7 @@ class Run:
 class Master:
     """What is wired to pins A and B: a quadrature encoder, or a step source of so many steps.
 
-    There are no events for edges; who needs them calculates the count.  The levels of A and B do not show them.
+    There are no events for edges; who needs them calculates the count, from which the levels of A and B follow.
     `own`: the axis of the motor that it is wired to.
     """
 
@@ -78,6 +78,8 @@ class Master:
         """The axis it sits on; while that moves its count can be told in advance if it is `foreseen`."""
         self._ratio = Fraction(1)
         self._unwatch: Callable[[], object] = lambda: None
+        self.plugged = False
+        """True from the first run on: until then nothing is wired to A and B."""
         self.before_change: list[Callable[[], None]] = []
         """Called before its course changes, while `at` still tells the old one."""
         self.on_change: list[Callable[[], None]] = []
@@ -162,6 +164,6 @@ class Master:
     def _change(self, run: Run, followed: Followed | None) -> None:
         for action in self.before_change:
             action()
-        self.run, self.followed = run, followed
+        self.run, self.followed, self.plugged = run, followed, True
         for action in self.on_change:
             action()

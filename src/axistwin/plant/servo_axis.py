@@ -6,6 +6,7 @@ when the power goes (the physics, torques from outside, the temperature around i
 """
 
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.errors import UsageError
@@ -173,7 +174,9 @@ class ServoAxis:
         self._outside = Layers(0.0, self._replan, self._catch_up)
         self._jams = Layers(False, self._replan, self._catch_up)
         self._torque = Layers(1.0, self._replan, self._catch_up)
-        self._supply = Layers(1.0, self._replan, self._catch_up)
+        self._supply = Layers(1.0, self._supply_changed, self._catch_up)
+        self.on_supply: list[Callable[[], None]] = []
+        """Called when the supply voltage has changed."""
         self._ambient = Layers(AMBIENT, self._replan, self._catch_up)
         self.master = Master(clock, self)
         """What is wired to pins A and B."""
@@ -342,6 +345,16 @@ class ServoAxis:
 
     def _replan(self) -> None:
         self._source.replan()
+
+    @property
+    def supply_v(self) -> float:
+        """The supply voltage in V; of an ideal motor, which has no data sheet, without end."""
+        return inf if self.motor is None else self.supply * self.motor.supply_voltage_v
+
+    def _supply_changed(self) -> None:
+        self._replan()
+        for action in tuple(self.on_supply):
+            action()
 
     def miscount(self, of: int, out_of: int) -> None:
         """From now on the encoder counts `of` for each `out_of` counts.  The motor believes it."""

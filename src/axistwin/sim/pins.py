@@ -243,7 +243,7 @@ class UserPin(Pin):
     @property
     def analog(self) -> int:
         """The voltage as a 10-bit converter has it: 0 for 0 V, 1023 for 5.0 V, the nearest number, halves upwards."""
-        return min(max(int(self._volts * FULL_SCALE / PULLED_UP_VOLTS + 0.5), 0), FULL_SCALE)
+        return min(max(int(self.volts * FULL_SCALE / PULLED_UP_VOLTS + 0.5), 0), FULL_SCALE)
 
     @property
     def driven(self) -> bool:
@@ -260,28 +260,23 @@ class UserPin(Pin):
 
         Raises UsageError for a voltage that no TTL terminal survives.
         """
-        self._lead = _volts(level)
-        self._find_volts()
+        self._decide("_lead", _volts(level))
 
     def release(self) -> None:
         """Take the test lead away."""
-        self._lead = None
-        self._find_volts()
+        self._decide("_lead", None)
 
     def set(self, level: bool | float | None) -> None:
         """What is wired to the terminal from outside, a switch or a wire, is at this level or voltage; None: open."""
-        self._wired = None if level is None else _volts(level)
-        self._find_volts()
+        self._decide("_wired", None if level is None else _volts(level))
 
     def output(self, level: bool) -> None:
         """The output stage is on, and gives 5 V or 0 V."""
-        self._stage = PULLED_UP_VOLTS if level else 0.0
-        self._find_volts()
+        self._decide("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
         """The output stage is off."""
-        self._stage = None
-        self._find_volts()
+        self._decide("_stage", None)
 
     def watch_volts(self, watcher: Callable[["UserPin"], None]) -> Callable[[], None]:
         """Call `watcher(pin)` at every change of voltage.  Returns what ends the watching."""
@@ -290,17 +285,25 @@ class UserPin(Pin):
 
     def hold(self, level: bool) -> Callable[[], None]:
         """A defect keeps the terminal at 5 V or 0 V, whoever drives it."""
+        volts = self.volts
         let_go = super().hold(level)
-        self._find_volts()
+        self._find_volts(self.level, volts)
 
         def ended() -> None:
+            volts = self.volts
             let_go()
-            self._find_volts()
+            self._find_volts(self.level, volts)
 
         return ended
 
-    def _find_volts(self) -> None:
-        level, before = self.level, self._volts
+    def _decide(self, who: str, volts: float | None) -> None:
+        """One of those who decide about it gives it a voltage, or lets go of it (None)."""
+        level, before = self.level, self.volts
+        setattr(self, who, volts)
+        self._find_volts(level, before)
+
+    def _find_volts(self, level: bool, before: float) -> None:
+        """Find the voltage, and tell those who watch if it or the level is not what it was `before`."""
         held = _volts(self._holds[-1].level) if self._holds else None
         stated = (volts for volts in (held, self._lead, self._stage, self._wired) if volts is not None)
         self._volts = next(stated, PULLED_UP_VOLTS)
@@ -309,7 +312,7 @@ class UserPin(Pin):
         elif self._volts <= LOW_VOLTS:
             self._source = False
         self._settle(level)
-        if self._volts != before:
+        if self.volts != before:
             for watcher in tuple(self._volts_watchers):
                 watcher(self)
 

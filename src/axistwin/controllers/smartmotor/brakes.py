@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.smartmotor.state import (
     BO,
     BRAKE,
+    BRAKE_PIN,
     BT,
     DRIVE,
     DRIVE_ON,
@@ -16,11 +17,17 @@ from axistwin.controllers.smartmotor.state import (
     M_OFF,
     MODE,
     STOPPING,
+    USER_PINS,
     VELOCITY,
 )
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
+
+
+PIN_C, PIN_G = 1 << USER_PINS.index("C"), 1 << USER_PINS.index("G")
+SIGNALS = {"C": PIN_C, "G": PIN_G}
+"""The pins that can carry the brake's signal, by their bits."""
 
 
 class Control(Enum):
@@ -54,17 +61,17 @@ def engage(motor: "Motor") -> None:
 
 def internal(motor: "Motor") -> None:
     """BRKI: the signal is on the internal brake pin only.  The default.  5.1."""
-    motor.brake_pin = None
+    motor.i[BRAKE_PIN] = 0
 
 
 def pin_c(motor: "Motor") -> None:
     """BRKC: the signal is on pin C too, if UCO has made that an output.  Not together with BRKG.  5.1."""
-    motor.brake_pin = "C"
+    motor.i[BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: "Motor") -> None:
     """BRKG: the signal is on pin G too, if UGO has made that an output.  Not together with BRKC.  5.1."""
-    motor.brake_pin = "G"
+    motor.i[BRAKE_PIN] = PIN_G
 
 
 def mode_torque_brake(motor: "Motor") -> None:
@@ -93,8 +100,9 @@ def settle(motor: "Motor") -> None:
     on = engaged(motor)
     i[BRAKE] = on and motor.options.brake
     motor.brake_line.set(on)
-    if motor.brake_pin is not None and motor.pins[motor.brake_pin].is_output:
-        motor.pins[motor.brake_pin].output(on)
+    for name, bit in SIGNALS.items():
+        if i[BRAKE_PIN] == bit and motor.pins[name].is_output:
+            motor.pins[name].output(on)
 
 
 def engaged(motor: "Motor") -> bool:

@@ -10,7 +10,7 @@ from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.core import prepare
 from axistwin.controllers.smartmotor.faults import ALARMS, trouble
 from axistwin.controllers.smartmotor.front import FRONT
-from axistwin.controllers.smartmotor.inputs import IndexLine
+from axistwin.controllers.smartmotor.inputs import EncoderPin, IndexLine
 from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
@@ -32,7 +32,8 @@ class SmartMotor:
 
     def __init__(self, clock: Clock, axes: Mapping[str, Any], options: Options, store: Store) -> None:
         axis: ServoAxis = axes["shaft"]
-        user_pins = {name: UserPin(clock, name) for name in USER_PINS}
+        user_pins: dict[str, UserPin] = {name: UserPin(clock, name) for name in USER_PINS}
+        user_pins |= {name: EncoderPin(clock, name, axis.master) for name in "AB"}
         self.uart, self.rs485 = Uart(clock, format=UartFormat()), Uart(clock, format=UartFormat())
         self.options = options
         self._index = IndexLine(clock)
@@ -41,11 +42,19 @@ class SmartMotor:
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
+        self._switched_on = False
+        axis.on_supply.append(self._settle_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
 
     def power(self, on: bool) -> None:
-        """Switch it on or off."""
+        """Switch it on or off.  While the supply is too low it stays in reset."""
+        self._switched_on = on
+        self._settle_power()
+
+    def _settle_power(self) -> None:
+        """Start the processor, or stop it, as the switch and the supply voltage say."""
+        on = self._switched_on and not self._undervoltage
         if on and self._motor is None:
             if self._before is not None:
                 self._before.leave()
@@ -61,10 +70,15 @@ class SmartMotor:
             self._registers.connect(None)
             self._let_go()
 
+    @property
+    def _undervoltage(self) -> bool:
+        return self._fittings.axis.supply_v < self.options.reset_below_v
+
     def trouble(self) -> str:
         """What keeps it from moving, and what helps."""
         if self._motor is None:
-            return ""
+            low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
+            return low if self._switched_on else ""
         self._motor.core.catch_up(changing=False)
         return trouble(self._motor)
 

@@ -1,6 +1,6 @@
 """A serial channel (chapters 6 and 10, section 2 of the base language): characters in and out, and who is meant.
 
-    byte ── line errors ── echo ──┬── command:  address, words up to a space, CR, LF or NUL, host mode records
+    byte ── line errors ── echo ──┬── command:  address, words up to a space, CR, LF or NUL, binary records
                                   ├── data:     a FIFO of 16 bytes for LEN and GETCHR
                                   └── diverted: a program being loaded, an upload waiting for its acknowledgement
 
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from enum import IntFlag
 from typing import TYPE_CHECKING, Protocol
 
-from axistwin.controllers.smartmotor import host_mode, io
+from axistwin.controllers.smartmotor import host_mode, io, modes
 from axistwin.controllers.smartmotor.state import (
     ADDR,
     BB,
@@ -38,9 +38,17 @@ TRANSMITTER = 16
 """With more characters than this waiting to be sent a program stops at its PRINT."""
 
 GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
-STATUS_QUERY, POSITION, CLOCK = 0xF9, 0xFA, 0xFB
-RECORD = 6
-"""Bytes of a host mode record: what it is, four of the value, CR."""
+STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
+RECORDS = {POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
+"""Bytes of a binary record by its first one: that, four of the value, and in host mode CR (10.1)."""
+TAKES: "dict[int, Callable[[Motor, int], None]]" = {
+    POSITION: host_mode.position,
+    CLOCK: host_mode.clock,
+    DIRECT_A: modes.acceleration,
+    DIRECT_V: modes.velocity,
+    DIRECT_P: modes.position,
+}
+"""What the value of a binary record is for: points of host mode, or the buffered A, V and P."""
 
 
 class ChannelError(IntFlag):
@@ -84,7 +92,11 @@ class Channel:
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._obey, lambda: self.complain(ChannelError.OVERFLOW))
-        self._record, self._spoilt = bytearray(), False  # a host mode record, and whether there was a line error in it
+        self._record, self._spoilt = bytearray(), False  # a binary record, and whether there was a line error in it
+        self._timeout_ns = 0
+        """Time within which a command must end, from its first character; 0: no time-out."""
+        self._begun_ns: int | None = None
+        """Time at which the command began that is coming in, while there is a time-out."""
         self.direction = False
         """Whether pin G is the direction line of an RS-485 converter."""
         uart.format = UartFormat()
@@ -111,6 +123,25 @@ class Channel:
             self._spoil(byte, errors)
         else:
             self.take(byte)
+        if self._timeout_ns:
+            self._mind_time()
+
+    def _mind_time(self) -> None:
+        """Give the command that has begun its time to end."""
+        if not (self._words.begun or self._record):
+            self._begun_ns = None
+        elif self._begun_ns is None:
+            began_ns = self._begun_ns = self.motor.clock.now
+            self.motor.clock.call_later(self._timeout_ns, lambda: self._expire(began_ns))
+
+    def _expire(self, began_ns: int) -> None:
+        """Drop the command that began at this time and has not ended; flag Bs."""
+        if self._begun_ns == began_ns and self.motor.powered:
+            self._begun_ns = None
+            self._record.clear()
+            self._words.forget()
+            if not self.asleep:
+                self.complain(ChannelError.SCAN)
 
     def _go_on(self) -> None:
         """`!` has held the program until a character comes in."""
@@ -154,12 +185,12 @@ class Channel:
         self.obeying = False
 
     def _take_binary(self, byte: int) -> None:
-        """An address, which holds until the next one, or something that belongs to host mode."""
+        """An address, which holds until the next one, or the first byte of a binary record."""
         if self._words.forget() and not self.asleep:  # it does not end as a command
             self.complain(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
             self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[ADDR])  # ADDR is changed by SADDRn only
-        elif byte in (POSITION, CLOCK):  # whoever is meant: its bytes are no addresses
+        elif byte in RECORDS:  # whoever is meant: its bytes are no addresses and no commands
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._listening:
             self.motor.catch_up()
@@ -167,12 +198,12 @@ class Channel:
 
     def _take_record(self, byte: int) -> None:
         self._record.append(byte)
-        if len(self._record) < RECORD:
+        if len(self._record) < RECORDS[self._record[0]]:
             return
         record, spoilt = bytes(self._record), self._spoilt
         self._record.clear()
         self._spoilt = False
-        if byte not in TERMINATORS:
+        if len(record) == RECORDS[POSITION] and byte not in TERMINATORS:
             self._not_a_record(byte)
         elif self._listening and not spoilt:
             self._hand_over(record)
@@ -188,7 +219,7 @@ class Channel:
     def _hand_over(self, record: bytes) -> None:
         motor, value = self.motor, int.from_bytes(record[1:5], "big", signed=True)
         motor.catch_up()
-        (host_mode.position if record[0] == POSITION else host_mode.clock)(motor, value)
+        TAKES[record[0]](motor, value)
         motor.replan()
 
     def _take_data(self, byte: int) -> None:
@@ -270,9 +301,11 @@ class Channel:
 
     # Opening
 
-    def set_up(self, fmt: UartFormat, *, data_mode: bool) -> None:
+    def set_up(self, fmt: UartFormat, *, data_mode: bool, timeout_ns: int = 0) -> None:
         """OCHN: from the next character on."""
         self.open, self._data_mode = True, data_mode
+        self._timeout_ns, self._begun_ns = 0 if data_mode else timeout_ns, None
+        self._record.clear()
         self.uart.format = fmt
         self.fifo.clear()
         self.motor.i[LENGTHS + self.number] = 0

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, diagnose
 from axistwin.controllers.smartmotor import check_cam, check_flow, check_migration, fixes, image, rules
 from axistwin.controllers.smartmotor import interpreter as ops
+from axistwin.controllers.smartmotor.channel import RECORDS
 from axistwin.controllers.smartmotor.expressions import CHAPTER, Problem
 from axistwin.controllers.smartmotor.findings import Findings, known, told
 from axistwin.controllers.smartmotor.forms import Form
@@ -18,8 +19,8 @@ from axistwin.controllers.smartmotor.variables import ARRAY_SIZES
 from axistwin.controllers.smartmotor.words import Words
 
 WITH_ARGUMENT = check_flow.WITH_ARGUMENT
-BINARY, RECORDS, RECORD, END = 0x80, (0xFA, 0xFB), 6, 0xFF
-"""Bytes of a host that are no text: addresses, records of host mode, the end of a program."""
+BINARY, END = 0x80, 0xFF
+"""Bytes of a host that are no text: from 80h on addresses and binary records; the end of a program."""
 ENDING = b"\r\n\0"
 """What ends a command in any case; a space ends most."""
 
@@ -116,8 +117,7 @@ class _Host:
         while self._at < len(self._characters):
             sent = self._characters[self._at]
             self._at += 1
-            if sent.byte in RECORDS:
-                self._at += RECORD - 1
+            self._at += RECORDS.get(sent.byte, 1) - 1
             if sent.byte < BINARY:
                 self._words.take(sent.byte)
             else:

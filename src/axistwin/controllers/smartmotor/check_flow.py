@@ -19,7 +19,7 @@ from axistwin.controllers.smartmotor.state import DEPTH_MOST, SWITCH_MOST
 
 FAULT, INPUT = 1, 2
 """The labels that faults and pin G call."""
-WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN})
+WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN, ops.TAKEN_PIN})
 ENDS = frozenset({ops.S_RETURN, ops.S_RETURNI, ops.S_END})
 NO_RETURN = frozenset({"RUN", "Z"})
 
@@ -74,6 +74,25 @@ class Flow:
                 self._note(made, pc)
                 waiting += self._next(pc)
         return made
+
+    @cached_property
+    def interrupts_only(self) -> frozenset[int]:
+        """The statements that only C1 and C2 reach, with the subroutines they call."""
+        called = {number for label in self.interrupts for number in self._reached(label)}
+        return frozenset(called - self._reached(None))
+
+    def _reached(self, label: int | None) -> set[int]:
+        """The statements of a routine and of all that it calls."""
+        done: set[int | None] = set()
+        waiting, numbers = [label], set[int]()
+        while waiting:
+            here = waiting.pop()
+            if here not in done:
+                done.add(here)
+                routine = self.routines[here]
+                numbers |= {self.program.code[pc + 1] for pc in routine.pcs}
+                waiting += routine.calls.values()
+        return numbers
 
     def _note(self, made: Routine, pc: int) -> None:
         operation, number = self.program.code[pc], self.program.code[pc + 1]

@@ -5,6 +5,7 @@ Commands that have been removed, and assignments without an equal sign, are foun
 
 from axistwin.controllers.diagnostics import fixing, put_before
 from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.check_flow import Flow
 from axistwin.controllers.smartmotor.findings import Findings, known
 from axistwin.controllers.smartmotor.functions import CALL_C1, REVERSE
 
@@ -16,7 +17,7 @@ BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 def check(findings: Findings) -> None:
     """Apply all rules of this file."""
-    _limits(findings)
+    _limits(findings, Flow(findings))
     _direction(findings)
     _faults_end_programs(findings)
     _soft_limits(findings)
@@ -24,18 +25,22 @@ def check(findings: Findings) -> None:
         _brake(findings, command, pin)
 
 
-def _limits(findings: Findings) -> None:
-    """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1)."""
+def _limits(findings: Findings, flow: Flow) -> None:
+    """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1).
+
+    C1 is called by a new fault, not by those from switching on, so what stands there only does not count.
+    """
     moves = next(findings.all(*MOTION), None)
     if moves is None:
         return
-    if not findings.has(*LIMIT_ROLES, *CLEARING):
+    given = {word for number, word in enumerate(findings.words) if number not in flow.interrupts_only}
+    if given.isdisjoint((*LIMIT_ROLES, *CLEARING)):
         message = (
             "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
             "UCI UDI ZS at the top makes them ordinary inputs"
         )
         findings.say(rules.LIMITS, moves[0], message)
-    elif findings.has("UCI", "UDI", "UCO", "UDO") and not findings.has(*CLEARING):
+    elif not given.isdisjoint(("UCI", "UDI", "UCO", "UDO")) and given.isdisjoint(CLEARING):
         message = "limit faults from switching on still hold: ZS (or Zr and Zl) is missing"
         clearing = fixing("clear them with ZS", put_before(findings.text(moves[0])[0], "ZS "), sure=False)
         findings.say(rules.LIMIT_FAULTS, moves[0], message, clearing)

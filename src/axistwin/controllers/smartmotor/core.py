@@ -11,6 +11,7 @@ blocks makes no difference to what the motor does.  A motor that rests costs not
 from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, ClassVar
 
 from axistwin.controllers.smartmotor import jit, log
@@ -27,6 +28,7 @@ from axistwin.controllers.smartmotor.state import (
     MASTER_LEFT,
     MODE,
     PENDING,
+    PID_RATE,
     PROGRAM,
     RUNNING,
     SAMPLE,
@@ -48,6 +50,8 @@ PLAIN_SAMPLES = 20_000
 PLAIN_MOTORS = 8
 """So many are certainly done in real time by plain Python."""
 STACK = 64
+PID_MOST = 8
+"""PID8: the trajectory moves the shaft once in so many samples at most."""
 
 Listener = Callable[[int, "array[int]", "array[int]"], None]
 """Told the number of the first sample, and where the shaft was and should have been in it and in those that follow."""
@@ -93,7 +97,7 @@ class Core:
         self._engine = _Engine(self)
         self._block: _Block | None = None
         self._most, self._plan = SHORTEST, 0
-        self._moved = 0
+        self._moves = [0] * PID_MOST
         self._asleep = self._acting = self._deferred = False
 
     @property
@@ -163,13 +167,19 @@ class Core:
             self._plan += 1
             self.clock.call_later(0, self._look_ahead)
 
-    def speed(self) -> int:
-        """How many counts the shaft has moved in the last sample."""
-        done, block = self.due - self.i[SAMPLE], self._block
-        if block is None or block.resting or done <= 0 or block.samples == 0:
-            return self._moved
-        at, shaft = min(done, block.samples) - 1, self._engine.shaft
-        return shaft[at] - (shaft[at - 1] if at else self.i[SHAFT] + self.i[SLIPPED])
+    def speed(self) -> float:
+        """Return the shaft's speed in counts per sample, over the last sample; with PIDn, over the last n."""
+        done, block, rate = self.due - self.i[SAMPLE], self._block, self.i[PID_RATE]
+        ahead = block is not None and not block.resting and done > 0
+        computed = min(done, block.samples) if block is not None and ahead else 0
+        return sum(self._moves_by(computed)[-rate:]) / rate
+
+    def _moves_by(self, computed: int) -> list[int]:
+        """Return the counts moved in each of the last samples, by this one of those computed ahead."""
+        shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
+        before = shaft[first - 1] if first else self.i[SHAFT] + self.i[SLIPPED]
+        places = [before, *shaft[first:computed]]
+        return [*self._moves, *(after - before for before, after in pairwise(places))][-PID_MOST:]
 
     def stop(self) -> None:
         """No more samples."""
@@ -310,12 +320,11 @@ class Core:
             self._commit(self._compute(samples))
 
     def _commit(self, block: _Block) -> None:
-        at, shaft = block.samples - 1, self._engine.shaft
-        if at >= 0:
-            self._moved = shaft[at] - (shaft[at - 1] if at else self.i[SHAFT] + self.i[SLIPPED])
+        self._moves = self._moves_by(block.samples)
         self._engine.commit(block)
 
     def _rest(self, samples: int) -> None:
+        self._moves = [*self._moves, *[0] * min(samples, PID_MOST)][-PID_MOST:]
         rest(self.i, self.f, samples)
 
 

@@ -99,10 +99,10 @@ class Expression:
 
 
 class Reader:
-    """Reads expressions along a statement.  `at` is where it has got to."""
+    """Reads expressions along a statement.  `at` is where it has got to; `assigned`: the value is for a variable."""
 
-    def __init__(self, text: str, at: int = 0, fetches: int = 0) -> None:
-        self.text, self.at = text, at
+    def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
+        self.text, self.at, self._assigned = text, at, assigned
         self._code: list[list[int]] = []  # an operation and its argument, if it has one
         self._height = self._highest = self._deep = 0
         self._fetches: list[Callable[[Motor], int]] = []
@@ -208,7 +208,8 @@ class Reader:
         elif (variable := find(token)) is not None:
             self._names.append(token)
             if variable.fetch is None:
-                self._push(variable.operation, variable.place)
+                taken = self._assigned and variable.operation == ops.PIN
+                self._push(ops.TAKEN_PIN if taken else variable.operation, variable.place)
             else:
                 self._hidden(variable.fetch)
             self.at += len(token)

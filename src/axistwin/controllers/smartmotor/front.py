@@ -34,13 +34,14 @@ LINE = (
     ("Bf", "framing error", "Zf or ZS clears it."),
     ("Bc", "communications overflow", "Zc or ZS clears it."),
 )
-OFF_MODES = {
+OTHER_MODES = {
+    state.M_HOLD: "servo in place", state.M_STOP: "decelerates to a stop",
     state.M_OFF: "O  off", state.M_BRAKE: "B  mode torque brake", state.M_ERROR: "E  error", state.NO_POWER: "no power",
 }  # fmt: skip
 MODES = {
-    state.M_HOLD: "servo in place", state.M_POSITION: "absolute position", state.M_RELATIVE: "relative position",
+    state.M_POSITION: "absolute position", state.M_RELATIVE: "relative position",
     state.M_VELOCITY: "velocity",
-    state.M_TORQUE: "torque", state.M_STOP: "decelerates to a stop", state.M_FOLLOW: "follows the encoder",
+    state.M_TORQUE: "torque", state.M_FOLLOW: "follows the encoder",
     state.M_RATIO: "follows with a ratio", state.M_STEP: "step and direction",
     state.M_STEP_RATIO: "steps with a ratio", state.M_CAM: "cam", state.M_HOST: "host mode",
 }  # fmt: skip
@@ -52,11 +53,18 @@ def _bit(number: int) -> Lamp:
 
 
 def _words() -> dict[int, str]:
-    return {mode: f"{LETTERS[mode]}  {name}" for mode, name in MODES.items()} | OFF_MODES
+    return {mode: f"{LETTERS[mode]}  {name}" for mode, name in MODES.items()} | OTHER_MODES
 
 
 MOTION: tuple[Item, ...] = (
-    Word("MODE", "mode", "RMODE", _words(), {state.M_ERROR: FAULT}, doc="The letter that RMODE reports."),
+    Word(
+        "MODE",
+        "mode",
+        "RMODE",
+        _words(),
+        {state.M_ERROR: FAULT},
+        doc="With the letter that RMODE reports; a servo that holds or stops reports that of what the next G starts.",
+    ),
     Lamp("BRK", "static brake engaged", "brake", tone=WARNING, doc="The brake's signal is high (5.1)."),
     Reading("@P", "position", "RP", "counts"),
     Reading("@PE", "position error", "RPE", "counts", doc="Commanded less actual."),

@@ -13,6 +13,7 @@ from axistwin.controllers.smartmotor.core import SAMPLE_NS
 from axistwin.controllers.smartmotor.state import (
     ANALOG,
     BT,
+    BY_HAND,
     COMMANDED,
     MASTER,
     MASTER_ADD,
@@ -25,15 +26,19 @@ from axistwin.controllers.smartmotor.state import (
     MASTER_WAY,
     PINS,
     SAMPLE,
+    SHOWN,
+    STEP_UP,
     STEPS,
     TOLD,
     USER_PINS,
     WINDOW_HIGH,
     WINDOW_LOW,
 )
+from axistwin.controllers.smartmotor.trajectory import quadrature
 from axistwin.plant.counts import Samples
+from axistwin.plant.master import Master
 from axistwin.sim.clock import Clock
-from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.pins import PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.units import S
 
 if TYPE_CHECKING:
@@ -41,6 +46,50 @@ if TYPE_CHECKING:
 
 QUADRATURE = (0, 1, 3, 2)
 """Pins A (1) and B (2) in the order in which they change when the encoder turns forwards."""
+
+
+class EncoderPin(UserPin):
+    """Pin A or B: it shows the edges of the external encoder, unless something stronger gives it its level.
+
+    With an encoder its level is looked up; those who watch the pin are not told of each edge.
+    """
+
+    def __init__(self, clock: Clock, name: str, master: Master) -> None:
+        super().__init__(clock, name)
+        self._bit, self._master = USER_PINS.index(name), master
+        self.levels: Callable[[], int] = lambda: quadrature(master.count)
+        """Returns the levels that the external encoder gives pins A (1) and B (2) now."""
+        self.on_wiring: Callable[[], None] = lambda: None
+        """Called when something begins to give the pin its level, or ceases to."""
+
+    @property
+    def shows_encoder(self) -> bool:
+        """True if the level is the external encoder's."""
+        free = not self._holds and self._lead is None and self._stage is None and self._wired is None
+        return free and self._master.plugged
+
+    @property
+    def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
+        """True if the level is looked up."""
+        return self.shows_encoder
+
+    @property
+    def level(self) -> bool:
+        """The level at the terminal."""
+        return bool(self.levels() >> self._bit & 1) if self.shows_encoder else super().level
+
+    @property
+    def volts(self) -> float:
+        """The voltage at the terminal: 5 V or 0 V from an encoder."""
+        return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
+
+    def unplug(self) -> None:
+        """Forget the motor, whose power is gone; the encoder stays where it is."""
+        self.levels, self.on_wiring = (lambda: quadrature(self._master.count)), lambda: None
+
+    def _find_volts(self, level: bool, before: float) -> None:
+        super()._find_volts(level, before)
+        self.on_wiring()
 
 
 class IndexLine(Pin):
@@ -96,6 +145,10 @@ class Inputs:
             self._undo.append(pin.watch_volts(partial(self._volts, bit)))
             motor.i[PINS] |= pin.level << bit
             motor.i[ANALOG + bit] = pin.analog
+        self._encoder_pins = [pin for pin in motor.pins.values() if isinstance(pin, EncoderPin)]
+        for encoder_pin in self._encoder_pins:
+            encoder_pin.levels, encoder_pin.on_wiring = self._levels, self._wiring
+            self._undo.append(encoder_pin.unplug)
         master = self.axis.master
         for listeners, action in ((master.before_change, self.catch_up), (master.on_change, self._master)):
             listeners.append(action)
@@ -103,7 +156,6 @@ class Inputs:
         motor.core.listeners.append(self._publish)
         self._by_hand = 0
         """Edges that have come through the pins themselves."""
-        self._quadrature = motor.i[PINS] & 3
         self._take_axis()
         self._master()
         motor.i[MASTER_SEEN] = motor.i[MASTER]
@@ -118,26 +170,43 @@ class Inputs:
     def _level(self, bit: int, pin: Pin) -> None:
         self.catch_up()
         i = self.motor.i
+        before = i[PINS] & 3
         i[PINS] = i[PINS] & ~(1 << bit) | pin.level << bit
         if bit <= 1:
-            self._count(bit)
+            self._count(bit, before)
 
     def _volts(self, bit: int, pin: UserPin) -> None:
         self.catch_up()
         self.motor.i[ANALOG + bit] = pin.analog
 
-    def _count(self, bit: int) -> None:
+    def _count(self, bit: int, before: int) -> None:
         """An edge on pin A or B: a quarter of an encoder's period, or a step on A in the direction of B."""
         i = self.motor.i
-        before, self._quadrature = self._quadrature, i[PINS] & 3
         if i[STEPS]:
             step = (1 if i[PINS] & 2 else -1) if bit == 0 and i[PINS] & 1 else 0
         else:
-            step = {0: 0, 1: 1, 3: -1}[(QUADRATURE.index(self._quadrature) - QUADRATURE.index(before)) % 4]
+            step = {0: 0, 1: 1, 3: -1}[(QUADRATURE.index(i[PINS] & 3) - QUADRATURE.index(before)) % 4]
         self._by_hand += step
+        i[BY_HAND] = self._by_hand
         i[MASTER] += step
         i[MASTER_END] += step
         i[TOLD] = 0  # that is to be told anew
+
+    def _wiring(self) -> None:
+        """Pin A or B shows the external encoder from now on, or does no longer."""
+        self.catch_up()
+        i = self.motor.i
+        i[SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
+        for bit, pin in enumerate(self._encoder_pins):
+            i[PINS] = i[PINS] & ~(1 << bit) | pin.level << bit
+            i[ANALOG + bit] = pin.analog
+
+    def _levels(self) -> int:
+        """The external encoder's levels now; of a step source B is the direction, and A low between steps."""
+        i, master = self.motor.i, self.axis.master
+        if i[STEPS]:
+            return 2 * (master.run.counts > 0 if master.run.counts else i[STEP_UP])
+        return quadrature(master.count)
 
     # External encoder
 
@@ -151,6 +220,7 @@ class Inputs:
         It is given the run as it was one sample before that, so that each sample adds the same and carries the rest.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
+        self._wiring()
         i[MASTER], i[MASTER_LEFT], i[TOLD] = self.edges(), 0, 0
         follows = self._follows()
         core.foretell = self._foretell if follows and self.axis.master.foreseen else None

@@ -5,7 +5,8 @@ and what the operation needs; an expression is in postfix order and ends in RESU
 write this code.  Both functions run once per sample or oftener, so they know nothing but integers in arrays.
 
 Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd; an index
-that is not in its array sets Bu.  Either way the statement is abandoned, and a condition counts as false.
+that is not in its array sets Bu; text that is no expression sets Bs (NO_VALUE).  In each case the statement is
+abandoned, and a condition counts as false.
 """
 
 from collections.abc import MutableSequence, Sequence
@@ -16,6 +17,8 @@ from axistwin.controllers.smartmotor.state import (
     ARRAY_BASE,
     BD,
     BI,
+    BRAKE_PIN,
+    BRAKE_READ,
     BS,
     BT,
     BU,
@@ -59,11 +62,11 @@ STACK = 64
 DONE, TRAP, HELD, FETCH = range(4)
 
 # Operations of expressions.  Those from ADD on take two values.
-RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW = range(11)
+RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
 (
     ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
     EQUAL, UNEQUAL, LESS, GREATER, AT_MOST, AT_LEAST,
-) = range(11, 26)  # fmt: skip
+) = range(13, 28)  # fmt: skip
 
 # What COMPUTED computes
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_TOLD = range(9)
@@ -105,6 +108,14 @@ def computed(i: Ints, what: int) -> int:
     for bit in range(bits):
         word |= i[BT + bit] << bit
     return word
+
+
+@sampled
+def taken(i: Ints, bit: int) -> int:
+    """Return the level of a pin that an assignment reads; note it if the pin carries the brake's signal (5.1)."""
+    if i[BRAKE_PIN] == 1 << bit:
+        i[BRAKE_READ] = 1
+    return (i[PINS] >> bit) & 1
 
 
 @sampled
@@ -196,7 +207,7 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Work an expression out, to stack[0].  The place behind it, or -1 if it has no value: Bd or Bu is set."""
+    """Work an expression out, to stack[0].  The place behind it, or -1 if it has no value: Bd, Bu or Bs is set."""
     top = -1
     while True:
         operation = code[at]
@@ -218,6 +229,10 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
             top += 1
             stack[top] = (i[PINS] >> code[at + 1]) & 1
             at += 2
+        elif operation == TAKEN_PIN:
+            top += 1
+            stack[top] = taken(i, code[at + 1])
+            at += 2
         elif operation == COMPUTED:
             top += 1
             stack[top] = computed(i, code[at + 1])
@@ -228,6 +243,9 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
                 return -1
             stack[top] = element(i, v, operation, stack[top])
             at += 1
+        elif operation == NO_VALUE:
+            i[BS] = 1
+            return -1
         else:
             if operation == NEGATIVE:
                 value = -stack[top]

@@ -9,7 +9,7 @@ the pin is an output or not: written first, it makes the change to an output fre
 
 from typing import TYPE_CHECKING
 
-from axistwin.controllers.smartmotor.state import GO_PIN, LATCHES, LIMIT_C, LIMIT_D, USER_PINS
+from axistwin.controllers.smartmotor.state import BRAKE_PIN, BRAKE_READ, GO_PIN, LATCHES, LIMIT_C, LIMIT_D, USER_PINS
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
@@ -86,8 +86,19 @@ def _take(motor: "Motor", pin: str) -> None:
 
 def _take_from_brake(motor: "Motor", pin: str) -> None:
     """What 5.1 warns of: the pin has another function, until BRKC or BRKG makes it the brake's signal again."""
-    if motor.brake_pin == pin:
-        motor.brake_pin = None
+    if motor.i[BRAKE_PIN] == 1 << USER_PINS.index(pin):
+        motor.i[BRAKE_PIN] = 0
+
+
+def give_up_brake_pin(motor: "Motor") -> None:
+    """Make an ordinary input of the pin of the brake's signal, which `<variable>=UG` or `=UC` has read (5.1, note 2).
+
+    A pin that is no output carries no signal and keeps its role.
+    """
+    motor.i[BRAKE_READ] = 0
+    for pin in ("C", "G"):
+        if motor.i[BRAKE_PIN] == 1 << USER_PINS.index(pin) and motor.pins[pin].is_output:
+            direction_in(motor, pin)
 
 
 def fetch_ain(_motor: "Motor", **_channel: str | int) -> int:

@@ -27,6 +27,7 @@ from axistwin.controllers.smartmotor.state import (
     BM,
     BP,
     BR,
+    BRAKE_READ,
     BT,
     BUDGET,
     BX,
@@ -52,6 +53,7 @@ from axistwin.controllers.smartmotor.state import (
     M_HOST,
     M_STEP_RATIO,
     M_TORQUE,
+    MASTER,
     MODE,
     ORIGIN,
     PENDING,
@@ -61,6 +63,7 @@ from axistwin.controllers.smartmotor.state import (
     RUNNING,
     SAMPLE,
     SHAFT,
+    SHOWN,
     SLIPPED,
     SLN,
     SLP,
@@ -76,7 +79,7 @@ from axistwin.controllers.smartmotor.state import (
     E,
     T,
 )
-from axistwin.controllers.smartmotor.trajectory import counted, follow, master_turns, profile, wrap
+from axistwin.controllers.smartmotor.trajectory import counted, follow, master_turns, profile, show_master, wrap
 
 # Why it stops.  The first three come before the sample that they belong to, the others at its end.
 ALL_DONE = 0
@@ -90,6 +93,7 @@ GO_EDGE = 256  # pin G has gone low
 SWITCH = 512  # the shaft has reached a switch
 INDEX_MARK = 1024  # Bx has changed
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
+PIN_TAKEN = 16384  # an assignment has read the pin of the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -115,8 +119,10 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 @sampled
 def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
     """The trajectory of one sample; with PIDn of every n-th."""
-    why = ALL_DONE
+    why, before = ALL_DONE, i[MASTER]
     master_turns(i, told)
+    if i[SHOWN] != 0:
+        show_master(i, before)
     if i[SAMPLE] % i[PID_RATE] != 0:
         return why
     moved = counted(i)
@@ -224,6 +230,9 @@ def inputs(i: Ints) -> int:
         why |= SWITCH
     if i[SHAFT] <= i[INDEX_LOW] or i[SHAFT] >= i[INDEX_HIGH] or i[BX]:
         why |= mark(i)
+    if i[BRAKE_READ]:
+        i[BRAKE_READ] = 0
+        why |= PIN_TAKEN
     return why
 
 

@@ -49,6 +49,9 @@ class Elements:
         return self.code
 
 
+WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
+"""What stands behind IF, ELSEIF, WHILE, SWITCH or CASE and is no expression: the condition does not hold, flag Bs."""
+
 Operand = int | str | bytes | Expression | Elements
 """What a handler gets: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
 
@@ -128,13 +131,14 @@ def read(text: str) -> Statement:
             raise Malformed(0, message, found.chapter, rules.REMOVED)
         return Statement(text, found, _READERS[found.form](text, begin, found))
     except Malformed as malformed:
-        return Statement(text, found, (), malformed.problem)
+        condition = found is not None and found.form is Form.AFTER
+        return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
 # Which command it is, and where its operands begin
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
-    (re.compile(r"([A-Z]+)[ \t]+", re.ASCII), "{}"),
+    (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
     (re.compile(r"([A-Z]+)=", re.ASCII), "{}="),
     (re.compile(r"([A-Z]+1?)\(", re.ASCII), "{}()"),
     (re.compile(r"([A-Z]+)(?=\d+\Z)", re.ASCII), "{}n"),
@@ -207,9 +211,9 @@ def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     return (int(digits),)
 
 
-def _whole(text: str, at: int, found: Instruction, end: int | None = None) -> Expression:
+def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, assigned: bool = False) -> Expression:
     """An expression and nothing behind it."""
-    reader = Reader(text[:end], at)
+    reader = Reader(text[:end], at, assigned=assigned)
     expression = reader.expression()
     _nothing_behind(reader, found)
     return expression
@@ -235,7 +239,7 @@ def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _variable(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    return NAMES[text[: at - 1]].place, _whole(text, at, found)
+    return NAMES[text[: at - 1]].place, _whole(text, at, found, assigned=True)
 
 
 _value = re.compile(r"[ \t]+(-?\d+)")
@@ -248,7 +252,7 @@ def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     first = index.index()
     if not text.startswith("=", index.at):
         return (_list(text, index.at, kind, first),)
-    reader = Reader(text, index.at + 1, fetches=len(first.fetches))
+    reader = Reader(text, index.at + 1, fetches=len(first.fetches), assigned=True)
     value = reader.expression()
     _nothing_behind(reader, found)
     code = (1, kind, *first.code, *value.code)

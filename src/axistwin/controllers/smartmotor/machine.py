@@ -6,7 +6,7 @@ In units of counts and samples, so that a sample is done with few operations (`s
 from collections.abc import MutableSequence, Sequence
 from dataclasses import replace
 from itertools import count
-from math import floor, inf, isfinite
+from math import exp, floor, inf, isfinite
 
 from axistwin.controllers.smartmotor.state import (
     BUS_VOLTAGE,
@@ -48,7 +48,10 @@ JAM = next(_slots)  # more friction: 0 or infinite
 VISCOUS = next(_slots)  # friction, per count/sample of speed
 OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)  # what viscous friction leaves of a speed; and closed windings
 PER_AMP = next(_slots)  # counts/sample² per A
-AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # at standstill; what back-EMF takes away
+AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # at standstill, in the end; what back-EMF takes away
+AMPS_NOW = next(_slots)  # through the windings, at the end of a sample
+AMPS_KEPT = next(_slots)  # how much of them inductance leaves at the end of the next sample, 0 to 1
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # how much, on average over it; and the rest of 1
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # K per A², in the end: over the housing, over the air
@@ -87,12 +90,18 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 
 
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
-    """Volts per rad/s and N·m per A are the same figure."""
+    """Volts per rad/s and N·m per A are the same figure.  With inductance the current settles exponentially."""
     f[PER_AMP] = motor.torque_constant_nm_per_a * f[PER_NM]
     f[AMPS_PER_PWM] = motor.supply_voltage_v / FULL_PWM / motor.winding_resistance_ohm
     volts_per_speed = motor.torque_constant_nm_per_a / (SAMPLE_S * motor.counts_per_radian)
     f[AMPS_PER_SPEED] = volts_per_speed / motor.winding_resistance_ohm
-    f[CLOSED_GAIN] = 1 / (1 + f[VISCOUS] + f[PER_AMP] * f[AMPS_PER_SPEED])
+    f[AMPS_KEPT] = f[MEAN_KEPT] = 0.0
+    if motor.winding_inductance_h > 0.0:
+        time_constants = SAMPLE_S * motor.winding_resistance_ohm / motor.winding_inductance_h
+        f[AMPS_KEPT] = exp(-time_constants)
+        f[MEAN_KEPT] = (1 - f[AMPS_KEPT]) / time_constants
+    f[MEAN_REACHED] = 1 - f[MEAN_KEPT]
+    f[CLOSED_GAIN] = 1 / (1 + f[VISCOUS] + f[PER_AMP] * f[AMPS_PER_SPEED] * f[MEAN_REACHED])
     f[PEAK_AMPS] = motor.peak_current_a
 
 

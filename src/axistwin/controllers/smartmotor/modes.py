@@ -6,8 +6,8 @@ from axistwin.controllers.smartmotor import host_mode
 from axistwin.controllers.smartmotor.brakes import Control, switch_off
 from axistwin.controllers.smartmotor.cam import RELATIVE_CAM, TABLE_MOST, invalidate, take_over
 from axistwin.controllers.smartmotor.faults import may_move
+from axistwin.controllers.smartmotor.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.position import position as position_of_shaft
-from axistwin.controllers.smartmotor.position import wrapped
 from axistwin.controllers.smartmotor.servo_law import clear_integral
 from axistwin.controllers.smartmotor.state import (
     BASE,
@@ -100,9 +100,19 @@ def parameter(motor: "Motor", value: int, *, slot: int, low: int, high: int) -> 
 
 
 def position(motor: "Motor", value: int) -> None:
-    """P=exp: the absolute target of MP in counts; the next G is an absolute move."""
+    """P=exp, FEh and four bytes: the absolute target of MP in counts; the next G is an absolute move."""
     motor.i[P] = value
     motor.i[RELATIVE] = 0
+
+
+def velocity(motor: "Motor", value: int) -> None:
+    """FDh and four bytes: V, in 1/65536 count per sample, as V=exp."""
+    parameter(motor, value, slot=V, low=LOWEST, high=HIGHEST)
+
+
+def acceleration(motor: "Motor", value: int) -> None:
+    """FCh and four bytes: A, in 1/65536 count per sample², as A=exp; below 0: Bs, and A stays."""
+    parameter(motor, value, slot=A, low=0, high=HIGHEST)
 
 
 def distance(motor: "Motor", value: int) -> None:
@@ -206,7 +216,7 @@ def way(motor: "Motor", mode: int) -> int:
     """In which direction a mode would move the motor: positive, negative or unknown (0)."""
     i = motor.i
     if mode == M_POSITION:
-        return i[D] if i[RELATIVE] else wrapped(i[P] - (i[COMMANDED] >> 16))
+        return i[D] if i[RELATIVE] else i[P] - (i[COMMANDED] >> 16)
     if mode == M_VELOCITY:
         return i[V]
     return i[T] if mode == M_TORQUE else 0
@@ -217,7 +227,7 @@ def start(motor: "Motor", mode: int) -> None:
     i = motor.i
     i[RATE] = i[A]
     if mode == M_POSITION:
-        i[TARGET] = wrapped((i[COMMANDED] >> 16) + i[D]) if i[RELATIVE] else i[P]
+        i[TARGET] = (i[COMMANDED] >> 16) + i[D] if i[RELATIVE] else i[P]
         i[TOP], i[FACTOR] = abs(i[V]), i[RELATIVE]
     elif mode == M_VELOCITY:
         i[TOP] = i[V]
@@ -260,19 +270,33 @@ def may_stop(motor: "Motor") -> bool:
 
 
 def stop(motor: "Motor") -> None:
-    """S: the trajectory stops at once and the servo holds.  Without effect while the motor is off."""
+    """S: the trajectory stops at once and the servo holds; the next G is a position move (option `stop_buffers`).
+
+    Without effect while the motor is off.
+    """
     i = motor.i
     if may_stop(motor):
         turn_on(motor, M_HOLD)
         i[VELOCITY] = 0
+        _buffer_position(motor)
 
 
 def decelerate(motor: "Motor") -> None:
-    """X: decelerate to a stop at A, then hold.  Without effect while the motor is off."""
+    """X: decelerate to a stop at A, then hold; the next G is a position move (option `stop_buffers`).
+
+    Without effect while the motor is off.
+    """
     i = motor.i
     if may_stop(motor):
         turn_on(motor, M_STOP if i[VELOCITY] else M_HOLD)
         i[RATE] = i[A]
+        _buffer_position(motor)
+
+
+def _buffer_position(motor: "Motor") -> None:
+    """Make the next G a position move, absolute or relative by what was assigned last, P or D."""
+    if motor.options.stop_buffers == "position":
+        buffer(motor, M_POSITION)
 
 
 def torque(motor: "Motor") -> None:

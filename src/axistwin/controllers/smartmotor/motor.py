@@ -14,6 +14,7 @@ from axistwin.controllers.smartmotor import (
     faults,
     flow,
     host_mode,
+    io,
     limits,
     machine,
     modes,
@@ -36,6 +37,7 @@ from axistwin.controllers.smartmotor.kernel import (
     HOST_UNDERFLOW,
     INDEX_MARK,
     MINUS,
+    PIN_TAKEN,
     PLUS,
     STATEMENT_WAITS,
     SWITCH,
@@ -60,6 +62,7 @@ from axistwin.controllers.smartmotor.state import (
     BLOCKED,
     BO,
     BRAKE,
+    BRAKE_READ,
     BS,
     BT,
     BUFFERED_MODE,
@@ -161,7 +164,6 @@ class Motor:
         self.i, self.v, self.f, self.ring = self.core.i, self.core.v, self.core.f, self.core.ring
         self.reception = Reception()
         self.brake_control, self.mtb_enabled = Control.SERVO, True
-        self.brake_pin: str | None = None
         self.reset, self.powered = restart, True
         self.refused = False
         """Whether a movement has been refused because of a fault."""
@@ -206,6 +208,11 @@ class Motor:
         self._asking = None
         if not statement.looks_only:
             self.settle()
+
+    @property
+    def obeys_host(self) -> bool:
+        """True while a host's command is being carried out."""
+        return self._asking is not None
 
     def say(self, data: bytes, channel: int | None = None) -> None:
         """Speak where the statement in progress speaks: to the host who asked, or to where the program's words go."""
@@ -350,6 +357,8 @@ class Motor:
             faults.happen(self, why)
         if why & GO_EDGE:
             self._go_edge()
+        if why & PIN_TAKEN:
+            io.give_up_brake_pin(self)
         if why & TRAJECTORY:
             self._trajectory()
         if why & INDEX_MARK:
@@ -358,6 +367,8 @@ class Motor:
 
     def _perform(self, statement: Statement) -> None:
         answer = statement.perform(self)
+        if self.i[BRAKE_READ]:
+            io.give_up_brake_pin(self)
         if answer is not None:
             self.say(answer.encode("ascii") + b"\r")
 

@@ -9,10 +9,16 @@ RANGES: dict[str, tuple[int | float, int | float]] = {
     "statements_per_sample": (1, 100),
     "boot_window_s": (0.0, 10.0),
     "debounce_samples": (1, 100),
+    "reset_below_v": (0.0, 100.0),
     "host_buffer": (2, 4096),
     "program_bytes": (256, 1 << 20),
     "data_bytes": (256, 1 << 20),
     "index_at": (0, 1 << 20),
+}
+CHOICES: dict[str, tuple[str | int, ...]] = {
+    "cam_multiplier": ("master", "table"),
+    "stop_buffers": ("position", "same"),
+    "load_block": (8, 32),
 }
 
 
@@ -28,10 +34,15 @@ class Options:
     """Whether aa…zz and aaa…yyy lie in the memory of al[0…50]."""
     boot_window_s: float = 0.2
     """The stored program starts by itself if nothing is heard for so long after switching on."""
+    stop_buffers: Literal["position", "same"] = "position"
+    """What S and X leave for the next G: position mode, as hosts expect that send `D=n G` after a jog; or what was
+    buffered before."""
     debounce_samples: int = 3
     """For how many samples pin G must be low to count as an edge."""
     host_buffer: int = 32
     """How many points of host mode the motor can keep."""
+    reset_below_v: float = 18.0
+    """The processor is held in reset while the supply is below this voltage; 0: it never is."""
     brake: bool = False
     """Whether there is a static brake on the shaft."""
     program_bytes: int = 32768
@@ -52,6 +63,6 @@ class Options:
         for name in ("array_overlay", "brake"):
             if not isinstance(getattr(self, name), bool):
                 raise UsageError(f"{name}={getattr(self, name)!r}: give true or false")
-        for name, choices in (("cam_multiplier", ("master", "table")), ("load_block", (8, 32))):
+        for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
                 raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")

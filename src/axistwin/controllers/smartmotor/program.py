@@ -4,7 +4,8 @@
       a=a+1          11 S_LET …                                       and comments take none.  ELSE, ELSEIF, BREAK and
     LOOP             …  S_JUMP  statement 2, to 0                     LOOP are jumps, where they are reached at all.
 
-A statement that is no command, or a part of a block without the other parts, sets Bs when it is reached.
+A statement that is no command, or a part of a block without the other parts, sets Bs when it is reached.  A condition
+that is no expression sets Bs and does not hold.
 """
 
 from bisect import bisect_right
@@ -17,7 +18,7 @@ from axistwin.controllers.smartmotor import lexer, rules
 from axistwin.controllers.smartmotor.commands import FLOW
 from axistwin.controllers.smartmotor.expressions import Expression, Problem
 from axistwin.controllers.smartmotor.forms import Form
-from axistwin.controllers.smartmotor.language import Elements, Statement, read
+from axistwin.controllers.smartmotor.language import WITHOUT_VALUE, Elements, Statement, read
 
 __all__ = ["Place", "Program", "Statement"]
 
@@ -102,8 +103,12 @@ def _place(lines: Sequence[int], begin: int, end: int) -> Place:
 
 
 def word(statement: Statement) -> str:
-    """The keyword of a statement as the command table has it; empty: it is no command."""
-    return "" if statement.command is None or statement.problem is not None else str(statement.command.code)
+    """The keyword of a statement as the command table has it; empty: it is no command.
+
+    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block also if what follows is no expression.
+    """
+    sound = statement.problem is None or WITHOUT_VALUE in statement.operands
+    return str(statement.command.code) if statement.command is not None and sound else ""
 
 
 class _Matcher:
@@ -186,7 +191,7 @@ class _Matcher:
         statement = self.statements[number]
         assert statement.command is not None
         problem = Problem(0, f"{statement.command.code}: {why}", FLOW, rules.BLOCK)
-        self.statements[number] = replace(statement, problem=problem)
+        self.statements[number] = replace(statement, operands=(), problem=problem)
 
 
 class _Writer:
@@ -325,13 +330,22 @@ class _Writer:
 
     def _cases(self, cases: Sequence[int], otherwise: int) -> None:
         for case, following in zip(cases, (*cases[1:], None), strict=True):
-            target = self._head(ops.S_CASE, case)
-            self._code += (digits(self.statements[case]), 0)
-            self._jumps.append((len(self._code) - 1, case))
+            target = self._case(case)
             if following is None:
                 self._jumps.append((target, otherwise))
             else:
                 self._code[target] = len(self._code)
+
+    def _case(self, case: int) -> int:
+        """A comparison with a constant; what is no constant sets Bs, and nothing is equal to it."""
+        if self.statements[case].problem is not None:
+            target = self._head(ops.S_IF, case)
+            self._code += WITHOUT_VALUE.code
+            return target
+        target = self._head(ops.S_CASE, case)
+        self._code += (digits(self.statements[case]), 0)
+        self._jumps.append((len(self._code) - 1, case))
+        return target
 
     def _nothing(self, _: int, __: Statement) -> None:
         """CASE, DEFAULT: places where a SWITCH goes on."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.smartmotor.expressions import Expression, Reader
 from axistwin.controllers.smartmotor.interpreter import MODE_TOLD, POSITION, STATUS_WORD, computed
 from axistwin.controllers.smartmotor.state import (
+    BUFFERED_MODE,
     M_BRAKE,
     M_CAM,
     M_ERROR,
@@ -25,6 +26,7 @@ from axistwin.controllers.smartmotor.state import (
     M_TORQUE,
     M_VELOCITY,
     PID_RATE,
+    RELATIVE,
 )
 
 if TYPE_CHECKING:
@@ -38,12 +40,10 @@ LETTERS = {
     M_OFF: "O",
     M_BRAKE: "B",
     M_ERROR: "E",
-    M_HOLD: "P",
     M_POSITION: "P",
     M_RELATIVE: "R",
     M_VELOCITY: "V",
     M_TORQUE: "T",
-    M_STOP: "P",
     M_FOLLOW: "F",
     M_RATIO: "X",
     M_STEP: "S",
@@ -77,9 +77,15 @@ def mode(motor: "Motor") -> str:
     """RMODE: a letter for the mode in force.
 
     P absolute and R relative position, V velocity, T torque, F and S follow the external encoder or steps, X with a
-    ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops is in P.
+    ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops reports the letter of
+    what the next G starts.
     """
-    return LETTERS[computed(motor.i, MODE_TOLD)]
+    i = motor.i
+    told = computed(i, MODE_TOLD)
+    if told in (M_HOLD, M_STOP):
+        told = i[BUFFERED_MODE]
+        return LETTERS[M_RELATIVE if told == M_POSITION and i[RELATIVE] else told]
+    return LETTERS[told]
 
 
 def sample_rate(motor: "Motor") -> str:
@@ -99,8 +105,11 @@ def channel_errors(motor: "Motor", channel: int | None = None) -> str:
 def print_(motor: "Motor", *items: str | int | bytes, channel: int | None = None) -> None:
     """PRINT(…), PRINT1(…): texts as they are, values in decimal, `#n` as one character.  Nothing is added at the end.
 
-    PRINT1 speaks to channel 1; while that is not open it is lost.
+    PRINT1 speaks to channel 1; while that is not open it is lost.  PRINT of a host speaks to channel 0, whichever it is
+    sent on (6.1); that of a program goes to channel 1 with F=4.
     """
+    if channel is None and motor.obeys_host:
+        channel = 0
     motor.say(b"".join(item if isinstance(item, bytes) else str(item).encode("latin-1") for item in items), channel)
 
 

@@ -11,6 +11,7 @@ from axistwin.controllers.smartmotor import io
 from axistwin.controllers.smartmotor.channel import GLOBAL, LAST_ADDRESS, Channel, host_status
 from axistwin.controllers.smartmotor.state import ADDR
 from axistwin.sim.frames import Parity, UartFormat
+from axistwin.units import MS
 
 if TYPE_CHECKING:
     from axistwin.controllers.smartmotor.motor import Motor
@@ -83,7 +84,7 @@ def baud(motor: "Motor", rate: int) -> None:
 PARITIES: dict[str, Parity] = {"N": "N", "O": "O", "E": "E"}
 OPENING = re.compile(
     r"(?P<type>RS[24]),(?P<channel>[01]),(?P<parity>[NOE]),(?P<baud>\d{4,5}),"
-    r"(?P<stop>[12]),(?P<data>[78]),(?P<mode>[CD])(,\d+)?",
+    r"(?P<stop>[12]),(?P<data>[78]),(?P<mode>[CD])(,(?P<timeout>\d{1,6}))?",
     re.ASCII,
 )
 CLOSING = re.compile(r"(RS[24]|IIC),(?P<channel>[01])")
@@ -93,7 +94,8 @@ def open_channel(motor: "Motor", parameters: str) -> None:
     """OCHN(type,channel,parity,baud,stop,data,mode): RS2 or RS4, 0 or 1, N O E, a baud rate, 1 or 2, 7 or 8, C or D.
 
     C: commands; D: data for LEN and GETCHR.  RS4 takes pin G (channel 0) or pins E and F (channel 1); RS2 on channel 1
-    does not exist.  Anything else sets Bs.  A time-out may stand behind the mode; nothing here needs it.
+    does not exist.  Anything else sets Bs.  A time-out in ms may follow the mode: a command that has not ended so long
+    after its first character is dropped, flag Bs; 0, or none: it may take any time.
     """
     match = OPENING.fullmatch(parameters)
     if match is None or int(match["baud"]) not in BAUD_RATES or (match["type"], match["channel"]) == ("RS2", "1"):
@@ -101,7 +103,7 @@ def open_channel(motor: "Motor", parameters: str) -> None:
         return
     fmt = UartFormat(int(match["baud"]), int(match["data"]), PARITIES[match["parity"]], int(match["stop"]))
     channel = motor.channels[int(match["channel"])]
-    channel.set_up(fmt, data_mode=match["mode"] == "D")
+    channel.set_up(fmt, data_mode=match["mode"] == "D", timeout_ns=int(match["timeout"] or 0) * MS)
     _wire(motor, channel, rs485=match["type"] == "RS4")
 
 

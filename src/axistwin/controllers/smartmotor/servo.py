@@ -1,13 +1,14 @@
 """The brushless motor that the servo law (`servo_law.py`) drives, once per sample; what protects it; and its rest.
 
 The shaft's speed is found from the torques at the end of the sample (the implicit Euler method), so that no inertia,
-winding or friction makes it unstable.  In units of counts and samples, with `amps` through the windings:
+winding or friction makes it unstable.  In units of counts and samples, with `amps` through the windings on average:
 
     speed = (speed before + PER_AMP · amps + OUTSIDE ∓ friction) · gain        amps = (voltage - back-EMF) / resistance
 
-Friction takes what is left of the motion and no more: a torque below it leaves the shaft exactly at rest.  The
-winding's inductance is left out, its time constant being about that of a sample.  Heat goes from the winding to the
-housing, whose temperature is TEMP, and on to what is around the motor; it is worked out once in 256 samples.
+Friction takes what is left of the motion and no more: a torque below it leaves the shaft exactly at rest.  Inductance
+of the windings, if the data sheet has any, keeps a part of the current from one sample to the next.  Heat goes from
+the winding to the housing, whose temperature is TEMP, and on to what is around the motor; it is worked out once in
+256 samples.
 """
 
 from math import floor
@@ -16,6 +17,8 @@ from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.machine import (
     AIR_STEP,
     AMBIENT,
+    AMPS_KEPT,
+    AMPS_NOW,
     AMPS_PER_PWM,
     AMPS_PER_SPEED,
     CLOSED_GAIN,
@@ -26,6 +29,8 @@ from axistwin.controllers.smartmotor.machine import (
     HOUSING_RISE,
     HOUSING_STEP,
     JAM,
+    MEAN_KEPT,
+    MEAN_REACHED,
     MEAN_SQUARE,
     OPEN_GAIN,
     OUTSIDE,
@@ -78,6 +83,8 @@ from axistwin.controllers.smartmotor.state import (
 CURRENT_BITS = 4
 """The measured current is filtered over 16 samples."""
 MOST_CENTIAMPS = 100_000.0
+LEAST_AMPS = 1e-9
+"""Less than this is nothing, so that a current that inductance keeps comes to an end."""
 RMS_SECONDS = 1.0
 """RMS current is taken over about this time."""
 RMS_STEP = HEAT_BLOCK * SAMPLE_S / RMS_SECONDS
@@ -94,19 +101,22 @@ IDEAL_BITS = 5
 def rotate(i: Ints, f: Floats) -> None:
     """The shaft turns for one sample under PWM, drive, brake and all torques; current and heat follow."""
     push, against = f[SPEED] + f[OUTSIDE], friction(i, f)
-    amps = 0.0
+    amps, settled, limited = 0.0, 0.0, False
     if i[DRIVE] == DRIVE_OPEN:
         speed = slowed(push, against) * f[OPEN_GAIN]
     else:
-        if i[DRIVE] == DRIVE_ON:
-            amps = i[PWM] * f[AMPS_PER_PWM]
+        settled = stall_amps(i, f)
+        amps = mean_amps(f, settled)
         speed = slowed(push + amps * f[PER_AMP], against) * f[CLOSED_GAIN]
-        amps -= speed * f[AMPS_PER_SPEED]
-        if i[DRIVE] == DRIVE_ON and not -f[PEAK_AMPS] <= amps <= f[PEAK_AMPS]:
+        amps -= speed * f[AMPS_PER_SPEED] * f[MEAN_REACHED]
+        settled -= speed * f[AMPS_PER_SPEED]
+        limited = i[DRIVE] == DRIVE_ON and not -f[PEAK_AMPS] <= amps <= f[PEAK_AMPS]
+        if limited:
             amps = f[PEAK_AMPS] if amps > 0.0 else -f[PEAK_AMPS]
             speed = slowed(push + amps * f[PER_AMP], against) * f[OPEN_GAIN]
             i[BA] = 1
     f[SPEED] = speed
+    f[AMPS_NOW] = 0.0 if i[DRIVE] == DRIVE_OPEN else amps if limited else amps_after(f, settled)
     place = f[FRACTION] + speed
     counts = floor(place)
     i[SHAFT] += counts
@@ -114,6 +124,31 @@ def rotate(i: Ints, f: Floats) -> None:
         miscount(i, counts)
     f[FRACTION] = place - counts
     measure(i, f, amps)
+
+
+@sampled
+def stall_amps(i: Ints, f: Floats) -> float:
+    """Return the current that closed windings have in the end while the shaft stands, in A."""
+    return i[PWM] * f[AMPS_PER_PWM] if i[DRIVE] == DRIVE_ON else 0.0
+
+
+@sampled
+def mean_amps(f: Floats, settled: float) -> float:
+    """Return the current on average over this sample, on its way from AMPS_NOW to `settled`."""
+    return f[MEAN_KEPT] * f[AMPS_NOW] + f[MEAN_REACHED] * settled
+
+
+@sampled
+def amps_after(f: Floats, settled: float) -> float:
+    """Return the current at the end of this sample."""
+    amps = f[AMPS_KEPT] * f[AMPS_NOW] + (1.0 - f[AMPS_KEPT]) * settled
+    return 0.0 if -LEAST_AMPS < amps < LEAST_AMPS else clipped_amps(f, amps)
+
+
+@sampled
+def clipped_amps(f: Floats, amps: float) -> float:
+    """Within what the amplifier lets through."""
+    return min(max(amps, -f[PEAK_AMPS]), f[PEAK_AMPS])
 
 
 @sampled
@@ -249,10 +284,13 @@ def resting(i: Ints, f: Floats) -> int:
     if i[IDEAL] != 0:
         return ideal_rests(i, f)
     amps = 0.0
-    if i[DRIVE] == DRIVE_ON:
-        amps = i[PWM] * f[AMPS_PER_PWM]
-        if not -f[PEAK_AMPS] <= amps <= f[PEAK_AMPS] or steady(i) == 0:
+    if i[DRIVE] != DRIVE_OPEN:
+        settled = stall_amps(i, f)
+        amps = mean_amps(f, settled)
+        if f[AMPS_KEPT] != 0.0 and amps_after(f, settled) != f[AMPS_NOW]:
             return 0
+    if i[DRIVE] == DRIVE_ON and (not -f[PEAK_AMPS] <= amps <= f[PEAK_AMPS] or steady(i) == 0):
+        return 0
     if f[SPEED] != 0.0 or in_centiamps(amps) != i[CURRENT_SUM] >> CURRENT_BITS:
         return 0
     return 1 if slowed(f[OUTSIDE] + amps * f[PER_AMP], friction(i, f)) == 0.0 else 0

@@ -70,6 +70,9 @@ MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER
 """A steady run of the external encoder: +1 or -1; counts per sample, and what is left over; samples to go; its end."""
 TOLD, TOLD_AT = next(_slots), next(_slots)
 """Where the course is known, the edges are told for so many samples to come, from this place of the list on."""
+SHOWN = next(_slots)  # pins whose levels are the external encoder's: 1 A, 2 B
+BY_HAND = next(_slots)  # edges in MASTER that have come through the pins themselves
+STEP_UP = next(_slots)  # 1: the latest step of the external source was in the positive direction
 RESOLUTION = next(_slots)  # edges of four that count: 1, 2, 4 (MF1, MF2, MF4); steps count whole: 4
 STEPS = next(_slots)  # 1: pins A and B are step and direction
 FOLLOW_REM = next(_slots)  # what MFMUL/MFDIV has left over
@@ -108,6 +111,8 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced
 DEBOUNCE = next(_slots)  # samples for which pin G must have its new level
 LATCHES = next(_slots)  # what UA= … UG= have set, bit by bit; it reaches the pin while that is an output
 GO_PIN = next(_slots)  # 1: pin G has its go role (UG)
+BRAKE_PIN = next(_slots)  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
+BRAKE_READ = next(_slots)  # 1: an assignment has read that pin (5.1, note 2)
 ANALOG = next(_slots)  # seven values
 for _ in range(6):
     next(_slots)

@@ -13,8 +13,10 @@ from axistwin.controllers.smartmotor.jit import sampled
 from axistwin.controllers.smartmotor.machine import Ints
 from axistwin.controllers.smartmotor.position import wrapped
 from axistwin.controllers.smartmotor.state import (
+    ANALOG,
     BT,
     BW,
+    BY_HAND,
     CAM_ORIGIN,
     COMMANDED,
     CTR,
@@ -37,8 +39,12 @@ from axistwin.controllers.smartmotor.state import (
     MASTER_WAY,
     MODE,
     ORIGIN,
+    PINS,
     RATE,
     RESOLUTION,
+    SHOWN,
+    STEP_UP,
+    STEPS,
     TARGET,
     TOLD,
     TOLD_AT,
@@ -46,6 +52,8 @@ from axistwin.controllers.smartmotor.state import (
     VELOCITY,
 )
 
+FULL_SCALE = 1023
+"""The analog value of a pin at 5 V (6.3)."""
 WRAP = 1 << 48
 """2^32 counts in 1/65536 count."""
 
@@ -116,6 +124,25 @@ def master_turns(i: Ints, told: Ints) -> None:
 
 
 @sampled
+def quadrature(count: int) -> int:
+    """Return the levels of pins A (1) and B (2) at a count of the external encoder; both are high at 0."""
+    phase = (count + 2) & 3
+    return phase ^ (phase >> 1)
+
+
+@sampled
+def show_master(i: Ints, before: int) -> None:
+    """Pins A and B take the levels of the external encoder; of a step source B is the direction, and A low."""
+    if i[MASTER] != before:
+        i[STEP_UP] = 1 if i[MASTER] > before else 0
+    levels = 2 * i[STEP_UP] if i[STEPS] != 0 else quadrature(i[MASTER] - i[BY_HAND])
+    i[PINS] = (i[PINS] & ~i[SHOWN]) | (levels & i[SHOWN])
+    for bit in range(2):
+        if i[SHOWN] >> bit & 1:
+            i[ANALOG + bit] = FULL_SCALE * (levels >> bit & 1)
+
+
+@sampled
 def counted(i: Ints) -> int:
     """How much CTR has counted since the trajectory looked last."""
     counts = i[MASTER] * i[RESOLUTION] // 4
@@ -169,7 +196,10 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Beyond 2^31 counts the position goes on at the other end; flag Bw."""
+    """Beyond 2^31 counts the position continues at the other end; flag Bw.
+
+    The target of a move goes with it, so that a move ends where it would on a longer scale.
+    """
     turn = 0
     if i[COMMANDED] >= WRAP // 2:
         turn = -1
@@ -179,4 +209,6 @@ def wrap(i: Ints) -> None:
         i[COMMANDED] += turn * WRAP
         i[ORIGIN] += turn * (WRAP >> 16)
         i[CAM_ORIGIN] += turn * (WRAP >> 16)
+        if i[MODE] == M_POSITION:
+            i[TARGET] += turn * (WRAP >> 16)
         i[BW] = 1

@@ -23,9 +23,14 @@ class Words:
         self._text, self._list = bytearray(), list[str]()
         self._quoted = self._dropping = False
 
+    @property
+    def begun(self) -> bool:
+        """True if a command has begun and not ended."""
+        return bool(self._text or self._list)
+
     def forget(self) -> bool:
-        """Nothing has been begun; tells whether something had been."""
-        begun = bool(self._text or self._list)
+        """Drop the command that has begun; returns whether one had."""
+        begun = self.begun
         self._text.clear()
         self._list.clear()
         self._quoted = self._dropping = False
