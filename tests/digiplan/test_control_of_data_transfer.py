@@ -233,6 +233,7 @@ def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
     """Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"."""
     tell(if1, "H1X5$")
     tell(if1, "S1$")
+    tell(if1, "@200")
     bench.run(0.1)
     assert if1.serial.dtr
     fill(bench, if1, " " * 52)

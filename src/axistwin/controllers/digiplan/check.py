@@ -165,10 +165,10 @@ class _Checker:
         return problem or (out_of_range(after, step) if starts and step.moves else None)
 
     def _keep(self, text: Sequence[Sent], step: Step) -> None:
-        self.parameters = self.parameters.after(step)
+        self.parameters = self.parameters.left_by(step)
         self.said_in |= {name: text[place].line for name, place in step.places.items()}
         if step.run:
-            self.said_in["distance"] = text[0].line
+            self.said_in["distance"] = self.said_in["minor_distance"] = text[0].line
 
     def _sequence(self, text: Sequence[Sent], message: Message) -> None:
         for step in message.steps:
@@ -183,7 +183,7 @@ class _Checker:
         for finding in follow(self.sequence.steps, self.parameters):
             self._finding(text, message, finding)
         for step in self.sequence.steps:
-            self.parameters = self.parameters.after(step)
+            self.parameters = self.parameters.left_by(step)
         for step in message.steps:
             self._keep(text, step)
 

@@ -21,6 +21,8 @@ BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 LOW_BITS = 4  # of "(": start bit and three zeros
 TOLERANCE = Fraction(1, 10)  # a baud rate is recognised this near
 BAUD_DETECT, ERASE = ord("("), ord("*")
+GHOST = 0x7F
+"""What an 8-bit receiver without parity makes of a parity bit of 0 that follows a bit 8 of 1."""
 FORMAT_MESSAGE = re.compile(r"([UV])([1-8])([1-9])")
 FLASH_NS = 250 * MS  # "flashes twice per second"
 REINITIALISE_NS = 5 * MS  # of the UART, after the data format
@@ -65,6 +67,7 @@ def detect_baud_rate(interface: "Interface") -> Procedure:
 def data_format(interface: "Interface") -> Procedure:
     """Wait for a good `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
 
+    Characters with framing errors are taken, so that a host may keep its own format from the beginning.
     `(` is answered `U <CR>` again, as often as wanted, and `*` too after it has erased the memory.  A wrong message is
     dropped without a word, and the whole of it is sent again.
     """
@@ -94,7 +97,7 @@ class FormatReader:
                 return frame
             if character == LF or not self.text.startswith("V"):
                 self.text = ""
-        elif character != ord(" "):
+        elif character not in (ord(" "), GHOST):
             begins = chr(character) in "UV"
             self.text = chr(character) if begins else (self.text + chr(character))[:4]
         return None

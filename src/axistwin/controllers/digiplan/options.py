@@ -6,6 +6,12 @@ from typing import Literal, get_args
 from axistwin.errors import UsageError
 
 Wiring = Literal["5-wire", "3-wire", "3-wire DSR-DTR"]
+Busy = Literal["hold", "ignore"]
+Limits = Literal["any motion", "motion ahead"]
+Unlock = Literal["lock format", "any format"]
+CHOICES = {
+    "wiring": get_args(Wiring), "busy": get_args(Busy), "limits": get_args(Limits), "unlock": get_args(Unlock),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -17,8 +23,12 @@ class Options:
     3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS."""
     fault_output: bool = False
     """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
-    busy: Literal["hold", "ignore"] = "hold"
+    busy: Busy = "hold"
     """What happens to a message that starts something while something is going on."""
+    limits: Limits = "any motion"
+    """What a limit switch that opens stops: any motion but one that is leaving it, or only motion towards it."""
+    unlock: Unlock = "lock format"
+    """Whether `]` must come at the baud rate, number of bits and parity of `[`, or as the data format says by then."""
     self_test_s: float = 1.0
     """The LED comes on "for approximately 1 second"."""
     recalculation_s: float = 1.0
@@ -29,7 +39,7 @@ class Options:
     """Whether characters within 5 ms of the data format message are lost."""
 
     def __post_init__(self) -> None:
-        for name, choices in (("wiring", get_args(Wiring)), ("busy", ("hold", "ignore"))):
+        for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
                 raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")
         for name in ("self_test_s", "recalculation_s", "strobe_ms"):

@@ -92,10 +92,24 @@ class InputBuffer:
         self.on_cancel: Callable[[], None] = lambda: None
         """Called when `# <CR>` has come in."""
         self.checking = True
+        """False: errors are not flagged."""
+        self.tolerant = False
+        """True: characters with errors are taken, since the data format is not known yet."""
         self.full = False
         self._register: tuple[int, LineError] | None = None
         self._began_ns = clock.now
         self._arrived: Event | None = None
+
+    def begin_with(self, byte: int) -> None:
+        """Forget what has been received, and begin with this character."""
+        self.characters.clear()
+        self._register = None
+        self.uart.on_receive = self._receive
+        self._enter(byte, LineError.NONE)
+
+    def set_tolerant(self, on: bool) -> None:
+        """Take characters with errors too, or no longer.  While it does, the UART finds its way from 7 bits to 8."""
+        self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
         """Begin to listen."""
@@ -147,7 +161,7 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors:  # such a character is dropped; while locked without a trace
+        if errors and not self.tolerant:  # such a character is dropped; while locked without a trace
             self._complain(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
             self._complain(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return
