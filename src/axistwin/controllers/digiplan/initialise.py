@@ -21,6 +21,9 @@ BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 LOW_BITS = 4  # of "(": start bit and three zeros
 TOLERANCE = Fraction(1, 10)  # a baud rate is recognised this near
 BAUD_DETECT, ERASE = ord("("), ord("*")
+NO_BAUD_RATE = "no baud rate yet, so that what the host sends is dropped: ( at 110 to 9600 baud comes first"
+NO_FORMAT = "no data format yet, so that what the host sends is dropped: U61 <CR> or another format comes first"
+ECHOED = "U"  # sample 4 sends back what the interface has answered
 GHOST = 0x7F
 """What an 8-bit receiver without parity makes of a parity bit of 0 that follows a bit 8 of 1."""
 FORMAT_MESSAGE = re.compile(r"([UV])([1-8])([1-9])")
@@ -52,6 +55,8 @@ def detect_baud_rate(interface: "Interface") -> Procedure:
         nonlocal measured
         rate = baud_rate(low_ns)
         measured = None if rate is None else uart_format(rate, Frame())
+        if measured is None:
+            interface.drop(NO_BAUD_RATE)
         return measured
 
     def receive(byte: int, _: LineError) -> None:
@@ -59,6 +64,8 @@ def detect_baud_rate(interface: "Interface") -> Procedure:
             uart.format = measured
             interface.buffer.open()
             detected.succeed()
+        else:
+            interface.drop(NO_BAUD_RATE)
 
     uart.format, uart.on_measure, uart.on_receive = None, measure, receive
     yield detected
@@ -81,6 +88,8 @@ def data_format(interface: "Interface") -> Procedure:
             yield from interface.transmit(b"U\r")
         elif frame := reader.take(character):
             return frame
+        elif reader.dropped:
+            interface.drop(NO_FORMAT)
 
 
 class FormatReader:
@@ -89,14 +98,17 @@ class FormatReader:
     def __init__(self) -> None:
         self.text = ""
         """What has come of it; a message that is none is dropped."""
+        self.dropped = False
+        """Whether the last character ended a message that is none."""
 
     def take(self, character: int) -> Frame | None:
         """The data format, once the message has been ended as it should be."""
+        self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):
                 return frame
             if character == LF or not self.text.startswith("V"):
-                self.text = ""
+                self.dropped, self.text = self.text not in ("", ECHOED), ""
         elif character not in (ord(" "), GHOST):
             begins = chr(character) in "UV"
             self.text = chr(character) if begins else (self.text + chr(character))[:4]

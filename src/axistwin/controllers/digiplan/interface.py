@@ -20,6 +20,7 @@ from axistwin.controllers.digiplan.interpolation import out_of_range
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.motion import RampGenerator
 from axistwin.controllers.digiplan.options import Options
+from axistwin.controllers.digiplan.outputs import Outputs
 from axistwin.controllers.digiplan.sequence import perform, sequence
 from axistwin.controllers.digiplan.serial_data import (
     CR,
@@ -58,6 +59,7 @@ class Interface:
         uart: Uart,
         lines: LinePins,
         pins: Mapping[str, Pin],
+        outputs: Outputs,
         axes: Mapping[str, PulseAxis],
         options: Options,
         store: Store,
@@ -70,6 +72,7 @@ class Interface:
             options,
             store,
         )
+        self.outputs = outputs
         self._kept = Retained.recall(store)
         self.state = State.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
@@ -82,9 +85,12 @@ class Interface:
         """The step that was begun last, as O tells it."""
         self.step = 0
         """The step of the sequence that is being carried out; 0: none is."""
+        self.trouble = ""
+        """While it is not ready: why what the host sends is dropped, and what helps."""
+        self.on_trouble: Callable[[str], None] = lambda line: None
         self.on_step: Callable[[int], None] = lambda number: None
         """Told of each step when it begins."""
-        self.motion = RampGenerator(clock, axes)
+        self.motion = RampGenerator(clock, axes, pins)
         self.faults = Faults(pins, self._show_fault)
         self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
         self.transmitter = Transmitter(clock, uart, lines)
@@ -141,7 +147,7 @@ class Interface:
             yield from self._set_data_format()
 
     def _become_ready(self) -> None:
-        self.state = State.READY
+        self.state, self.trouble = State.READY, ""
         self._check_line()
         self.faults.show()
         if self.locked and self.sequence:
@@ -151,7 +157,7 @@ class Interface:
         """The baud rate is known: answer, and wait for the data format."""
         assert self.uart.format is not None
         self.baudrate = self.uart.format.baudrate
-        self.state = State.FORMAT
+        self.state, self.trouble = State.FORMAT, ""
         self.buffer.checking = False
         self.buffer.set_tolerant(True)
         self.pins["led"].flash(initialise.FLASH_NS)
@@ -168,6 +174,12 @@ class Interface:
             self.buffer.open()
         if not self.locked:
             self._calculate_ramp()
+
+    def drop(self, trouble: str) -> None:
+        """What the host has sent is dropped: say why, once for each reason."""
+        if trouble != self.trouble:
+            self.trouble = trouble
+            self.on_trouble(trouble)
 
     # Breaking into a locked interface
 
@@ -572,12 +584,3 @@ class Interface:
     def _show_fault(self, on: bool) -> None:
         if self.state is State.READY:
             self.pins["led"].set(on)
-
-    def output(self, number: int) -> bool:
-        """Whether an output is on; output 0 does not exist and never is."""
-        return number > 0 and self.pins[f"output{number}"].level
-
-    def switch(self, number: int, on: bool) -> None:
-        """Turn an output on or off; output 5 not while it serves as fault output."""
-        if number > 0 and not (number == 5 and self.options.fault_output):
-            self.pins[f"output{number}"].set(on)

@@ -5,7 +5,10 @@ from typing import Literal, get_args
 
 from axistwin.errors import UsageError
 
-Wiring = Literal["5-wire", "3-wire", "3-wire DSR-DTR"]
+Wiring = Literal[
+    "5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked",
+    "NEC PC-8201A", "Epson HX20 3-wire", "Epson HX20 5-wire", "IBM PC 3-wire", "IBM PC 5-wire",
+]  # fmt: skip
 Busy = Literal["hold", "ignore"]
 Limits = Literal["any motion", "motion ahead"]
 Unlock = Literal["lock format", "any format"]
@@ -20,7 +23,8 @@ class Options:
 
     wiring: Wiring = "5-wire"
     """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.
-    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS."""
+    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS.  3-wire unlinked: nothing on either, so that nothing is
+    transmitted.  The cables of appendix 3 are one of the first two."""
     fault_output: bool = False
     """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
     busy: Busy = "hold"
