@@ -413,6 +413,29 @@ def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_ra
     assert status(bench, if2, "E") == "["
 
 
+def test_a_bracket_at_another_baud_rate_that_is_cut_off_is_none(bench):
+    """Breaking in: the wire breaks in the middle of it; the next character is one like others."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.serial.host.baudrate = 1200
+    if2.serial.write(b"(")
+    bench.run(0.0002)  # a quarter of the start bit
+    if2.serial.to_device.cut()
+    bench.run(0.1)
+    if2.serial.to_device.mend()
+    if2.serial.host.baudrate = 9600
+    assert status(bench, if2, "E") == "["
+    if2.serial.host.baudrate = 1200
+    if2.serial.write(b"(")
+    bench.run(0.005)  # in its sixth bit
+    if2.serial.to_device.cut()
+    bench.run(0.1)
+    if2.serial.to_device.mend()
+    if2.serial.host.baudrate = 9600
+    tell(if2, "")
+    assert status(bench, if2, "E") == "["
+
+
 def test_the_format_set_after_breaking_in_starts_the_stored_sequence(bench):
     """Changing: the IF2 starts "the previously-stored sequence as soon as the "U" or "V" command has been received"."""
     if2 = stored(bench)

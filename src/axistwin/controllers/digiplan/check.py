@@ -61,7 +61,10 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.frame is not None and sent.byte == self.frame.ends_message:
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be held, and nothing in motion
+                self._data_format(sent, rest)
+                text = []
+            elif self.frame is not None and sent.byte == self.frame.ends_message:
                 self._message(text)
                 text = []
             elif sent.byte not in (CR, LF):

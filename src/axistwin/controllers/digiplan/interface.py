@@ -94,6 +94,7 @@ class Interface:
         self.faults = Faults(pins, self._show_fault)
         self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
         self.transmitter = Transmitter(clock, uart, lines)
+        self.buffer.intercept = self._take_bracket
         self.buffer.on_fault = self.faults.raise_line
         self.buffer.on_full = self._tell_full
         self.buffer.on_cancel = self._cancel_at_once
@@ -105,7 +106,8 @@ class Interface:
         self._held: Process | None = None  # a message that begins once what is going on is done
         self._freed: Event | None = None
         self._turn: Event | None = None  # what waits behind that message
-        self._broken_in: UartFormat | None = None
+        self._offered: UartFormat | None = None  # the character that is coming is read in this format
+        self._broken_in: UartFormat | None = None  # a `(` has come in this format
         self._leaving: frozenset[str] = frozenset()
         self._ramp_is_old = False
         self._deaf_until_ns = 0
@@ -191,19 +193,22 @@ class Interface:
 
     def _look_for_bracket(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
         """A character begins: return the default format at another baud rate, if it is a `(` at that baud rate."""
+        self._offered = None
         rate = initialise.baud_rate(low_ns) if self._can_be_broken_into else None
-        if rate is None or rate == self.baudrate:
-            return None
-        other = uart_format(rate, Frame())
-        seen = other.decode(level_at)
-        if seen is None or seen[0] & 0x7F != initialise.BAUD_DETECT:
-            return None
-        self.uart.on_receive = lambda byte, errors: self._receive_bracket(other)
-        return other
+        if rate is not None and rate != self.baudrate:
+            other = uart_format(rate, Frame())
+            seen = other.decode(level_at)
+            if seen is not None and seen[0] & 0x7F == initialise.BAUD_DETECT:
+                self._offered = other
+        return self._offered
 
-    def _receive_bracket(self, other: UartFormat) -> None:
-        self.uart.format = self._broken_in = other
-        self.buffer.begin_with(initialise.BAUD_DETECT)
+    def _take_bracket(self, byte: int) -> bool:
+        """A character has come: return True if it was read at another baud rate.  A `(` makes that the baud rate."""
+        other, self._offered = self._offered, None
+        if other is not None and byte & 0x7F == initialise.BAUD_DETECT:
+            self.uart.format = self._broken_in = other
+            self.buffer.begin_with(initialise.BAUD_DETECT)
+        return other is not None
 
     def _obey_until_broken_in(self) -> Procedure:
         """Obey until a `(` begins the initialisation again."""

@@ -88,6 +88,8 @@ class InputBuffer:
         self.clock, self.uart, self.strobe_ns = clock, uart, strobe_ns
         self.characters: deque[int] = deque()
         self.on_fault: Callable[[LineFault], None] = lambda fault: None
+        self.intercept: Callable[[int], bool] = lambda byte: False
+        """Asked for each character; True: it does not enter the buffer."""
         self.on_full: Callable[[bool], None] = lambda full: None
         self.on_cancel: Callable[[], None] = lambda: None
         """Called when `# <CR>` has come in."""
@@ -104,7 +106,6 @@ class InputBuffer:
         """Forget what has been received, and begin with this character."""
         self.characters.clear()
         self._register = None
-        self.uart.on_receive = self._receive
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
@@ -145,6 +146,8 @@ class InputBuffer:
             self.take()
 
     def _receive(self, byte: int, errors: LineError) -> None:
+        if self.intercept(byte):
+            return
         if self.uart.instant:
             self._enter(byte, errors)
             return
