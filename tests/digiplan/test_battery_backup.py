@@ -4,10 +4,11 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
 from .helpers import edges, number, positions, settle, status, strokes
-from .talking import ask, constant, find, host_format, pulse_times_of, ramped, ready, since_start, tell
+from .talking import ask, constant, each_character, find, host_format, pulse_times_of, ramped, ready, since_start, tell
 
 STORED = ":H1:X100@400:Y50:$"
 
@@ -411,6 +412,34 @@ def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_ra
     bench.run(0.1)
     if2.serial.read()
     assert status(bench, if2, "E") == "["
+
+
+@pytest.mark.parametrize("form", ["U11", "U13", "U14", "U63", "U64", "U33", "U71"])
+def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, form):
+    """Breaking in: for a host that does not know that format, such as one with 8 bits and no parity."""
+    if2 = stored(bench, form=form)
+    host = if2.serial.host
+    locked_in = host.format
+    power_up(bench, if2, dsr=False)
+    assert status_in(bench, if2, "E") == "["
+    for way in (UartFormat(9600, 8, "N", 2), UartFormat(2400, 8, "N", 1), UartFormat(1200, 7, "E", 1)):
+        host.format = way
+        if2.serial.write(b"(")
+        bench.run(0.1)
+        assert status_in(bench, if2, "") == "U", way
+        each_character(bench, if2, form + "\r", lambda n: bench.run(0.02))
+        host_format(if2, form)
+        bench.run(1.2)
+        if2.serial.read()
+    host.format = locked_in
+
+
+def status_in(bench, controller, letter):
+    """The answer, whatever its eighth bits."""
+    if letter:
+        tell(controller, letter)
+    bench.run(0.1)
+    return bytes(byte & 0x7F for byte in controller.serial.read()).decode().rstrip("\r")
 
 
 def test_a_bracket_at_another_baud_rate_that_is_cut_off_is_none(bench):

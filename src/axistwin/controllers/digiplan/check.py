@@ -154,7 +154,7 @@ class _Checker:
         if problem is not None:
             self._values(text, step, problem)
             return
-        if step.run and "distance" in step.settings:
+        if step.run and not step.interpolated and "distance" in step.settings:
             note = "G runs until stopped: the distance is not used and becomes 0"
             at = step.places["distance"]
             self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))

@@ -192,10 +192,10 @@ class Interface:
         return self.locked and held and self.state is State.READY and not self.motion.running
 
     def _look_for_bracket(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """A character begins: return the default format at another baud rate, if it is a `(` at that baud rate."""
+        """A character begins: return the default format at its baud rate, if it is a `(` and not in the own format."""
         self._offered = None
         rate = initialise.baud_rate(low_ns) if self._can_be_broken_into else None
-        if rate is not None and rate != self.baudrate:
+        if rate is not None and uart_format(rate, Frame()).shape != uart_format(self.baudrate, self.frame).shape:
             other = uart_format(rate, Frame())
             seen = other.decode(level_at)
             if seen is not None and seen[0] & 0x7F == initialise.BAUD_DETECT:
@@ -203,7 +203,7 @@ class Interface:
         return self._offered
 
     def _take_bracket(self, byte: int) -> bool:
-        """A character has come: return True if it was read at another baud rate.  A `(` makes that the baud rate."""
+        """A character has come: return True if it was read in another format.  A `(` makes that the format."""
         other, self._offered = self._offered, None
         if other is not None and byte & 0x7F == initialise.BAUD_DETECT:
             self.uart.format = self._broken_in = other
