@@ -73,7 +73,7 @@ def test_a_host_that_sends_commands_before_the_data_format_is_told_why_nothing_c
             assert connection.recv(16) == b"U\r"
         code, words = ended(program, signal.SIGTERM)
     assert code == 0
-    assert words.count("axistwin: if1: no data format yet") == 1
+    assert words.count("axistwin: if1: characters from the host are dropped, no data format yet") == 1
 
 
 def test_interrupted_it_ends_with_130_and_takes_its_link_away(tmp_path):

@@ -7,6 +7,7 @@ from typing import get_args
 import pytest
 
 from axistwin import Bench
+from axistwin.apps.terminal.keyboards import KEYBOARDS
 from axistwin.controllers.digiplan.options import Wiring
 from axistwin.controllers.digiplan.terminals import CABLES, LINKS, TERMINALS
 from axistwin.errors import UsageError
@@ -189,6 +190,8 @@ def test_the_page_has_every_terminal_link_and_cable():
         assert f"| {link.name} | {link.purpose} | {link.here} |" in rows
     for name, cable in CABLES.items():
         assert f'| `"{name}"` | {cable.purpose} |' in rows
+    for name, glyphs in KEYBOARDS.items():
+        assert f"| `{name}` | " + " | ".join(f"`{glyph}`" for glyph in glyphs) + " |" in rows
 
 
 # Hints
@@ -207,7 +210,7 @@ def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
     bench.run(1.5)
     tell(if1, "X1000$")
     bench.run(0.2)
-    assert told == ["no baud rate yet, so that what the host sends is dropped: ( at 110 to 9600 baud comes first"]
+    assert told == ["characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"]
     assert if1.trouble == told[0]
     if1.serial.write(b"(")
     bench.run(0.1)
@@ -227,9 +230,7 @@ def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
     tell(if1, "X1000$")
     tell(if1, "E")
     bench.run(0.1)
-    assert told == [
-        "no data format yet, so that what the host sends is dropped: U61 <CR> or another format comes first"
-    ]
+    assert told == ["characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"]
     tell(if1, "U61")
     bench.run(1.2)
     assert if1.trouble == "" and len(told) == 1

@@ -15,8 +15,8 @@ from axistwin.sim.frames import UartFormat
 
 
 @dataclass(frozen=True)
-class Wording:
-    """How a message came: baud rate, data bits and parity of the line, bit 8 of the command and of its terminator.
+class MessageFormat:
+    """Format in which a message was received: baud rate, data bits, parity, bit 8 of the command and its terminator.
 
     An 8-bit receiver without parity finds the parity bit of a 7-bit sender in bit 8.
     """
@@ -27,12 +27,12 @@ class Wording:
     eighth: tuple[bool, ...] = (False, False)
 
     @classmethod
-    def of(cls, line: UartFormat, eighth: Sequence[bool]) -> "Wording":
-        """That of a message on this line with these eighth bits; blanks around the command do not count."""
+    def of(cls, line: UartFormat, eighth: Sequence[bool]) -> "MessageFormat":
+        """Return the format of a message on this line, given the eighth bit of each character."""
         return cls(line.baudrate, line.bytesize, line.parity, (any(eighth[:-1]), *eighth[-1:]))
 
     def check(self) -> None:
-        """Raise ValueError if no message can come so."""
+        """Raise ValueError if no message can have this format."""
         _require(type(self.baudrate) is int and self.baudrate in BAUD_RATES, "lock")
         _require(type(self.bytesize) is int and self.bytesize in (7, 8), "lock")
         _require(self.parity in ("N", "O", "E"), "lock")
@@ -48,8 +48,8 @@ class Retained:
     frame: Frame = field(default_factory=Frame)
     parameters: Parameters = field(default_factory=Parameters)
     sequence: str = ""
-    lock: Wording | None = None
-    """How the lock command came; None: as the data format says."""
+    lock: MessageFormat | None = None
+    """Format of the lock command; None: any."""
 
     def save(self, store: Store) -> None:
         """Keep it, readable for people."""
@@ -65,7 +65,7 @@ class Retained:
             kept = json.loads(contents)
             frame, parameters = Frame(**kept.pop("frame")), Parameters(**kept.pop("parameters"))
             lock = kept.pop("lock", None)
-            lock = None if lock is None else Wording(**{**lock, "eighth": tuple(lock["eighth"])})
+            lock = None if lock is None else MessageFormat(**{**lock, "eighth": tuple(lock["eighth"])})
             retained = cls(frame=frame, parameters=parameters, lock=lock, **kept)
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:

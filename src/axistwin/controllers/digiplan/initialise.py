@@ -21,10 +21,10 @@ BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 LOW_BITS = 4  # of "(": start bit and three zeros
 TOLERANCE = Fraction(1, 10)  # a baud rate is recognised this near
 BAUD_DETECT, ERASE = ord("("), ord("*")
-NO_BAUD_RATE = "no baud rate yet, so that what the host sends is dropped: ( at 110 to 9600 baud comes first"
-NO_FORMAT = "no data format yet, so that what the host sends is dropped: U61 <CR> or another format comes first"
+NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
+NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
 ECHOED = "U"  # sample 4 sends back what the interface has answered
-GHOST = 0x7F
+FALSE_CHARACTER = 0x7F
 """What an 8-bit receiver without parity makes of a parity bit of 0 that follows a bit 8 of 1."""
 FORMAT_MESSAGE = re.compile(r"([UV])([1-8])([1-9])")
 FLASH_NS = 250 * MS  # "flashes twice per second"
@@ -99,7 +99,7 @@ class FormatReader:
         self.text = ""
         """What has come of it; a message that is none is dropped."""
         self.dropped = False
-        """Whether the last character ended a message that is none."""
+        """True: the last character ended a message that is no data format."""
 
     def take(self, character: int) -> Frame | None:
         """The data format, once the message has been ended as it should be."""
@@ -109,7 +109,7 @@ class FormatReader:
                 return frame
             if character == LF or not self.text.startswith("V"):
                 self.dropped, self.text = self.text not in ("", ECHOED), ""
-        elif character not in (ord(" "), GHOST):
+        elif character not in (ord(" "), FALSE_CHARACTER):
             begins = chr(character) in "UV"
             self.text = chr(character) if begins else (self.text + chr(character))[:4]
         return None
@@ -127,6 +127,7 @@ def read_format(text: str, terminator: int) -> Frame | None:
 def only_at_initialisation(_: Step) -> str:
     """Commands ( * U V: baud rate detection, erasing, data format.  Heard while the interface is being initialised.
 
-    Once it is ready they are a data fault.  Chapters Initialisation, Breaking into a locked interface.
+    Once it is ready they are a data fault.  While it is locked, `(` begins the initialisation again if DSR is held and
+    nothing moves.  Chapters Initialisation, Breaking into a locked interface.
     """
     return "for initialisation only"

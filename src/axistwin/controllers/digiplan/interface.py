@@ -12,7 +12,7 @@ from simpy import Interrupt
 
 from axistwin.controllers.commandset import Command
 from axistwin.controllers.digiplan import initialise
-from axistwin.controllers.digiplan.battery_backup import Retained, Wording
+from axistwin.controllers.digiplan.battery_backup import MessageFormat, Retained
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import CLOSED, DRIVES, LIMITS, Faults, LineFault, MotionFault
 from axistwin.controllers.digiplan.initialise import State
@@ -76,8 +76,8 @@ class Interface:
         self._kept = Retained.recall(store)
         self.state = State.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
-        self.lock: Wording | None = None
-        """How the lock command came."""
+        self.lock: MessageFormat | None = None
+        """Format of the lock command."""
         self.parameters = Parameters()
         self.sequence = ""
         """The stored sequence, as it was sent."""
@@ -169,7 +169,9 @@ class Interface:
             yield self.uart.when_idle()
         self.uart.format = uart_format(self.baudrate, self.frame)
         self.buffer.set_tolerant(False)
-        self._swallowed = (LF, initialise.GHOST) if self.frame.terminator == "U" else (initialise.GHOST,)
+        self._swallowed = (
+            (LF, initialise.FALSE_CHARACTER) if self.frame.terminator == "U" else (initialise.FALSE_CHARACTER,)
+        )
         if self.options.strict_format:
             self.buffer.close()
             yield self.clock.timeout(initialise.REINITIALISE_NS)
@@ -245,13 +247,13 @@ class Interface:
             Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
 
     @property
-    def wording(self) -> Wording:
-        """How the message that is being obeyed has come: the line's format, and bit 8 of its characters."""
-        return Wording.of(uart_format(self.baudrate, self.frame), self._eighth)
+    def message_format(self) -> MessageFormat:
+        """Format of the message that is being obeyed."""
+        return MessageFormat.of(uart_format(self.baudrate, self.frame), self._eighth)
 
     def set_locked(self, locked: bool) -> None:
         """Commands [ and ]."""
-        self.locked, self.lock = locked, self.wording if locked else None
+        self.locked, self.lock = locked, self.message_format if locked else None
         self._check_line()
         if locked:
             self.save()

@@ -20,6 +20,6 @@ def unlock(interface: "Interface") -> None:
 
     Baud rate, number of bits and parity must be those of the lock command.  Chapter Communication lockout commands.
     """
-    same = interface.lock in (None, interface.wording)
+    same = interface.lock in (None, interface.message_format)
     if interface.locked and (same or interface.options.unlock == "any format"):
         interface.set_locked(False)
