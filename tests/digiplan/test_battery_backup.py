@@ -434,6 +434,34 @@ def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, fo
     host.format = locked_in
 
 
+def test_breaking_in_and_the_data_format_in_one_go(bench):
+    """Changing: the sequence that was waiting has ended when it starts again, though no time has passed."""
+    if2 = stored(bench, line="instant")
+    power_up(bench, if2, dsr=False)
+    if2.serial.write(b"(U61\r")
+    bench.run(0.1)
+    assert if2.serial.read() == b"U\r"
+    assert if2.busy
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+    assert not if2.busy
+
+
+def test_a_lock_behind_a_held_move_is_kept_and_unlocked_as_any_other(bench):
+    """Lockout: the format of the lock command is that in which it came, however long it waited."""
+    if2 = ready(bench, model="if2")
+    for text in ("X40$", "Y20$", "["):
+        tell(if2, text)
+    bench.run(1.0)
+    assert status(bench, if2, "E") == "["
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    assert status(bench, if2, "E") == "["
+    tell(if2, "]")
+    assert status(bench, if2, "E") == "C"
+
+
 def status_in(bench, controller, letter):
     """The answer, whatever its eighth bits."""
     if letter:

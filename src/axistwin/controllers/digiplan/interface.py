@@ -99,7 +99,8 @@ class Interface:
         self.buffer.on_full = self._tell_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._eighth: list[bool] = []  # bit 8 of each of them, and of the terminator
+        self._eighth: list[bool] = []  # bit 8 of each of them
+        self._eighth_of_message: tuple[bool, ...] = ()  # of the message that is being obeyed, with its terminator
         self._swallowed: tuple[int, ...] = ()  # what the next character may be without being heard
         self._work: Process | None = None
         self._control: Event | None = None
@@ -220,17 +221,18 @@ class Interface:
             if character is None:
                 yield self.buffer.arrival()
             elif character & 0x7F == initialise.BAUD_DETECT and (self._broken_in or self._can_be_broken_into):
-                self._begin_again()
+                yield from self._begin_again()
                 return
             elif (procedure := self._hear(character)) is not None:
                 yield from procedure
 
-    def _begin_again(self) -> None:
+    def _begin_again(self) -> Procedure:
         """What is going on ends, and the data format is that of `(` again."""
         self.uart.format, self._broken_in = self._broken_in or uart_format(self.baudrate, Frame()), None
         self._text.clear()
         self._eighth.clear()
         self._stop()
+        yield self.clock.timeout(0)  # by then it has ended
 
     # Battery backup
 
@@ -249,7 +251,7 @@ class Interface:
     @property
     def message_format(self) -> MessageFormat:
         """Format of the message that is being obeyed."""
-        return MessageFormat.of(uart_format(self.baudrate, self.frame), self._eighth)
+        return MessageFormat.of(uart_format(self.baudrate, self.frame), self._eighth_of_message)
 
     def set_locked(self, locked: bool) -> None:
         """Commands [ and ]."""
@@ -310,10 +312,9 @@ class Interface:
         if code == self.frame.ends_message:
             text = "".join(self._text)
             self._text.clear()
-            self._eighth.append(character > code)
-            procedure = self._obey(text)
+            self._eighth_of_message = (*self._eighth, character > code)
             self._eighth.clear()
-            return procedure
+            return self._obey(text)
         if code not in (CR, LF) and len(self._text) <= MOST_CHARACTERS:
             self._text.append(chr(code))
             self._eighth.append(character > code)
