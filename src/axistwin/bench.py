@@ -17,6 +17,7 @@ from axistwin.controllers.product import (
     FollowedDevice,
     Follower,
     HandshakeDevice,
+    HintingDevice,
     Listing,
     ProceduralDevice,
     Product,
@@ -194,6 +195,10 @@ class Controller:
     def trouble(self) -> str:
         """In a line, what keeps it from moving and what helps; empty if nothing does, or if it cannot tell."""
         return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
+
+    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when `trouble` has something new to tell.  Returns what ends it."""
+        return self._device.watch_trouble(watcher) if isinstance(self._device, HintingDevice) else lambda: None
 
     @property
     def busy(self) -> bool:

@@ -65,6 +65,17 @@ def test_a_model_on_a_free_port_until_it_is_asked_to_end():
         assert ended(program, signal.SIGTERM) == (0, "")
 
 
+def test_a_host_that_sends_commands_before_the_data_format_is_told_why_nothing_comes():
+    with started("if1", *AT_ONCE) as (program, [(_, url)]):
+        assert talk(url, b"(") == [b"U\r"]
+        with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as connection:
+            connection.sendall(b"E\rX1000$\r(")
+            assert connection.recv(16) == b"U\r"
+        code, words = ended(program, signal.SIGTERM)
+    assert code == 0
+    assert words.count("axistwin: if1: characters from the host are dropped, no data format yet") == 1
+
+
 def test_interrupted_it_ends_with_130_and_takes_its_link_away(tmp_path):
     arguments = ("if1", *AT_ONCE, "--pty", tmp_path / "if1", "--tcp", ":0", "--rfc2217", "localhost:0")
     with started(*arguments, ports=3) as (program, ports):

@@ -16,6 +16,7 @@ from collections.abc import Callable
 
 import pytest
 
+from axistwin.apps.terminal.keyboards import to_codes, to_glyphs
 from axistwin.apps.terminal.screen import Screen
 from axistwin.links.urls import parse
 
@@ -80,6 +81,37 @@ def test_what_a_local_command_does_not_know():
     assert lines[7] == "no speed 'no': give a number such as 1 (real time) or 0.5, up to 1000000, or max"
     assert lines[9] == "'x' is no number of seconds: write it like :wait 0.5"
     assert lines[10:] == ["> :quit"]
+
+
+def test_a_national_keyboard():
+    """Appendix 1: in the U.K. the key of the cancel code 23 hex shows £, and so does the terminal."""
+    result = term("if1", *AT_ONCE, "--keyboard", "uk", typed=":X1000@10:$\n£\nE\n#\nE\n")
+    assert result.stderr == ""
+    assert [line for line in after_initialisation(result.stdout) if line[0] == "<"] == ["< C<CR>", "< C<CR>"]
+
+
+@pytest.mark.parametrize(
+    ("keyboard", "typed", "sent"),
+    [
+        ("uk", "£", "#"),
+        ("france", "à2000 °ç§^", "@2000 [\\]^"),
+        ("germany", "§2000 ÄÜ", "@2000 []"),
+        ("germany", "ä#$<>", "[#$<>"),
+        ("sweden", "X1000É400¤", "X1000@400$"),
+        ("norway", "æå ü", "[] ^"),
+        ("us", "#$<>@[]^", "#$<>@[]^"),
+    ],
+)
+def test_what_national_keyboards_send(keyboard, typed, sent):
+    """Appendix 1: # $ @ [ ] ^ on certain keyboards; < and > are the same on all of these."""
+    assert to_codes(keyboard, typed) == sent
+    assert to_codes(keyboard, to_glyphs(keyboard, "#$<>@[]^XYZ")) == "#$<>@[]^XYZ"
+
+
+def test_a_national_keyboard_is_for_an_if1():
+    result = term("1811", "--keyboard", "uk")
+    assert result.returncode == 2
+    assert "--keyboard uk is for an IF1 or IF2" in result.stderr
 
 
 def test_a_sequence_is_no_local_command():

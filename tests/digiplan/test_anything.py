@@ -50,11 +50,11 @@ def host(line: str, value: object) -> Act:
 TROUBLE = [
     *(
         drive(pin, level)
-        for pin in ("input1", "input2", "input3", "estop", "limit_plus", "limit_minus", "x_fault", "y_fault")
+        for pin in ("input1", "input2", "input3", "estop", "limit_plus", "limit_minus", "x_fault", "y_fault", "supply")
         for level in (True, False)
     ),
     *(host(line, value) for line in ("dtr", "rts") for value in (True, False)),
-    *(host("baudrate", value) for value in (110, 4800, 9600, 115_200)),
+    *(host("baudrate", value) for value in (110, 1200, 4800, 9600, 115_200)),
     *(host("parity", value) for value in "NEOMS"),
     *(host("bytesize", value) for value in (5, 7, 8)),
     Act("break", lambda bench, it: it.serial.send_break(0.02)),
@@ -85,7 +85,7 @@ given_anything = given(
     st.sampled_from(["if1", "if2"]),
     st.sampled_from(["U61", "U62", "V61", "V15", "U37", "U81"]),
     st.sampled_from(["9600 8N2", "instant"]),
-    st.sampled_from(["5-wire", "3-wire", "3-wire DSR-DTR"]),
+    st.sampled_from(["5-wire", "3-wire", "3-wire DSR-DTR", "IBM PC 5-wire"]),
     st.lists(acts, max_size=25),
 )
 

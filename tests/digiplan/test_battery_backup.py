@@ -4,10 +4,11 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
 from .helpers import edges, number, positions, settle, status, strokes
-from .talking import ask, constant, find, host_format, pulse_times_of, ramped, ready, since_start, tell
+from .talking import ask, constant, each_character, find, host_format, pulse_times_of, ramped, ready, since_start, tell
 
 STORED = ":H1:X100@400:Y50:$"
 
@@ -195,7 +196,7 @@ def test_status_requests_only(bench, wiring):
     if2 = stored(bench, wiring=wiring)
     power_up(bench, if2, dsr=False)
     assert [status(bench, if2, letter) for letter in "KFIOEN"] == ["0", "32", "200", "1", "[", "0"]
-    for text in ("X100$", "#", ":X10:$", "@200", "S1$", "(", "*", "U61"):
+    for text in ("X100$", "#", ":X10:$", "@200", "S1$", "*", "U61"):
         tell(if2, text)
     bench.run(1.0)
     assert positions(if2) == (0, 0, 0) and if2.serial.read() == b""
@@ -338,8 +339,22 @@ def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wir
     bench.run(3.0)
     assert tuple(b - a for a, b in zip(before, positions(if2), strict=True)) == (100, 50, 0)
     assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"  # still locked
+    # Changing: `]` "at same baud rate and data format as the previous lock command", which was 9600 and no other
     assert ask(bench, if2, "]", 0.5, "\n") == b"]\n"
-    assert ask(bench, if2, "E", 0.5, "\n") == b"E\nC\r\n"
+    assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"
+
+
+def test_the_unlock_command_in_the_new_format_where_that_is_asked_for(bench):
+    """Lockout: "However, it is possible to re-initialise the interface with a different data format"."""
+    if2 = stored(bench, unlock="any format")
+    power_up(bench, if2, dsr=True)
+    if2.serial.host.baudrate = 1200
+    if2.serial.write(b"(")
+    bench.run(0.2)
+    tell(if2, "V61", "\r\n")
+    bench.run(1.0)
+    assert ask(bench, if2, "]", 0.5, "\n") == b"U\r"
+    assert ask(bench, if2, "E", 0.5, "\n") == b"E\r\n"  # the stored sequence waits for input 1
 
 
 def test_the_new_format_is_kept_as_the_old_one_was(bench):
@@ -357,14 +372,186 @@ def test_the_new_format_is_kept_as_the_old_one_was(bench):
     assert ask(bench, if2, "E", 0.5, "\n") == b"[\r\n"
 
 
-def test_dsr_is_looked_at_when_the_power_comes_on(bench):
-    """Digest 15: DSR raised afterwards changes nothing: `(` is then one of the ignored characters."""
+@pytest.mark.parametrize("baudrate", [110, 300, 600, 1200, 2400, 4800, 9600])
+def test_the_bracket_breaks_in_without_a_power_cycle_while_dsr_is_held(bench, baudrate):
+    """Breaking in: "issue the open bracket "(" followed by the erase command"; nothing about the power."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
+    assert status(bench, if2, "E") == "["  # it runs the stored sequence, and waits for input 1
+    if2.serial.host.baudrate = baudrate
+    if2.serial.write(b"(")
+    bench.run(0.5)
+    assert if2.serial.read() == b"U\r"
+    if2.serial.write(b"*")
+    bench.run(0.5)
+    assert if2.serial.read() == b"U\r"
+    tell(if2, "U61")
+    bench.run(3.0)
+    if2.pins["input1"].drive(True)
+    assert ask(bench, if2, "E", 1.0) == b"C\r"
+    assert positions(if2) == (0, 0, 0)  # the sequence is erased
+
+
+@pytest.mark.parametrize("lock", [2400, 4800, 9600])
+def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_rate(bench, lock):
+    """Lockout: "it will respond to status request commands", at the rate of the lock command."""
+    if2 = bench.add("if2")
+    if2.serial.host.baudrate = lock
+    bench.run(1.1)
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    tell(if2, "U31")
+    bench.run(1.2)
+    tell(if2, "[")
+    bench.run(0.1)
+    if2.serial.read()
+    for byte in (*range(1, ord("(")), *range(ord("(") + 1, 128)):
+        if2.serial.write(bytes([byte]))
+        bench.run(0.02)
+    tell(if2, "")
+    bench.run(0.1)
+    if2.serial.read()
+    assert status(bench, if2, "E") == "["
+
+
+@pytest.mark.parametrize("form", ["U11", "U13", "U14", "U63", "U64", "U33", "U71"])
+def test_the_bracket_breaks_in_whatever_the_format_of_the_lock_command(bench, form):
+    """Breaking in: for a host that does not know that format, such as one with 8 bits and no parity."""
+    if2 = stored(bench, form=form)
+    host = if2.serial.host
+    locked_in = host.format
+    power_up(bench, if2, dsr=False)
+    assert status_in(bench, if2, "E") == "["
+    for way in (UartFormat(9600, 8, "N", 2), UartFormat(2400, 8, "N", 1), UartFormat(1200, 7, "E", 1)):
+        host.format = way
+        if2.serial.write(b"(")
+        bench.run(0.1)
+        assert status_in(bench, if2, "") == "U", way
+        each_character(bench, if2, form + "\r", lambda n: bench.run(0.02))
+        host_format(if2, form)
+        bench.run(1.2)
+        if2.serial.read()
+    host.format = locked_in
+
+
+def test_breaking_in_and_the_data_format_in_one_go(bench):
+    """Changing: the sequence that was waiting has ended when it starts again, though no time has passed."""
+    if2 = stored(bench, line="instant")
+    power_up(bench, if2, dsr=False)
+    if2.serial.write(b"(U61\r")
+    bench.run(0.1)
+    assert if2.serial.read() == b"U\r"
+    assert if2.busy
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+    assert not if2.busy
+
+
+def test_a_lock_behind_a_held_move_is_kept_and_unlocked_as_any_other(bench):
+    """Lockout: the format of the lock command is that in which it came, however long it waited."""
+    if2 = ready(bench, model="if2")
+    for text in ("X40$", "Y20$", "["):
+        tell(if2, text)
+    bench.run(1.0)
+    assert status(bench, if2, "E") == "["
+    if2.power(False)
+    power_up(bench, if2, dsr=False)
+    assert status(bench, if2, "E") == "["
+    tell(if2, "]")
+    assert status(bench, if2, "E") == "C"
+
+
+def status_in(bench, controller, letter):
+    """The answer, whatever its eighth bits."""
+    if letter:
+        tell(controller, letter)
+    bench.run(0.1)
+    return bytes(byte & 0x7F for byte in controller.serial.read()).decode().rstrip("\r")
+
+
+def test_a_bracket_at_another_baud_rate_that_is_cut_off_is_none(bench):
+    """Breaking in: the wire breaks in the middle of it; the next character is one like others."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.serial.host.baudrate = 1200
+    if2.serial.write(b"(")
+    bench.run(0.0002)  # a quarter of the start bit
+    if2.serial.to_device.cut()
+    bench.run(0.1)
+    if2.serial.to_device.mend()
+    if2.serial.host.baudrate = 9600
+    assert status(bench, if2, "E") == "["
+    if2.serial.host.baudrate = 1200
+    if2.serial.write(b"(")
+    bench.run(0.005)  # in its sixth bit
+    if2.serial.to_device.cut()
+    bench.run(0.1)
+    if2.serial.to_device.mend()
+    if2.serial.host.baudrate = 9600
+    tell(if2, "")
+    assert status(bench, if2, "E") == "["
+
+
+def test_the_format_set_after_breaking_in_starts_the_stored_sequence(bench):
+    """Changing: the IF2 starts "the previously-stored sequence as soon as the "U" or "V" command has been received"."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if2) == (100, 50, 0)
+    if2.serial.host.baudrate = 2400
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    tell(if2, "V61", "\n")
+    bench.run(1.0)
+    assert positions(if2) == (200, 100, 0)
+    assert ask(bench, if2, "E", end="\n")[-3:] == b"[\r\n"
+
+
+def test_no_breaking_in_while_a_move_is_in_progress(bench):
+    """Lockout: the motion of a stored sequence goes on; `(` is then one of the characters that are ignored."""
+    if2 = stored(bench, ":X1000@400:$")
+    power_up(bench, if2, dsr=False)
+    bench.run(0.5)
+    for baudrate in (1200, 9600):
+        if2.serial.host.baudrate = baudrate
+        tell(if2, "(")
+        bench.run(0.2)
+    bench.run(3.0)
+    assert if2.serial.read() == b"" and positions(if2)[0] >= 1000
+    if2.serial.write(b"(")
+    bench.run(0.1)
+    assert if2.serial.read() == b"U\r"
+
+
+@pytest.mark.parametrize("baudrate", [1200, 9600])
+def test_no_breaking_in_while_dsr_is_low(bench, baudrate):
+    """Changing: "In this case the DSR line must be held active, i.e. high"."""
+    if2 = stored(bench)
+    power_up(bench, if2, dsr=False)
+    if2.serial.host.dtr, if2.serial.host.baudrate = False, baudrate
     tell(if2, "(")
     bench.run(0.2)
+    if2.serial.host.dtr, if2.serial.host.baudrate = True, 9600
+    bench.run(0.2)
     assert if2.serial.read() == b""
+    tell(if2, "")
     assert status(bench, if2, "E") == "["
+
+
+def test_breaking_in_waits_for_no_terminator_and_forgets_what_was_typed_before(bench):
+    """Breaking in: "(" alone; sample 6 sends the erase command on its own too."""
+    if1 = ready(bench)
+    tell(if1, "[")
+    if1.serial.write(b"X10(")
+    bench.run(0.1)
+    assert if1.serial.read() == b"U\r"
+    tell(if1, "*")
+    tell(if1, "U61")
+    bench.run(1.5)
+    if1.serial.read()
+    assert (status(bench, if1, "E"), number(bench, if1, "F")) == ("C", 0)
 
 
 # Breaking in

@@ -135,6 +135,22 @@ def test_the_initialisation_in_a_conversation():
     ]
 
 
+def test_a_bracket_breaks_into_a_locked_interface():
+    """Breaking in: `(` and the erase command or a data format, without a power cycle."""
+    erased = sent("(|U61\r|[\r|X100$\r|(*|U61\r|X100$\r", initialised=False)
+    assert [d.line for d in product("if1").check([erased])] == [4]
+    still_locked = sent("(|U61\r|[\r|(|U60\r|U62\r|X100$\r", initialised=False)
+    assert [d.line for d in product("if1").check([still_locked])] == [5, 7]
+
+
+def test_an_interpolated_run_loses_both_index_lengths():
+    """Run mode: "the data used in a previous index will be lost"."""
+    assert shown("X2000/Y500@400G$", "#", "X$") == [
+        "3:1 warning: nothing moves: the distance is 0 (distance from line 1)",
+    ]
+    assert [line[:3] for line in shown(":X200/Y50@400G:H1A:X/Y:$")] == ["1:2"]
+
+
 def test_v_messages_end_in_lf_and_the_cr_before_it_is_nothing():
     session = sent("(|V61\r\n|X100\r$\r\n|x\n", initialised=False)
     assert [d.line for d in product("if1").check([session])] == [4]

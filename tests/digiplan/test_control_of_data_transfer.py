@@ -233,6 +233,7 @@ def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
     """Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"."""
     tell(if1, "H1X5$")
     tell(if1, "S1$")
+    tell(if1, "@200")
     bench.run(0.1)
     assert if1.serial.dtr
     fill(bench, if1, " " * 52)
@@ -241,6 +242,20 @@ def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
     bench.run(0.5)
     assert if1.serial.dtr and if1.pins["output1"].level
     assert ask(bench, if1, "F") == b"0\r"
+
+
+def test_it_transmits_while_dtr_is_reset(bench, if1):
+    """Control lines: DTR is "set prior to the start of transmission"; a host stopped by it waits for replies."""
+    tell(if1, "D25")
+    bench.run(0.1)
+    seen = []
+    if1.serial.hear(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
+    tell(if1, "I")  # a character each 0.25 s
+    bench.run(0.3)
+    fill(bench, if1, " " * 52)
+    bench.run(1.5)
+    assert seen == [("2", True), ("0", False), ("0", False), ("\r", True)]  # while the <CR> leaves, the blanks are read
+    assert if1.serial.dtr
 
 
 # X-on, X-off
@@ -490,3 +505,29 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
     assert if1.axes["X"].position == messages.count("X1$")
     assert if1.axes["Y"].position == 2 * messages.count("Y2$")
     assert ask(bench, if1, "F")[-2:] == b"0\r"
+
+
+def test_an_x_off_from_the_host_is_a_character_like_others(bench):
+    """Control of data transfer: the interface sends X-off and X-on; that it obeys them is not said."""
+    if1 = ready(bench, "U67")
+    if1.serial.write(b"\x13")
+    bench.run(0.1)
+    tell(if1, "")
+    bench.run(0.1)
+    assert ask(bench, if1, "F") == b"8\r"
+
+
+def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
+    """Inter-character delay: "inserted before each transmitted character"; X-off would come too late."""
+    if1 = ready(bench, "U67")
+    tell(if1, "D25")
+    bench.run(0.1)
+    seen = []
+    if1.serial.hear(lambda byte, _: seen.append((byte, bench.now)))
+    tell(if1, "I")  # 200 <CR>, a character each 0.25 s
+    bench.run(0.3)
+    filled_ns = bench.now
+    fill(bench, if1, " " * 52)
+    bench.run(2.0)
+    assert bytes(byte for byte, _ in seen) == b"2\x1300\r\x11"
+    assert seen[1][1] - filled_ns < 52 * 1_200_000 + 10_000_000

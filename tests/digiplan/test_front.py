@@ -93,6 +93,8 @@ LIT_WHEN_READY = {
     (LINES, "DTR"): lambda bench, if1: if1.power(False),
     (LINES, "DSR"): host_line("dtr"),
     (LINES, "CTS"): host_line("rts"),
+    (OUTPUTS, "24 V"): open_circuit("supply"),
+    **{("Directions", axis): message(f"{axis}-10$") for axis in "XYZ"},
 }
 """What puts out a lamp that is lit there."""
 

@@ -185,15 +185,46 @@ def test_moves_sent_one_after_the_other_are_made_one_after_the_other(bench, if1)
     assert int(x.pulse_times()[-1]) <= start_ns(y) <= int(x.pulse_times()[-1]) + 5 * MS
 
 
-def test_status_behind_a_held_message_is_answered_late(bench, if1):
-    """R9: later characters wait in the buffer, so E behind a held move answers when that has begun."""
+@pytest.mark.parametrize(
+    ("letter", "reply"), [("K", b"3\r"), ("I", b"200\r"), ("O", b"0\r"), ("E", b"E\r"), ("F", b"0\r"), ("Q", b"\3")]
+)
+def test_a_status_request_is_answered_while_a_second_move_is_held(bench, if1, letter, reply):
+    """Report-back: "The interface can be interrogated to establish its status at any time"."""
     tell(if1, "X40$")
     tell(if1, "Y20$")
+    bench.run(0.02)
+    assert ask(bench, if1, letter, 0.03) == reply
+    assert if1.axes["X"].moving and not if1.axes["Y"].moving
+    bench.run(0.2)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (40, 20)
+
+
+def test_it_is_busy_from_the_first_move_to_the_end_of_the_held_one(bench, if1):
+    """Busy status; sample 10 sends a move during another and takes "C" for the end of both."""
+    seen = []
+    if1.serial.hear(lambda byte, _: seen.append((chr(byte), bench.now)))
+    tell(if1, "X40$")
+    tell(if1, "Y20$")
+    while ("C" not in [letter for letter, _ in seen]) and bench.seconds < 10:
+        tell(if1, "E")
+        bench.run(0.004)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (40, 20)
+    assert [letter for letter, _ in seen if letter != "\r"].count("C") == 1
+
+
+@pytest.mark.parametrize("message", ["@100", "[", "Z5$", "D2"])
+def test_what_changes_something_waits_behind_a_held_move(bench, if1, message):
+    """R9: messages act in their order; a status request behind them waits in the buffer."""
+    tell(if1, "X40$")
+    tell(if1, "Y20$")
+    tell(if1, message)
     tell(if1, "E")
     bench.run(0.09)
-    assert if1.serial.read() == b"" and moving(if1)
-    bench.run(0.03)
-    assert if1.serial.read() == b"E\r" and if1.axes["Y"].moving
+    assert if1.serial.read() == b"" and if1.axes["X"].moving
+    bench.run(0.1)
+    assert if1.axes["Y"].position == 20 or if1.axes["Y"].moving
+    assert since_start(if1.axes["Y"]) == constant(400, 20)[: len(since_start(if1.axes["Y"]))]
+    assert if1.serial.read() in (b"E\r", b"[\r")
 
 
 def test_a_second_move_is_ignored_where_that_is_asked_for(bench):

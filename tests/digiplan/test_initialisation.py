@@ -401,3 +401,20 @@ def test_two_interfaces_on_a_bench_do_not_hear_one_another():
     tell(first, "U61")
     bench.run(1.3)
     assert not first.pins["led"].flashing and second.pins["led"].flashing
+
+
+def test_a_fault_does_not_light_the_led_before_it_is_ready(bench):
+    """Initialisation: off until `(`, flashing until the data format; "If the LED comes on again", a fault."""
+    if1 = bench.add("if1")
+    bench.run(1.2)
+    if1.pins["estop"].drive(False)
+    bench.run(0.1)
+    assert not if1.pins["led"].level
+    if1.serial.write(b"(")
+    bench.run(0.1)
+    assert if1.pins["led"].flashing
+    assert if1.serial.read() == b"U\r"
+    tell(if1, "U61")
+    bench.run(1.2)
+    assert if1.pins["led"].level and not if1.pins["led"].flashing
+    assert ask(bench, if1, "K") == b"32\r"

@@ -203,8 +203,18 @@ def test_a_limit_in_motion_decelerates(bench, if1):
     assert motion_status(bench, if1) == 0  # the first request has cleared it
 
 
-def test_a_limit_behind_a_motion_does_not_stop_it(bench, if1):
+def test_a_limit_behind_a_motion_stops_it(bench, if1):
+    """Clearing faults: "If a fault, emergency stop or limit condition arises, any axis in motion will stop"."""
+    tell(if1, "X-G$")
+    bench.run(1)
+    if1.pins["limit_plus"].drive(False)
+    bench.run(1)
+    assert if1.axes["X"].velocity == 0
+
+
+def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench):
     """Clearing faults: all is inhibited "apart from motion away from a limit switch"."""
+    if1 = ready(bench, limits="motion ahead")
     tell(if1, "X-G$")
     bench.run(1)
     if1.pins["limit_plus"].drive(False)

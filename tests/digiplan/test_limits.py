@@ -288,8 +288,24 @@ def test_emergency_stop_and_limit_at_once(bench, if1):
 
 
 @pytest.mark.parametrize("text", ["X-100@400$", "X-@400G$", "X-100/Y-50@400$", "X-100@400B$"])
-def test_a_limit_that_opens_behind_the_motion_does_not_stop_it(bench, if1, text):
+def test_a_limit_that_opens_behind_the_motion_stops_it(bench, if1, text):
+    """Clearing: "If a fault, emergency stop or limit condition arises, any axis in motion will stop"."""
+    tell(if1, text)
+    bench.run_until(lambda: if1.axes["X"].moving, 1)
+    bench.run(0.101)  # 40 pulses at 400 steps/s
+    if1.pins["limit_plus"].drive(False)
+    bench.run(1.0)
+    assert positions(if1)[0] == -40
+    assert number(bench, if1, "K") == 64
+    tell(if1, "X-10$")  # away from the open switch
+    settle(bench, if1)
+    assert positions(if1)[0] == -50
+
+
+@pytest.mark.parametrize("text", ["X-100@400$", "X-@400G$", "X-100/Y-50@400$", "X-100@400B$"])
+def test_a_limit_that_opens_behind_the_motion_does_not_stop_it_where_that_is_asked_for(bench, text):
     """Limit inputs: "If the positive limit goes low ... can only be driven in the negative direction"."""
+    if1 = ready(bench, limits="motion ahead")
     tell(if1, "B-5")
     tell(if1, text)
     bench.run(0.1)
@@ -298,3 +314,81 @@ def test_a_limit_that_opens_behind_the_motion_does_not_stop_it(bench, if1, text)
     tell(if1, "#")
     bench.run(0.1)
     assert positions(if1)[0] <= -100
+
+
+def test_a_backlash_correction_does_not_drive_into_an_open_limit(bench, if1):
+    """Limit inputs: with the negative limit open "the interface can only be driven" positively."""
+    tell(if1, "B-20")
+    if1.pins["limit_minus"].drive(False)
+    bench.run(0.1)
+    assert number(bench, if1, "K") == 64
+    tell(if1, "X100B$")
+    settle_or_fault(bench, if1)
+    assert positions(if1) == (120, 0, 0)  # the way there; 20 steps back would go into the open switch
+    assert number(bench, if1, "K") == 64
+
+
+def test_a_backlash_correction_comes_back_once_the_limit_has_closed(bench, if1):
+    """Limit inputs: the level counts, not what it was when the index began."""
+    tell(if1, "B-20")
+    if1.pins["limit_minus"].drive(False)
+    bench.run(0.1)
+    number(bench, if1, "K")
+    tell(if1, "X100B$")
+    bench.run(0.1)
+    if1.pins["limit_minus"].release()
+    settle(bench, if1)
+    assert positions(if1) == (100, 0, 0)
+    assert number(bench, if1, "K") == 0
+
+
+def test_a_limit_that_opens_in_the_pause_of_a_backlash_correction_stops_it(bench, if1):
+    """Backlash: "a pause of at least 3mS"; nothing moves then, and the way back is refused."""
+    tell(if1, "B-20")
+    tell(if1, "X100B$")
+    bench.run_until(lambda: if1.axes["X"].moving, 1)
+    bench.run(0.3)  # 120 pulses at 400 steps/s
+    bench.run(0.001)
+    if1.pins["limit_minus"].drive(False)
+    bench.run(1.0)
+    assert positions(if1) == (120, 0, 0)
+    assert number(bench, if1, "K") == 64
+
+
+WAITING = pytest.mark.parametrize("text", ["H1X100@400$", ":H1X100@400:$", ":H1:X100@400:$", ":P0,20:H1X100@400:$"])
+
+
+@WAITING
+def test_a_limit_touched_at_rest_and_not_read_refuses_what_is_waiting(bench, if1, text):
+    """Clearing: "further movement is inhibited", in a sequence as in a direct move."""
+    tell(if1, text)
+    bench.run(0.5)
+    if1.pins["limit_minus"].drive(False)
+    bench.run(0.1)
+    if1.pins["limit_minus"].release()
+    if1.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if1) == (0, 0, 0)
+    assert number(bench, if1, "K") == 64
+    assert status(bench, if1, "E") == "C"
+
+
+@WAITING
+@pytest.mark.parametrize(("pin", "made"), [("limit_minus", 100), ("limit_plus", 0)])
+def test_a_limit_touched_at_rest_and_read_lets_what_is_waiting_move_away(bench, if1, text, pin, made):
+    """Clearing: "driven off the limit in the opposite direction", in a sequence as in a direct move."""
+    tell(if1, text)
+    bench.run(0.5)
+    if1.pins[pin].drive(False)
+    bench.run(0.1)
+    assert number(bench, if1, "K") == 64
+    if1.pins["input1"].drive(True)
+    bench.run(1.0)
+    assert positions(if1) == (made, 0, 0)
+    assert number(bench, if1, "K") == (0 if made else 64)
+
+
+def settle_or_fault(bench, controller):
+    """Until it neither moves nor waits; E may be F."""
+    bench.run(0.1)
+    bench.run_until(lambda: not controller.busy, 10)

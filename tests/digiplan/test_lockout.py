@@ -56,7 +56,7 @@ def test_spurious_data_raises_no_fault_while_locked(bench, if1):
     """Battery backup: "No communication error checking is carried out whilst the interface is locked up"."""
     tell(if1, "[")
     bench.run(0.1)
-    for text in ("!!?", "@99999", "X65536/Y1$", ":::", "()*", "K K"):
+    for text in ("!!?", "@99999", "X65536/Y1$", ":::", ")*", "K K"):
         tell(if1, text)
     if1.serial.host.parity = "E"  # a format error with each character
     tell(if1, "X1000$")
@@ -145,6 +145,40 @@ def test_the_unlock_command_must_come_in_the_same_format(bench, if1):
     bench.run(0.1)
     assert status(bench, if1, "E") == "["
     tell(if1, "]")
+    assert status(bench, if1, "E") == "C"
+
+
+@pytest.mark.parametrize(("bytesize", "parity"), [(7, "E"), (7, "M"), (8, "O"), (8, "S")])
+def test_another_number_of_bits_or_another_parity_does_not_unlock(bench, if1, bytesize, parity):
+    """Lockout: `]` and <CR> from a host at 7E have bit 8 set where the lock command had it clear.
+
+    At 8O and 8S the parity bit is a framing error.  7O, 8E and 8M look on the wire like 8N: `]` and <CR> have an odd
+    number of ones.
+    """
+    tell(if1, "[")
+    bench.run(0.1)
+    host = if1.serial.host
+    host.bytesize, host.parity = bytesize, parity
+    tell(if1, "]")
+    bench.run(0.1)
+    host.bytesize, host.parity = 8, "N"
+    tell(if1, "")
+    assert status(bench, if1, "E") == "["
+
+
+def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, if1):
+    """Lockout: "exactly the same ... as the lock command", not as the data format."""
+    host = if1.serial.host
+    host.bytesize, host.parity = 7, "E"
+    tell(if1, "[")
+    bench.run(0.1)
+    host.bytesize, host.parity = 8, "N"
+    tell(if1, "]")
+    assert status(bench, if1, "E") == "["
+    host.bytesize, host.parity = 7, "E"
+    tell(if1, "]")
+    bench.run(0.1)
+    host.bytesize, host.parity = 8, "N"
     assert status(bench, if1, "E") == "C"
 
 

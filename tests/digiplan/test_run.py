@@ -139,3 +139,36 @@ def test_a_run_at_the_lowest_speed(bench, if1):
     tell(if1, "X@1G$")
     bench.run(16.05)
     assert since_start(if1.axes["X"])[:99] == [n * 160_000_000 for n in range(1, 100)]
+
+
+def test_after_an_interpolated_run_the_index_lengths_are_zero(bench, if1):
+    """Run mode: "the data used in a previous index will be lost if the run mode is used"."""
+    tell(if1, "X2000/Y500@400G$")
+    bench.run(1.0)
+    tell(if1, "#")
+    bench.run(0.1)
+    x, y = if1.axes["X"].position, if1.axes["Y"].position
+    assert (x > 0, 0 <= x - 4 * y < 4) == (True, True)  # the ratio of the lengths is the ratio of the speeds
+    for text in ("X$", "X/Y$"):
+        tell(if1, text)
+        bench.run(1.0)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (x, y)
+    assert ask(bench, if1, "F") == b"0\r"
+    tell(if1, "X/YG$")  # and there is no ratio any more
+    bench.run(0.2)
+    assert ask(bench, if1, "F") == b"16\r"
+
+
+def test_a_run_that_is_refused_leaves_the_index_length(bench, if1):
+    """Run mode: the data are lost "if the run mode is used"; this run never begins."""
+    tell(if1, "X50$")
+    bench.run(0.3)
+    if1.pins["limit_plus"].drive(False)
+    bench.run(0.1)
+    ask(bench, if1, "K")
+    tell(if1, "XG$")
+    bench.run(0.1)
+    ask(bench, if1, "K")
+    tell(if1, "X-$")
+    bench.run(0.3)
+    assert if1.axes["X"].position == 0

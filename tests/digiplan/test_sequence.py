@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import MS, S
 
 from .helpers import OWN_TIME_NS, edges, gaps, number, positions, settle, status, strokes, times
-from .talking import ask, ready, tell
+from .talking import ask, each_character, ready, tell
 
 
 def test_four_moves_describe_a_square(bench, if1):
@@ -227,16 +227,13 @@ def test_a_carriage_return_inside_an_unfinished_sequence_drops_it(bench, if1):
 
 
 def test_a_move_asked_for_while_a_sequence_runs_is_held_until_it_is_over(bench, if1):
-    """R9: a message with `$` waits, and what is behind it waits in the buffer, so E is answered late."""
+    """R9: a message with `$` waits; status is answered "at any time"."""
     tell(if1, ":X100@200:Y:$")
     bench.run(0.1)
     tell(if1, "Z60$")
-    tell(if1, "E")
-    bench.run(0.8)
-    assert if1.serial.read() == b"" and positions(if1)[2] == 0
-    bench.run(0.2)
-    assert if1.serial.read() == b"E\r"
-    bench.run(1.0)
+    assert ask(bench, if1, "E", 0.8) == b"E\r"
+    assert positions(if1)[2] == 0
+    bench.run(1.2)
     assert positions(if1) == (100, 100, 60)
     assert times(if1.axes["Z"])[0] >= times(if1.axes["Y"])[-1]
 
@@ -246,6 +243,7 @@ def test_cancel_acts_at_once_though_a_message_is_held(bench, if1):
     tell(if1, ":X1000@200:Y:=0,1:$")
     bench.run(1.0)
     tell(if1, "Z60$")
+    tell(if1, "@500")
     tell(if1, "E")
     bench.run(0.1)
     tell(if1, "#")
@@ -440,3 +438,48 @@ def test_the_virtual_clock_of_a_sequence_is_exact(bench, if1):
     assert [level for _, level in seen] == [True, False]
     exact = S // 4 + S // 4 + S // 5
     assert exact <= seen[1][0] - seen[0][0] <= exact + OWN_TIME_NS
+
+
+@pytest.mark.parametrize("wrong", [":Y10:=2,9:$", ":y10:$", ":" + "Y1:" * 64 + "$", ":Y10@99999:$", ":Y10", ":Y10:$#"])
+def test_a_sequence_that_is_refused_or_cancelled_leaves_the_old_one(bench, if1, wrong):
+    """Programming a sequence: "If a mistake is made ...  The sequence may then be re-entered"."""
+    tell(if1, ":X10:$")
+    settle(bench, if1)
+    each_character(bench, if1, wrong + "\r", lambda n: bench.run(0.002))
+    bench.run(0.5)
+    tell(if1, ":$")
+    bench.run(0.2)
+    assert positions(if1) == (20, 0, 0)
+
+
+@pytest.mark.parametrize("setting", ["<2", "^20", ">2"])
+def test_ramp_data_during_a_sequence_wait_for_its_end(bench, if1, setting):
+    """Programming a sequence: they "cannot be placed within a sequence"; there is one ramp."""
+    tell(if1, ":X200@400:Y:$")
+    bench.run(0.1)
+    tell(if1, setting)
+    bench.run(0.1)
+    assert ask(bench, if1, "E") == b"E\r"  # nothing is calculated yet
+    assert bench.run_until(lambda: not if1.axes["X"].moving and not if1.axes["Y"].moving, 2)
+    bench.run_until(lambda: if1.axes["Y"].position == 200 and not if1.axes["Y"].moving, 2)
+    assert positions(if1) == (200, 200, 0)
+    tell(if1, "E")
+    bench.run(0.98)
+    assert if1.serial.read() == b""
+    bench.run(0.1)
+    assert if1.serial.read() == b"C\r"
+
+
+def test_a_sequence_that_faulted_out_may_run_again_before_f_is_read(bench, if1):
+    """Interpolation in sequence mode: "a status request must be made"; Clearing: "movement will not be inhibited"."""
+    tell(if1, ">2")
+    bench.run(1.2)
+    tell(if1, ":X100/Y50:$")
+    bench.run(0.2)
+    assert positions(if1) == (0, 0, 0)
+    tell(if1, ">1")
+    bench.run(1.2)
+    tell(if1, ":$")
+    bench.run(0.5)
+    assert positions(if1) == (100, 50, 0)
+    assert ask(bench, if1, "F") == b"16\r"

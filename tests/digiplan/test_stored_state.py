@@ -5,6 +5,7 @@ of their own, a real SIGKILL at such a call or in the middle of the bytes of a w
 """
 
 import gc
+import json
 import os
 import subprocess
 import sys
@@ -321,7 +322,9 @@ def test_a_file_that_is_not_ours_is_told_in_one_line(tmp_path, contents):
      ('"speed_range": 1', '"speed_range": 9'),
      ('"start_stop": 4', '"start_stop": 0'), ('"acceleration": 10', '"acceleration": 0'),
      (":H1:X10@400:$", "X:::"), ('":H1:X10@400:$"', "17"), ('"locked": true', '"locked": 2'),
-     ('"distance": 0', '"distance": -5'), ('"pulse_length": 10', '"pulse_length": 1e9'), ("}", "")],
+     ('"distance": 0', '"distance": -5'), ('"pulse_length": 10', '"pulse_length": 1e9'), ("}", ""),
+     ('"parity": "N"', '"parity": "Q"'), ('"bytesize": 8', '"bytesize": 9'), ('"eighth": [', '"eighth": [1,'),
+     ('"eighth"', '"eightieth"'), ('"lock": {', '"lock": 5, "x": {')],
 )  # fmt: skip
 @pytest.mark.timeout(10)
 def test_a_wrong_value_in_the_file_is_told_in_one_line(tmp_path, old, new):
@@ -334,6 +337,22 @@ def test_a_wrong_value_in_the_file_is_told_in_one_line(tmp_path, old, new):
     file.write_text(text.replace(old, new))
     told = complaint(tmp_path)
     assert told is None or ("\n" not in told and file.name in told)
+
+
+def test_an_image_that_does_not_tell_how_the_lock_command_came_is_unlocked_by_any(tmp_path):
+    """Images of earlier versions have no `lock`."""
+    store(tmp_path, 10)
+    (file,) = tmp_path.glob("*.json")
+    image = json.loads(file.read_text())
+    assert image.pop("lock") == {"baudrate": 9600, "bytesize": 8, "parity": "N", "eighth": [False, False]}
+    file.write_text(json.dumps(image))
+    bench = Bench()
+    if2 = bench.add("if2", state=tmp_path, wiring="3-wire")
+    bench.run(1.1)
+    tell(if2, "]")
+    tell(if2, "E")
+    bench.run(0.1)
+    assert if2.serial.read() == b"E\r"
 
 
 def test_a_directory_in_the_place_of_the_file_is_told_in_one_line(tmp_path):

@@ -54,6 +54,16 @@ def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
     served.until(lambda: if1.serial.host.dtr)
 
 
+def test_pyserial_keeps_its_own_format_from_the_beginning(url):
+    """8 bits, even parity, 2 stop bits: the interface receives 8 bits without parity until it is told `U44`."""
+    with serial.serial_for_url(str(url), 9600, parity="E", stopbits=2, timeout=5) as host:
+        host.write(b"(")
+        assert host.read(2) == b"U\r"
+        host.write(b"U44\r")
+        host.write(b"E\r")
+        assert host.read(2) == b"C\r"
+
+
 def test_a_host_that_waits_for_cts_gets_the_devices_dtr_if_asked_for(served, if1):
     """Control of data transfer: "the DTR line may be connected to the CTS input at the controller"."""
     url = served.open(if1, "rfc2217://127.0.0.1:0?cts=dtr")

@@ -6,6 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -120,6 +121,10 @@ def serve(
         bench = served.build() if shown is None else shown.session.bench
         wanted = served.ports(bench)
         _prepare(bench, times)
+        if shown is None:
+            _tell_hints(bench)
+        else:
+            shown.session.each_bench(_tell_hints)
         files.write(_recording(bench, record, headers), _tracing(bench, trace, signals))
         if shown is None:
             server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
@@ -219,6 +224,12 @@ def _prepare(bench: Bench, speed: float | None) -> None:
         made.prepare(speed, number)
         if note := made.note():
             logging.getLogger("axistwin").warning("%s", note)
+
+
+def _tell_hints(bench: Bench) -> None:
+    """Tell on stderr when a controller has something to say about what keeps it from obeying."""
+    for name, controller in bench.controllers.items():
+        controller.watch_trouble(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
 
 def _talk() -> None:

@@ -3,6 +3,7 @@
 import asyncio
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from threading import Thread
 
@@ -12,6 +13,7 @@ from axistwin.apps.conversations import typist
 from axistwin.apps.conversations.machine import on_a_bus
 from axistwin.apps.target import read_options
 from axistwin.apps.terminal.commands import LocalCommands
+from axistwin.apps.terminal.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.apps.terminal.screen import Screen
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.errors import LinkError, ProgramError, UsageError
@@ -34,10 +36,24 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 @click.option(
     "--end", type=click.Choice(list(ENDS)), default="cr", show_default=True, help="What is sent when you press Enter."
 )
+@click.option(
+    "--keyboard",
+    type=click.Choice(list(KEYBOARDS)),
+    default="us",
+    show_default=True,
+    help="Your national keyboard, for an IF1 or IF2: in the U.K. £ sends the code of #.",
+)
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
 @click.option("--state", type=click.Path(file_okay=False, path_type=Path), help="Keeps what is kept without power.")
 def term(
-    target: str, no_init: bool, speed: str, line: str | None, end: str, options: tuple[str, ...], state: Path | None
+    target: str,
+    no_init: bool,
+    speed: str,
+    line: str | None,
+    end: str,
+    keyboard: str,
+    options: tuple[str, ...],
+    state: Path | None,
 ) -> int:
     """Talk to a controller: a MODEL in this process, or whatever is at a PORT.
 
@@ -51,6 +67,7 @@ def term(
     \b
     Examples:
       axistwin term if1
+      axistwin term if1 --keyboard uk
       axistwin term if1 --speed 10 --option X.limits=[-100,5000]
       printf 'X1000$\\nE\\n:axes\\n' | axistwin term if1 --speed max
       axistwin term 1811
@@ -62,19 +79,21 @@ def term(
     if target.lower() not in FAMILIES and not set(target) & set("/:"):
         raise UsageError(f"no model or port {target!r}: {', '.join(FAMILIES)}, socket://127.0.0.1:5001, /dev/ttyUSB0 …")
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
+    if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
+        raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2, whose manual tells what national keyboards send")
     if target.lower() in FAMILIES:
         bench = Bench()
         bench.add(target, state=state, line=line, **read_options(options))
-        return asyncio.run(_virtual(bench, read_speed(speed), ENDS[end], initialise=not no_init))
+        return asyncio.run(_virtual(bench, read_speed(speed), ENDS[end], keyboard, initialise=not no_init))
     if wrong := [name for name, given in local.items() if given]:
         raise UsageError(f"--{wrong[0].replace('_', '-')} is for a virtual controller, not for a port")
-    return asyncio.run(_port(target, line, ENDS[end]))
+    return asyncio.run(_port(target, line, ENDS[end], keyboard))
 
 
-async def _virtual(bench: Bench, speed: float | None, end: bytes, initialise: bool) -> int:
+async def _virtual(bench: Bench, speed: float | None, end: bytes, keyboard: str, initialise: bool) -> int:
     from axistwin.apps.terminal.virtual import BoardEnd, SerialEnd, VirtualEnd
 
-    screen, (controller,) = _screen(), bench.controllers.values()
+    screen, (controller,) = _screen(keyboard), bench.controllers.values()
     _greet(controller.product.title)
     if initialise and FAMILIES[controller.product.model] == "digiplan":
         _initialise(bench, controller, screen)
@@ -84,25 +103,26 @@ async def _virtual(bench: Bench, speed: float | None, end: bytes, initialise: bo
     else:
         other = SerialEnd(bench, controller, speed, screen.heard)
     try:
-        return await _talk(screen, LocalCommands(other, screen, other), _typed(), end)
+        return await _talk(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
     finally:
         other.close()
 
 
-async def _port(target: str, line: str | None, end: bytes) -> int:
+async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int:
     from axistwin.apps.terminal.port import PortEnd
 
-    screen, lines = _screen(), Lines()
+    screen, lines = _screen(keyboard), Lines()
     other = PortEnd(target, line, screen.heard, lines.put_nowait)
     _greet(target)
     try:
-        return await _talk(screen, LocalCommands(other, screen), _typed(lines), end)
+        return await _talk(screen, LocalCommands(other, screen), _typed(lines), end, keyboard)
     finally:
         other.close()
 
 
-def _screen() -> Screen:
-    return Screen(sys.stdout, person=sys.stdin.isatty(), colours=sys.stdout.isatty())
+def _screen(keyboard: str) -> Screen:
+    glyphs = partial(to_glyphs, keyboard)
+    return Screen(sys.stdout, person=sys.stdin.isatty(), colours=sys.stdout.isatty(), glyphs=glyphs)
 
 
 def _greet(what: str) -> None:
@@ -121,7 +141,7 @@ def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
         end()
 
 
-async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes) -> int:
+async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str) -> int:
     """Line after line, until there is no more."""
     screen.prompt()
     while (line := await lines.get()) is not None:
@@ -134,7 +154,7 @@ async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: byte
                 break
         else:
             try:
-                commands.end.send(line + end)
+                commands.end.send(_codes(keyboard, line) + end)
             except ProgramError as error:
                 screen.tell(error.message)
         if not screen.person:
@@ -142,6 +162,13 @@ async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: byte
         screen.prompt()
     screen.close()
     return 0
+
+
+def _codes(keyboard: str, line: bytes) -> bytes:
+    """What a terminal with this keyboard sends."""
+    if keyboard == "us":
+        return line
+    return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
 
 
 def _typed(lines: Lines | None = None) -> Lines:

@@ -113,6 +113,14 @@ class TroubledDevice(Device, Protocol):
 
 
 @runtime_checkable
+class HintingDevice(TroubledDevice, Protocol):
+    """One that tells so when it begins."""
+
+    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when there is something new to tell.  Returns what ends it."""
+
+
+@runtime_checkable
 class BusDevice(Device, Protocol):
     """A device in a slot of a bus: what a host talks to is a pair of registers."""
 

@@ -24,6 +24,10 @@ _MOMENT_NS = 1
 """Before an edge; far less than a bit."""
 
 
+LevelAt = Callable[[Fraction], bool]
+"""The level of the line so many nanoseconds after a falling edge."""
+
+
 class Wire(Protocol):
     """What a transmitter puts its characters on."""
 
@@ -211,7 +215,9 @@ class Line:
 
     def _begin(self, frame: Frame, edge_ns: Fraction) -> bool:
         """A start bit, perhaps.  A receiver without a format measures its length first (automatic baud rate)."""
-        fmt = self.receiver.format or self.receiver.measure(self._low_ns(edge_ns))
+        fmt = self.receiver.format
+        if fmt is None or self.receiver.second_look is not None:
+            fmt = self.receiver.measure(self._low_ns(edge_ns), lambda since_ns: self._level(edge_ns + since_ns))
         if fmt is None:
             return False
         self._listening = False
@@ -235,6 +241,8 @@ class Line:
         self._idle_from = edge_ns + (fmt.receive_ns - fmt.bit_ns / 2)
         if character is None:
             self._idle_from = edge_ns + fmt.bit_ns / 2
+        elif self.receiver.resynchronises and LineError.FRAMING in character[1]:
+            self._idle_from -= fmt.bit_ns
         if character is not None:
             self.receiver.take(*character)  # it may choose the format for what follows
         self._listen()
@@ -254,7 +262,9 @@ class Line:
         """A line that takes no time: each character is read by itself."""
         origin = Fraction(frame.start_ns)
         low_ns = next(at for at, level in frame.edges() if level is MARK) - origin
-        fmt = self.receiver.format or self.receiver.measure(low_ns)
+        fmt = self.receiver.format
+        if fmt is None or self.receiver.second_look is not None:
+            fmt = self.receiver.measure(low_ns, lambda since_ns: frame.level(origin + since_ns))
         if fmt is None:
             return
         if frame.intact and frame.intact[0].shape == fmt.shape:
@@ -274,6 +284,13 @@ class Uart:
     on_receive: Callable[[int, LineError], None] = lambda byte, errors: None
     on_measure: Callable[[Fraction], UartFormat | None] = lambda low_ns: None
     """Asked for a format while `format` is None; it is told how long the line was low."""
+    second_look: Callable[[Fraction, LevelAt], UartFormat | None] | None = None
+    """Asked at each start bit while there is a `format`: another format for this one character, or None.
+
+    It is given how long the line is low, and the levels from the falling edge on.
+    """
+    resynchronises: bool = False
+    """True: a falling edge between the last data bit and a low stop bit is taken for the next start bit."""
     has_room: Callable[[], bool] = lambda: True
     """On a line that takes no time the sender waits while the receiver has no room."""
 
@@ -302,9 +319,12 @@ class Uart:
         """Whether characters sent in this format are received as they are."""
         return self.format is not None and self.format.shape == sent.shape
 
-    def measure(self, low_ns: Fraction) -> UartFormat | None:
-        """The receiver has no format and has seen the line low for so long."""
-        return self.on_measure(low_ns)
+    def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
+        """Return the format for a character that begins with the line low for so long."""
+        if self.format is None:
+            return self.on_measure(low_ns)
+        other = None if self.second_look is None else self.second_look(low_ns, level_at)
+        return other or self.format
 
     def send(self, data: bytes) -> None:
         """Queue characters; they leave one after the other, each in the format in force when it leaves."""

@@ -1,6 +1,7 @@
 """What a terminal shows: `>` the host says, `<` the controller says, as it comes, control characters in words."""
 
 import asyncio
+from collections.abc import Callable
 from enum import Enum
 from typing import TextIO
 
@@ -24,10 +25,15 @@ class Line(Enum):
 
 
 class Screen:
-    """Writes to `out`.  `person`: somebody sits there, so there is a prompt, and what is typed is shown already."""
+    """Writes to `out`.  `person`: somebody sits there, so there is a prompt, and what is typed is shown already.
 
-    def __init__(self, out: TextIO, *, person: bool, colours: bool) -> None:
-        self.out, self.person, self.colours = out, person, colours
+    `glyphs`: what a national terminal shows for characters.
+    """
+
+    def __init__(
+        self, out: TextIO, *, person: bool, colours: bool, glyphs: Callable[[str], str] = lambda text: text
+    ) -> None:
+        self.out, self.person, self.colours, self._glyphs = out, person, colours, glyphs
         self._line = Line.EMPTY
         self._timer: asyncio.TimerHandle | None = None
 
@@ -96,6 +102,7 @@ class Screen:
 
     def _word(self, byte: int) -> str:
         text = word(byte)
+        text = self._glyphs(text) if len(text) == 1 else text
         return f"{DIM}{text}{NORMAL}" if self.colours and len(text) > 1 else text
 
     def _write(self, text: str) -> None:

@@ -12,9 +12,12 @@ from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
+from axistwin.controllers.digiplan.motion import DIRECTIONS
 from axistwin.controllers.digiplan.options import Options
+from axistwin.controllers.digiplan.outputs import Outputs
 from axistwin.controllers.digiplan.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.rules import RULES
+from axistwin.controllers.digiplan.terminals import CABLES
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
@@ -25,6 +28,21 @@ from axistwin.sim.serial import Uart
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
+
+
+class _Clock(Pin):
+    """A clock output.  Its level follows from the profile of the motion: there is no event for each pulse."""
+
+    silent = True
+
+    def __init__(self, clock: Clock, name: str, is_high: Callable[[], bool]) -> None:
+        super().__init__(clock, name, output=True)
+        self._is_high = is_high
+
+    @property
+    def level(self) -> bool:
+        """High for 5 µs from each pulse on."""
+        return super().level if self._holds or self.driven else self._is_high()
 
 
 class NoBattery:
@@ -49,16 +67,25 @@ class Card:
         self.clock, self.axes, self.options, self.store = clock, axes, options, store
         self.pins = {name: Pin(clock, name) for name in INPUTS}
         self.pins |= {name: Pin(clock, name, output=True) for name in (*OUTPUTS, "led")}
-        self.pins |= {name: Pin(clock, name, level=True) for name in CLOSED}
+        self.pins |= {name: Pin(clock, name, level=True) for name in (*CLOSED, "supply")}
+        self.pins |= {name: Pin(clock, name, level=True, output=True) for name in DIRECTIONS.values()}
+        self.pins |= {f"{axis.lower()}_clock": self._clock_output(axis) for axis in DIRECTIONS}
+        self._outputs = Outputs(self.pins, follow_led=options.fault_output)
         self.uart = Uart(clock, format=None)
         self.dtr, self.rts = (Pin(clock, name, output=True) for name in ("dtr", "rts"))
         self.dsr, self.cts = (Pin(clock, name) for name in ("dsr", "cts"))
         self.lines = _Wiring(self, options.wiring)
-        if options.fault_output:
-            connect(self.pins["led"], self.pins["output5"])
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
+        self._trouble_watchers: list[Callable[[str], None]] = []
         self._interface: Interface | None = None
+
+    def _clock_output(self, axis: str) -> Pin:
+        return _Clock(
+            self.clock,
+            f"{axis.lower()}_clock",
+            lambda: self._interface is not None and self._interface.motion.clock_level(axis),
+        )
 
     @property
     def busy(self) -> bool:
@@ -74,16 +101,33 @@ class Card:
         """Switch it on or off."""
         if on and self._interface is None:
             self._interface = Interface(
-                self.clock, self.uart, self.lines, self.pins, self.axes, self.options, self.store
+                self.clock, self.uart, self.lines, self.pins, self._outputs, self.axes, self.options, self.store
             )
+            self._interface.on_trouble = self._tell_trouble
             self._interface.faults.on_fault = self.alarms.tell
             self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
             self.uart.format, self.uart.on_measure = None, lambda low_ns: None
-            for pin in (self.dtr, self.rts, *(self.pins[name] for name in (*OUTPUTS, "led"))):
+            for pin in (self.dtr, self.rts, self.pins["led"]):
                 pin.set(False)
+            for name in DIRECTIONS.values():
+                self.pins[name].set(True)
+            self._outputs.reset()
+
+    def trouble(self) -> str:
+        """Why it takes no commands, while it waits for the baud rate or the data format and drops what comes."""
+        return "" if self._interface is None else self._interface.trouble
+
+    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when there is something to tell.  Returns what ends it."""
+        self._trouble_watchers.append(watcher)
+        return lambda: self._trouble_watchers.remove(watcher)
+
+    def _tell_trouble(self, line: str) -> None:
+        for watcher in tuple(self._trouble_watchers):
+            watcher(line)
 
     def programs(self) -> Mapping[str, Listing]:
         """The one sequence, steps 1 to 63; none of them runs before it has begun and when it has ended."""
@@ -132,11 +176,19 @@ class _Wiring:
     """What the interface finds at its control lines."""
 
     def __init__(self, card: Card, wiring: str) -> None:
-        self.dtr, self.rts, self.dsr, self.cts = card.dtr, card.rts, card.dsr, card.cts
-        if wiring != "5-wire":
-            self.dsr, self.cts = Pin(card.clock, "dsr"), Pin(card.clock, "cts")
-            connect(card.dtr if wiring == "3-wire DSR-DTR" else card.rts, self.dsr)
-            connect(card.rts, self.cts)
+        self.dtr, self.rts = card.dtr, card.rts
+        self._own = {"dtr": card.dtr, "rts": card.rts}
+        self.dsr = self._input(card.dsr, CABLES[wiring].dsr)
+        self.cts = self._input(card.cts, CABLES[wiring].cts)
+
+    def _input(self, plug: Pin, source: str) -> Pin:
+        """DSR or CTS, connected to the plug, to an output of its own, or to nothing, which leaves it reset."""
+        if source == "host":
+            return plug
+        found = Pin(plug.clock, plug.name)
+        if source:
+            connect(self._own[source], found)
+        return found
 
 
 ORDERS = (

@@ -61,7 +61,10 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.frame is not None and sent.byte == self.frame.ends_message:
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be held, and nothing in motion
+                self._data_format(sent, rest)
+                text = []
+            elif self.frame is not None and sent.byte == self.frame.ends_message:
                 self._message(text)
                 text = []
             elif sent.byte not in (CR, LF):
@@ -151,7 +154,7 @@ class _Checker:
         if problem is not None:
             self._values(text, step, problem)
             return
-        if step.run and "distance" in step.settings:
+        if step.run and not step.interpolated and "distance" in step.settings:
             note = "G runs until stopped: the distance is not used and becomes 0"
             at = step.places["distance"]
             self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))
@@ -165,10 +168,10 @@ class _Checker:
         return problem or (out_of_range(after, step) if starts and step.moves else None)
 
     def _keep(self, text: Sequence[Sent], step: Step) -> None:
-        self.parameters = self.parameters.after(step)
+        self.parameters = self.parameters.left_by(step)
         self.said_in |= {name: text[place].line for name, place in step.places.items()}
         if step.run:
-            self.said_in["distance"] = text[0].line
+            self.said_in["distance"] = self.said_in["minor_distance"] = text[0].line
 
     def _sequence(self, text: Sequence[Sent], message: Message) -> None:
         for step in message.steps:
@@ -183,7 +186,7 @@ class _Checker:
         for finding in follow(self.sequence.steps, self.parameters):
             self._finding(text, message, finding)
         for step in self.sequence.steps:
-            self.parameters = self.parameters.after(step)
+            self.parameters = self.parameters.left_by(step)
         for step in message.steps:
             self._keep(text, step)
 

@@ -45,7 +45,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
                 if finding.problem.rule.severity is Severity.ERROR or running:
                     continue  # the sequence ends here
             running = arrival.number if step.run else running
-        todo += [_Arrival(number, here, running) for number in _next(step, arrival.number)]
+        todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]
 
 
 def _move(step: Step, number: int, parameters: Parameters, running: int) -> Finding | None:

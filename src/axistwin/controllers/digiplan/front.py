@@ -5,6 +5,8 @@ conditions.
 """
 
 from axistwin.controllers.digiplan.initialise import State
+from axistwin.controllers.digiplan.motion import DIRECTIONS
+from axistwin.controllers.digiplan.terminals import TERMINALS
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 OFF = "off"
@@ -14,6 +16,13 @@ CLOSED = "Normally closed: it must be held at +24 V."
 STOP = f"{CLOSED}  K or Q clears the fault when current flows again; while locked, only the power does."
 LIMIT = f"{CLOSED}  K or Q clears the fault, the switch open or not; the lamp goes out when current flows again."
 DRIVE = "The axis stops without deceleration."
+SUPPLY = "Without it no output can be on: from the drives through links 1 and 2, or an external one."
+
+
+def _lamp(label: str, name: str, pin: str, doc: str = "", *, lit: bool = True, tone: Tone = Tone.PLAIN) -> Lamp:
+    """The lamp of a terminal, which says where that is."""
+    return Lamp(label, name, pin, lit=lit, tone=tone, doc=f"{doc}  {TERMINALS[pin]}.".strip())
+
 
 FRONT = (
     Group("Interface", CONFIGURING, (
@@ -26,24 +35,28 @@ FRONT = (
         Reading("N", "steps since the last index or run began", "N", "steps", doc="What the command N reports."),
     )),
     Group("Outputs", f"{INSTALLATION}: Using the optically-isolated outputs", (
-        *(Lamp(f"{n}", f"output {n}", f"output{n}") for n in range(1, 5)),
-        Lamp("5", "output 5", "output5", doc="With link 3 in position b it follows the LED."),
+        *(_lamp(f"{n}", f"output {n}", f"output{n}") for n in range(1, 5)),
+        _lamp("5", "output 5", "output5", "With link 3 of the card in position b it follows the LED."),
+        _lamp("24 V", "supply of the outputs", "supply", SUPPLY),
     ), row=True),
     Group("Lines", LINES, (
-        Lamp("DTR", "data terminal ready", "dtr", doc="Its output: it takes characters."),
-        Lamp("RTS", "request to send", "rts", doc="Its output: it is about to transmit."),
-        Lamp("DSR", "data set ready", "dsr", doc="As it finds it: nothing is transmitted unless DSR and CTS are on."),
-        Lamp("CTS", "clear to send", "cts", doc="As it finds it: nothing is transmitted unless DSR and CTS are on."),
+        _lamp("DTR", "data terminal ready", "dtr", "Its output: it takes characters."),
+        _lamp("RTS", "request to send", "rts", "Its output: it is about to transmit."),
+        _lamp("DSR", "data set ready", "dsr", "As it finds it: nothing is transmitted unless DSR and CTS are on."),
+        _lamp("CTS", "clear to send", "cts", "As it finds it: nothing is transmitted unless DSR and CTS are on."),
     ), row=True),
     Group("Stops and limits", f"{INSTALLATION}: Emergency stop and limit inputs", (
-        Lamp("STOP", "emergency stop", "estop", lit=False, tone=Tone.FAULT, doc=STOP),
-        Lamp("+", "plus limit", "limit_plus", lit=False, tone=Tone.FAULT, doc=f"{LIMIT}  Then minus moves may begin."),
-        Lamp("−", "minus limit", "limit_minus", lit=False, tone=Tone.FAULT, doc=f"{LIMIT}  Then plus moves may begin."),
-        Lamp("X", "drive fault of X", "x_fault", lit=False, tone=Tone.FAULT, doc=DRIVE),
-        Lamp("Y", "drive fault of Y", "y_fault", lit=False, tone=Tone.FAULT, doc=DRIVE),
+        _lamp("STOP", "emergency stop", "estop", STOP, lit=False, tone=Tone.FAULT),
+        _lamp("+", "plus limit", "limit_plus", f"{LIMIT}  Then minus moves may begin.", lit=False, tone=Tone.FAULT),
+        _lamp("−", "minus limit", "limit_minus", f"{LIMIT}  Then plus moves may begin.", lit=False, tone=Tone.FAULT),
+        _lamp("X", "drive fault of X", "x_fault", DRIVE, lit=False, tone=Tone.FAULT),
+        _lamp("Y", "drive fault of Y", "y_fault", DRIVE, lit=False, tone=Tone.FAULT),
     ), row=True),
     Group("Inputs", f"{INSTALLATION}: Using the optically-isolated inputs", tuple(
-        Lamp(f"{n}", f"input {n}", f"input{n}", doc="Lit while current flows: high.") for n in range(1, 4)
+        _lamp(f"{n}", f"input {n}", f"input{n}", "Lit while current flows: high.") for n in range(1, 4)
+    ), row=True),
+    Group("Directions", f"{INSTALLATION}: Motherboard connector identification", tuple(
+        _lamp(axis, f"direction of {axis}", pin, "Lit while high: positive.") for axis, pin in DIRECTIONS.items()
     ), row=True),
     Group("Motion status K", "Report-back functions: Motion status", (
         Lamp("1", "in motion", "Q", 0),

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.speed import actual_start_stop, ramp
-from axistwin.controllers.digiplan.step import Parameters, Step
+from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
 from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
@@ -45,7 +45,8 @@ def index(interface: "Interface", step: Step) -> Procedure:
     """Run all axes of the step by the distance, up and down the ramp; return when they are at rest.
 
     With correction, a move against the backlash direction goes further by the backlash distance and comes back by it
-    at the start/stop speed, so that it always finishes in the same direction.  That direction is the same for all
+    at the start/stop speed, so that it always finishes in the same direction.  It does not come back towards an open
+    limit switch.  That direction is the same for all
     axes: of several that go different ways some end in a wrong place, as the manual warns.
     """
     parameters, generator = interface.parameters, interface.motion
@@ -57,6 +58,8 @@ def index(interface: "Interface", step: Step) -> Procedure:
         yield interface.clock.timeout(REVERSAL_NS)
         rate = actual_start_stop(parameters.speed_range, parameters.start_stop)
         reverse = dict.fromkeys(step.major, 1 if parameters.backlash > 0 else -1)
+        if not interface.may_move(reverse):
+            raise EndOfWork
         generator.begin(Profile([Segment(rate, back / rate)]), table, reverse, further=True)
         yield generator.ended
 

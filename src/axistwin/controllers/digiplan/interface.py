@@ -5,13 +5,14 @@ a move, a run or a sequence, for as long as that takes; the `RampGenerator` give
 """
 
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from functools import lru_cache, partial
 
 from simpy import Interrupt
 
 from axistwin.controllers.commandset import Command
 from axistwin.controllers.digiplan import initialise
-from axistwin.controllers.digiplan.battery_backup import Retained
+from axistwin.controllers.digiplan.battery_backup import MessageFormat, Retained
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.faults import CLOSED, DRIVES, LIMITS, Faults, LineFault, MotionFault
 from axistwin.controllers.digiplan.initialise import State
@@ -19,7 +20,8 @@ from axistwin.controllers.digiplan.interpolation import out_of_range
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.motion import RampGenerator
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.sequence import EndOfWork, perform, sequence
+from axistwin.controllers.digiplan.outputs import Outputs
+from axistwin.controllers.digiplan.sequence import perform, sequence
 from axistwin.controllers.digiplan.serial_data import (
     CR,
     LF,
@@ -30,11 +32,12 @@ from axistwin.controllers.digiplan.serial_data import (
     uart_format,
 )
 from axistwin.controllers.digiplan.speed import too_fast
-from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Fault, Parameters, Step
+from axistwin.controllers.digiplan.step import RAMP_SETTINGS, EndOfWork, Fault, Parameters, Step
 from axistwin.controllers.product import PulseAxis, Store
 from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
-from axistwin.sim.serial import Uart
+from axistwin.sim.serial import LevelAt, Uart
 from axistwin.units import to_ns
 
 MOST_CHARACTERS = 2048  # of a message; 63 of the longest steps fit
@@ -56,6 +59,7 @@ class Interface:
         uart: Uart,
         lines: LinePins,
         pins: Mapping[str, Pin],
+        outputs: Outputs,
         axes: Mapping[str, PulseAxis],
         options: Options,
         store: Store,
@@ -68,9 +72,12 @@ class Interface:
             options,
             store,
         )
+        self.outputs = outputs
         self._kept = Retained.recall(store)
         self.state = State.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
+        self.lock: MessageFormat | None = None
+        """Format of the lock command."""
         self.parameters = Parameters()
         self.sequence = ""
         """The stored sequence, as it was sent."""
@@ -78,20 +85,31 @@ class Interface:
         """The step that was begun last, as O tells it."""
         self.step = 0
         """The step of the sequence that is being carried out; 0: none is."""
+        self.trouble = ""
+        """While it is not ready: why what the host sends is dropped, and what helps."""
+        self.on_trouble: Callable[[str], None] = lambda line: None
         self.on_step: Callable[[int], None] = lambda number: None
         """Told of each step when it begins."""
-        self.motion = RampGenerator(clock, axes)
+        self.motion = RampGenerator(clock, axes, pins)
         self.faults = Faults(pins, self._show_fault)
         self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
         self.transmitter = Transmitter(clock, uart, lines)
+        self.buffer.intercept = self._take_bracket
         self.buffer.on_fault = self.faults.raise_line
         self.buffer.on_full = self._tell_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._swallow_line_feed = False
+        self._eighth: list[bool] = []  # bit 8 of each of them
+        self._eighth_of_message: tuple[bool, ...] = ()  # of the message that is being obeyed, with its terminator
+        self._swallowed: tuple[int, ...] = ()  # what the next character may be without being heard
         self._work: Process | None = None
         self._control: Event | None = None
-        self._held: Event | None = None
+        self._held: Process | None = None  # a message that begins once what is going on is done
+        self._freed: Event | None = None
+        self._turn: Event | None = None  # what waits behind that message
+        self._offered: UartFormat | None = None  # the character that is coming is read in this format
+        self._broken_in: UartFormat | None = None  # a `(` has come in this format
+        self._leaving: frozenset[str] = frozenset()
         self._ramp_is_old = False
         self._deaf_until_ns = 0
         self._unwatch = [pins[name].watch(self._fault_input) for name in CLOSED]
@@ -103,14 +121,16 @@ class Interface:
 
     def power_off(self) -> None:
         """Everything stops at once; an IF2 that is locked keeps what it knows."""
-        kill(self._live_process)
-        if self._work is not None:
-            kill(self._work)
+        for process in (self._live_process, self._held, self._work):
+            if process is not None:
+                kill(process)
         self.transmitter.stop()
         self.motion.stop()
         for unwatch in self._unwatch:
             unwatch()
         self.buffer.close()
+        self.buffer.set_tolerant(False)
+        self.uart.second_look = None
         self.save()
 
     def _live(self) -> Procedure:
@@ -121,28 +141,38 @@ class Interface:
             self.uart.format = uart_format(self.baudrate, self.frame)
             self.buffer.open()
         else:
-            yield from self._initialise()
-        self.state = State.READY
-        self.buffer.checking = not self.locked
+            self.state = State.WAIT
+            yield from initialise.detect_baud_rate(self)
+            yield from self._set_data_format()
+        while True:
+            self._become_ready()
+            yield from self._obey_until_broken_in()
+            yield from self._set_data_format()
+
+    def _become_ready(self) -> None:
+        self.state, self.trouble = State.READY, ""
+        self._check_line()
         self.faults.show()
         if self.locked and self.sequence:
             self._begin_sequence()
-        yield from self._obey_for_ever()
 
-    def _initialise(self) -> Procedure:
-        self.state = State.WAIT
-        yield from initialise.detect_baud_rate(self)
+    def _set_data_format(self) -> Procedure:
+        """The baud rate is known: answer, and wait for the data format."""
         assert self.uart.format is not None
         self.baudrate = self.uart.format.baudrate
-        self.state = State.FORMAT
+        self.state, self.trouble = State.FORMAT, ""
         self.buffer.checking = False
+        self.buffer.set_tolerant(True)
         self.pins["led"].flash(initialise.FLASH_NS)
         yield from self.transmit(b"U\r")
         self.frame = yield from initialise.data_format(self)
         if self.uart.sending:
             yield self.uart.when_idle()
         self.uart.format = uart_format(self.baudrate, self.frame)
-        self._swallow_line_feed = self.frame.terminator == "U"
+        self.buffer.set_tolerant(False)
+        self._swallowed = (
+            (LF, initialise.FALSE_CHARACTER) if self.frame.terminator == "U" else (initialise.FALSE_CHARACTER,)
+        )
         if self.options.strict_format:
             self.buffer.close()
             yield self.clock.timeout(initialise.REINITIALISE_NS)
@@ -150,32 +180,96 @@ class Interface:
         if not self.locked:
             self._calculate_ramp()
 
+    def drop(self, trouble: str) -> None:
+        """What the host has sent is dropped: say why, once for each reason."""
+        if trouble != self.trouble:
+            self.trouble = trouble
+            self.on_trouble(trouble)
+
+    # Breaking into a locked interface
+
+    @property
+    def _can_be_broken_into(self) -> bool:
+        """Locked, DSR held active by the host, and nothing in motion."""
+        held = self.lines.dsr.level and not self.uart.sending
+        return self.locked and held and self.state is State.READY and not self.motion.running
+
+    def _look_for_bracket(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
+        """A character begins: return the default format at its baud rate, if it is a `(` and not in the own format."""
+        self._offered = None
+        rate = initialise.baud_rate(low_ns) if self._can_be_broken_into else None
+        if rate is not None and uart_format(rate, Frame()).shape != uart_format(self.baudrate, self.frame).shape:
+            other = uart_format(rate, Frame())
+            seen = other.decode(level_at)
+            if seen is not None and seen[0] & 0x7F == initialise.BAUD_DETECT:
+                self._offered = other
+        return self._offered
+
+    def _take_bracket(self, byte: int) -> bool:
+        """A character has come: return True if it was read in another format.  A `(` makes that the format."""
+        other, self._offered = self._offered, None
+        if other is not None and byte & 0x7F == initialise.BAUD_DETECT:
+            self.uart.format = self._broken_in = other
+            self.buffer.begin_with(initialise.BAUD_DETECT)
+        return other is not None
+
+    def _obey_until_broken_in(self) -> Procedure:
+        """Obey until a `(` begins the initialisation again."""
+        while True:
+            yield from self._until_heard_again()
+            character = self.buffer.take()
+            if character is None:
+                yield self.buffer.arrival()
+            elif character & 0x7F == initialise.BAUD_DETECT and (self._broken_in or self._can_be_broken_into):
+                yield from self._begin_again()
+                return
+            elif (procedure := self._hear(character)) is not None:
+                yield from procedure
+
+    def _begin_again(self) -> Procedure:
+        """What is going on ends, and the data format is that of `(` again."""
+        self.uart.format, self._broken_in = self._broken_in or uart_format(self.baudrate, Frame()), None
+        self._text.clear()
+        self._eighth.clear()
+        self._stop()
+        yield self.clock.timeout(0)  # by then it has ended
+
     # Battery backup
 
     def _recall(self) -> None:
         kept = self._kept
         if kept.locked:
-            self.locked, self.baudrate, self.frame = True, kept.baudrate, kept.frame
+            self.locked, self.baudrate, self.frame, self.lock = True, kept.baudrate, kept.frame, kept.lock
             self.parameters, self.sequence = kept.parameters, kept.sequence
             self.transmitter.delay = self.parameters.character_delay
 
     def save(self) -> None:
         """Only what is locked is kept; a power cut during initialisation leaves it as it was."""
         if self.locked and self.state is State.READY:
-            Retained(True, self.baudrate, self.frame, self.parameters, self.sequence).save(self.store)
+            Retained(True, self.baudrate, self.frame, self.parameters, self.sequence, self.lock).save(self.store)
+
+    @property
+    def message_format(self) -> MessageFormat:
+        """Format of the message that is being obeyed."""
+        return MessageFormat.of(uart_format(self.baudrate, self.frame), self._eighth_of_message)
 
     def set_locked(self, locked: bool) -> None:
         """Commands [ and ]."""
-        self.locked = locked
-        self.buffer.checking = not locked
+        self.locked, self.lock = locked, self.message_format if locked else None
+        self._check_line()
         if locked:
             self.save()
         else:
             Retained().save(self.store)
 
+    def _check_line(self) -> None:
+        """While locked, errors are not flagged and a `(` is looked for at any baud rate."""
+        self.buffer.checking = not self.locked
+        self.uart.second_look = self._look_for_bracket if self.locked else None
+
     def erase(self) -> None:
         """Command * during initialisation: parameters, sequence and lock are gone."""
-        self.locked, self.parameters, self.sequence = False, Parameters(), ""
+        self.locked, self.lock, self.parameters, self.sequence = False, None, Parameters(), ""
         self.transmitter.delay = 0
         Retained().save(self.store)
 
@@ -198,39 +292,32 @@ class Interface:
         if waiting is not None:
             yield from waiting
 
-    def _obey_for_ever(self) -> Procedure:
-        while True:
-            yield from self._until_heard_again()
-            character = self.buffer.take()
-            if character is None:
-                yield self.buffer.arrival()
-                continue
-            procedure = self._hear(character)
-            if procedure is not None:
-                yield from procedure
-
     def _hear(self, character: int) -> Procedure | None:
         """Process a character: echo it, and obey the message that it ends."""
-        swallow, self._swallow_line_feed = self._swallow_line_feed, False
-        if swallow and character & 0x7F == LF:
+        swallowed, self._swallowed = self._swallowed, ()
+        if character & 0x7F in swallowed:
             return None
         if self.frame.echo:
             return self._echo(character)
-        return self._collect(character & 0x7F)
+        return self._collect(character)
 
     def _echo(self, character: int) -> Procedure:
         yield from self.transmit(bytes([self.frame.text(character)]))
-        procedure = self._collect(character & 0x7F)
+        procedure = self._collect(character)
         if procedure is not None:
             yield from procedure
 
-    def _collect(self, code: int) -> Procedure | None:
+    def _collect(self, character: int) -> Procedure | None:
+        code = character & 0x7F
         if code == self.frame.ends_message:
             text = "".join(self._text)
             self._text.clear()
+            self._eighth_of_message = (*self._eighth, character > code)
+            self._eighth.clear()
             return self._obey(text)
         if code not in (CR, LF) and len(self._text) <= MOST_CHARACTERS:
             self._text.append(chr(code))
+            self._eighth.append(character > code)
         return None
 
     def _tell_full(self, full: bool) -> None:
@@ -252,14 +339,32 @@ class Interface:
         if message.problems:
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
+        if message.alone is not None and (self._held is None or Accept.LOCKED in message.alone.accepted):
+            return self._ask(message.alone)  # a status request is answered at any time
+        return self._carry_out(message) if self._held is None else self._carry_out_behind(message)
+
+    def _carry_out(self, message: Message) -> Procedure | None:
+        """A message that changes something."""
         if message.alone is not None:
             return self._ask(message.alone)
         if message.steps and message.steps[0].hand_over and not message.sequence:
-            return self._resume()
-        if message.start:
-            return self._start(message)
-        self._keep(message.steps[0])
+            return self._when_free(self._resume())
+        if not message.start:
+            self._keep(message.steps[0])
+        elif not (self.busy and self.options.busy == "ignore"):
+            return self._when_free(self._start(message))
         return None
+
+    def _carry_out_behind(self, message: Message) -> Procedure:
+        """The same, once the message that is being held has begun, unless a `#` throws both away."""
+        while self._held is not None:
+            self._turn = self._turn or self.clock.event()
+            if (yield self._turn):
+                return
+        yield from self._until_heard_again()
+        procedure = self._carry_out(message)
+        if procedure is not None:
+            yield from procedure
 
     def _obey_locked(self, message: Message) -> Procedure | None:
         """Anything but a status request and `]` is ignored without a trace."""
@@ -290,7 +395,7 @@ class Interface:
         self.parameters = self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
-            if self.busy:
+            if self._occupied:
                 self._ramp_is_old = True
             else:
                 self._calculate_ramp()
@@ -300,12 +405,36 @@ class Interface:
         self._ramp_is_old = False
         self._deaf_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
+    def _when_free(self, begin: Procedure) -> Procedure | None:
+        """Begin it once what is going on is done; until then it is held, and status requests are answered."""
+        if not self._occupied:
+            return begin
+        self._held = self.clock.process(self._hold(begin))
+        return None
+
+    def _hold(self, begin: Procedure) -> Procedure:
+        while self._occupied:
+            self._freed = self.clock.event()
+            yield self._freed
+        yield from self._until_heard_again()
+        yield from begin
+        self._let_go(cancelled=False)
+
+    def _let_go(self, cancelled: bool) -> None:
+        """Nothing is held any more."""
+        self._held = None
+        if self._turn is not None:
+            turn, self._turn = self._turn, None
+            turn.succeed(cancelled)
+
+    def _drop_held(self) -> None:
+        if self._held is not None:
+            kill(self._held)
+            self._let_go(cancelled=True)
+
     def _start(self, message: Message) -> Procedure:
-        """A message with `$`: once what is going on is done, begin what it asks for."""
-        if self.busy and self.options.busy == "ignore":
-            return
-        if not (yield from self._until_free()):
-            return
+        """A message with `$`: begin what it asks for."""
+        yield from self._until_heard_again()
         if message.sequence:
             self._start_sequence(message)
             yield self._begun()
@@ -321,16 +450,6 @@ class Interface:
         else:
             self._begin(perform(self, step))
         yield self._begun()
-
-    def _until_free(self) -> Procedure:
-        """Hold a message while something is going on; returns False if a `#` threw it away."""
-        while self.busy:
-            self._held = self.clock.event()
-            cancelled = yield self._held
-            if cancelled:
-                return False
-        yield from self._until_heard_again()
-        return True
 
     def _until_heard_again(self) -> Procedure:
         if self._deaf_until_ns > self.clock.now:
@@ -359,7 +478,11 @@ class Interface:
 
     @property
     def busy(self) -> bool:
-        """Moving, waiting for an input or pulsing an output; not while the host has control."""
+        """Moving, waiting for an input or pulsing an output, or about to; not while the host has control."""
+        return self._occupied or self._held is not None
+
+    @property
+    def _occupied(self) -> bool:
         return self._work is not None and self._control is None
 
     @property
@@ -389,7 +512,7 @@ class Interface:
         self._work = self._control = None
         if self._ramp_is_old:
             self._calculate_ramp()
-        self._release(cancelled=False)
+        self._free()
 
     def _begun(self) -> Event:
         """The work gets its turn before the next character, so that a status request finds it begun."""
@@ -398,13 +521,12 @@ class Interface:
     def give_control(self) -> Event:
         """The host has control: the event brings a step to carry out, or None when control is given back."""
         self._control = self.clock.event()
-        self._release(cancelled=False)
+        self._free()
         return self._control
 
     def _resume(self) -> Procedure:
         """A % from the host gives control back, once what it asked for is done."""
-        if not (yield from self._until_free()):
-            return
+        yield from self._until_heard_again()
         if self._control is None:
             self.faults.raise_line(LineFault.DATA)
             return
@@ -412,21 +534,23 @@ class Interface:
         control.succeed(None)
         yield self._begun()
 
-    def _release(self, cancelled: bool) -> None:
-        if self._held is not None:
-            held, self._held = self._held, None
-            held.succeed(cancelled)
+    def _free(self) -> None:
+        """Nothing is going on any more."""
+        if self._freed is not None:
+            freed, self._freed = self._freed, None
+            freed.succeed()
 
     def _cancel_at_once(self) -> None:
-        """`# <CR>` has come in, perhaps behind a message that is being held or an answer that may not be sent."""
-        if self._held is not None:
+        """`# <CR>` has come in, perhaps behind a message that must wait or an answer that may not be sent."""
+        if self._turn is not None:
             self.buffer.drop_before_cancel()
-            self._release(cancelled=True)
+            self._drop_held()
         elif self.transmitter.waiting and not self.locked:
-            self._stop()
+            self.cancel()
 
     def cancel(self) -> None:
         """Command #."""
+        self._drop_held()
         self._stop()
 
     def _stop(self) -> None:
@@ -445,7 +569,7 @@ class Interface:
         if pin.level:
             self.faults.show()
         elif pin.name in LIMITS:
-            self._limit(LIMITS[pin.name])
+            self._limit(pin.name)
         elif pin.name in DRIVES:
             self._drive_fault(DRIVES[pin.name])
         else:
@@ -458,21 +582,22 @@ class Interface:
         self.motion.drop(axis)
         self._stop()
 
-    def _limit(self, direction: int) -> None:
-        """A limit switch stops a motion towards it."""
+    def may_move(self, directions: Mapping[str, int]) -> bool:
+        """False if a fault or an open limit switch in one of these directions inhibits the motion.
+
+        A limit switch that is open when a motion away from it begins does not stop that motion.
+        """
+        self._leaving = frozenset(name for name in LIMITS if not self.pins[name].level)
+        return not self.faults.blocked(directions)
+
+    def _limit(self, name: str) -> None:
+        """A limit switch has opened: motion towards it stops, other motion too unless it is just leaving it."""
         self.faults.raise_motion(MotionFault.LIMIT)
-        if self.motion.running and direction in self.motion.directions.values():
+        ahead = LIMITS[name] in self.motion.directions.values()
+        behind = self.options.limits == "any motion" and name not in self._leaving
+        if self.motion.running and (ahead or behind):
             self._stop()
 
     def _show_fault(self, on: bool) -> None:
         if self.state is State.READY:
             self.pins["led"].set(on)
-
-    def output(self, number: int) -> bool:
-        """Whether an output is on; output 0 does not exist and never is."""
-        return number > 0 and self.pins[f"output{number}"].level
-
-    def switch(self, number: int, on: bool) -> None:
-        """Turn an output on or off; output 5 not while it serves as fault output."""
-        if number > 0 and not (number == 5 and self.options.fault_output):
-            self.pins[f"output{number}"].set(on)

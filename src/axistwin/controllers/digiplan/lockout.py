@@ -16,5 +16,10 @@ def lock(interface: "Interface") -> None:
 
 
 def unlock(interface: "Interface") -> None:
-    """Command ]: all commands are obeyed again.  Chapter Communication lockout commands."""
-    interface.set_locked(False)
+    """Command ]: all commands are obeyed again, if it comes in the same format as [.
+
+    Baud rate, number of bits and parity must be those of the lock command.  Chapter Communication lockout commands.
+    """
+    same = interface.lock in (None, interface.message_format)
+    if interface.locked and (same or interface.options.unlock == "any format"):
+        interface.set_locked(False)

@@ -10,13 +10,19 @@ from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Profile
 from axistwin.motion.ramp import Ramp
 from axistwin.sim.clock import Clock, Event
+from axistwin.sim.pins import Pin
+
+DIRECTIONS = {axis: f"{axis.lower()}_direction" for axis in "XYZ"}
+"""The direction output of each axis."""
+PULSE_NS = 5_000
+"""How long a clock output is high: half a period at 100,000 steps/s, the highest speed."""
 
 
 class RampGenerator:
-    """Gives pulses to the axes that are gated to it."""
+    """Gives pulses to the axes that are gated to it, and tells them their directions."""
 
-    def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis]) -> None:
-        self.clock, self.axes = clock, axes
+    def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], pins: Mapping[str, Pin]) -> None:
+        self.clock, self.axes, self.pins = clock, axes, pins
         self.profile = Profile(())
         self.ramp: Ramp | None = None
         self.directions: dict[str, int] = {}
@@ -44,6 +50,8 @@ class RampGenerator:
     def _set_off(self, profile: Profile, ramp: Ramp, directions: Mapping[str, int]) -> None:
         self.profile, self.ramp, self.directions = profile, ramp, dict(directions)
         self._start_ns = self.clock.now
+        for axis, direction in directions.items():
+            self.pins[DIRECTIONS[axis]].set(direction > 0)
         for axis, direction in directions.items():
             self.axes[axis].start(self._share(axis), direction)
         self._plan_end()
@@ -79,6 +87,13 @@ class RampGenerator:
     def steps(self) -> int:
         """Pulses of the common clock since the last index or run began."""
         return self._steps_before + self.profile.pulses_by(self._elapsed_ns)
+
+    def clock_level(self, axis: str) -> bool:
+        """The level of an axis's clock output: high from each pulse on for 5 µs."""
+        if axis not in self.directions:
+            return False
+        share, elapsed_ns = self._share(axis), self._elapsed_ns
+        return share.pulses_by(elapsed_ns) > share.pulses_by(max(elapsed_ns - PULSE_NS, 0))
 
     def decelerate(self) -> None:
         """Come to rest along the ramp, from now on; at or below the start/stop speed, at once."""

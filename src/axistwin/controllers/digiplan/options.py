@@ -5,7 +5,16 @@ from typing import Literal, get_args
 
 from axistwin.errors import UsageError
 
-Wiring = Literal["5-wire", "3-wire", "3-wire DSR-DTR"]
+Wiring = Literal[
+    "5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked",
+    "NEC PC-8201A", "Epson HX20 3-wire", "Epson HX20 5-wire", "IBM PC 3-wire", "IBM PC 5-wire",
+]  # fmt: skip
+Busy = Literal["hold", "ignore"]
+Limits = Literal["any motion", "motion ahead"]
+Unlock = Literal["lock format", "any format"]
+CHOICES = {
+    "wiring": get_args(Wiring), "busy": get_args(Busy), "limits": get_args(Limits), "unlock": get_args(Unlock),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -14,11 +23,16 @@ class Options:
 
     wiring: Wiring = "5-wire"
     """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.
-    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS."""
+    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS.  3-wire unlinked: nothing on either, so that nothing is
+    transmitted.  The cables of appendix 3 are one of the first two."""
     fault_output: bool = False
     """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
-    busy: Literal["hold", "ignore"] = "hold"
+    busy: Busy = "hold"
     """What happens to a message that starts something while something is going on."""
+    limits: Limits = "any motion"
+    """What a limit switch that opens stops: any motion but one that is leaving it, or only motion towards it."""
+    unlock: Unlock = "lock format"
+    """Whether `]` must come at the baud rate, number of bits and parity of `[`, or as the data format says by then."""
     self_test_s: float = 1.0
     """The LED comes on "for approximately 1 second"."""
     recalculation_s: float = 1.0
@@ -29,7 +43,7 @@ class Options:
     """Whether characters within 5 ms of the data format message are lost."""
 
     def __post_init__(self) -> None:
-        for name, choices in (("wiring", get_args(Wiring)), ("busy", ("hold", "ignore"))):
+        for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
                 raise UsageError(f"{name}={getattr(self, name)!r}: choose one of {', '.join(map(repr, choices))}")
         for name in ("self_test_s", "recalculation_s", "strobe_ms"):

@@ -1,15 +1,57 @@
 """Chapters Output control and Combining inputs and outputs with move instructions."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
+from axistwin.sim.pins import Pin
 from axistwin.units import MS
 
 if TYPE_CHECKING:
     from axistwin.controllers.digiplan.interface import Interface
 
 PULSE_UNIT_NS = 10 * MS
+
+
+OUTPUTS = range(1, 6)
+
+
+class Outputs:
+    """The five opto-isolated outputs: what is programmed, and their transistors, which need the 24 V supply.
+
+    `follow_led`: link 3 of the card in position b; output 5 follows the LED and cannot be programmed.
+    """
+
+    def __init__(self, pins: Mapping[str, Pin], *, follow_led: bool) -> None:
+        self._pins = {number: pins[f"output{number}"] for number in OUTPUTS}
+        self._supply, self._follow_led = pins["supply"], follow_led
+        self._on = dict.fromkeys(OUTPUTS, False)
+        self._supply.watch(lambda _: self._settle())
+        if follow_led:
+            pins["led"].watch(lambda led: self._set(5, led.level))
+
+    def is_on(self, number: int) -> bool:
+        """True if this output is turned on, with or without the supply; output 0 never is."""
+        return self._on.get(number, False)
+
+    def switch(self, number: int, on: bool) -> None:
+        """Turn an output on or off; output 0 and the fault output are left alone."""
+        if number in self._on and not (number == 5 and self._follow_led):
+            self._set(number, on)
+
+    def reset(self) -> None:
+        """The power is gone."""
+        for number in OUTPUTS:
+            self._set(number, False)
+
+    def _set(self, number: int, on: bool) -> None:
+        self._on[number] = on
+        self._pins[number].set(on and self._supply.level)
+
+    def _settle(self) -> None:
+        for number, on in self._on.items():
+            self._set(number, on)
 
 
 def wait_high(step: Step, inputs: tuple[int, ...]) -> None:
@@ -53,17 +95,17 @@ def wait_for_inputs(interface: "Interface", step: Step) -> Procedure:
 def switch_outputs(interface: "Interface", step: Step) -> Procedure:
     """What the step asks of the outputs, S before R; a pulse takes its time."""
     for number in step.set:
-        interface.switch(number, True)
+        interface.outputs.switch(number, True)
     for number in step.reset:
-        interface.switch(number, False)
+        interface.outputs.switch(number, False)
     if step.pulse is not None:
         yield from _pulse(interface, step.pulse)
 
 
 def _pulse(interface: "Interface", number: int) -> Procedure:
-    before = interface.output(number)
-    interface.switch(number, not before)
+    before = interface.outputs.is_on(number)
+    interface.outputs.switch(number, not before)
     try:
         yield interface.clock.timeout(interface.parameters.pulse_length * PULSE_UNIT_NS)
     finally:
-        interface.switch(number, before)
+        interface.outputs.switch(number, before)

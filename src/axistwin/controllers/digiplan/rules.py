@@ -190,7 +190,7 @@ RULES = (
     ),
     LOCKED := Rule(
         "DP405", "sent while the interface is locked", W, LOCKOUT,
-        "Behind `[` only status requests and `]` are obeyed; everything else is ignored.",
+        "Behind `[` only status requests and `]` are obeyed, and `(` while DSR is held; everything else is ignored.",
         "[\nX100$\n]",
     ),
 )  # fmt: skip

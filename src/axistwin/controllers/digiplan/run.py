@@ -30,7 +30,7 @@ def abort(step: Step) -> None:
 
 
 def run(interface: "Interface", step: Step) -> None:
-    """Begin the run; it goes on while the next step of a sequence is carried out."""
+    """Begin the run; it goes on while the next step of a sequence is carried out.  The index length is lost."""
     table = ramp(interface.parameters)
     if step.interpolated:
         parameters = interface.parameters
@@ -38,6 +38,7 @@ def run(interface: "Interface", step: Step) -> None:
         interface.motion.begin_interpolated(table.run(), table, step.major, step.minor, ratio)
     else:
         interface.motion.begin(table.run(), table, step.major)
+    interface.parameters = interface.parameters.without_index()
 
 
 def stop_run(interface: "Interface") -> Procedure:

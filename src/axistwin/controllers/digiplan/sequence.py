@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from axistwin.controllers.digiplan import interpolation, outputs, run
 from axistwin.controllers.digiplan.faults import LineFault
 from axistwin.controllers.digiplan.index import index
-from axistwin.controllers.digiplan.step import Step
+from axistwin.controllers.digiplan.step import EndOfWork, Step
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
@@ -15,10 +15,6 @@ if TYPE_CHECKING:
 
 CYCLE_NS = 1 * MS
 """A step that has nothing to wait for takes the interface one cycle of about 1 ms."""
-
-
-class EndOfWork(Exception):  # noqa: N818  # it is not an error of ours
-    """What was being carried out is over: a move is refused, or a parameter is out of range."""
 
 
 def repeat(step: Step, times: int, first: int) -> None:
@@ -87,7 +83,7 @@ def _move(interface: "Interface", step: Step) -> Procedure:
     if interpolation.out_of_range(interface.parameters, step):
         interface.faults.raise_line(LineFault.RANGE)
         raise EndOfWork
-    if interface.faults.blocked({**step.major, **step.minor}):
+    if not interface.may_move({**step.major, **step.minor}):
         raise EndOfWork
     if step.run:
         run.run(interface, step)

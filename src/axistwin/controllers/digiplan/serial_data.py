@@ -88,14 +88,29 @@ class InputBuffer:
         self.clock, self.uart, self.strobe_ns = clock, uart, strobe_ns
         self.characters: deque[int] = deque()
         self.on_fault: Callable[[LineFault], None] = lambda fault: None
+        self.intercept: Callable[[int], bool] = lambda byte: False
+        """Asked for each character; True: it does not enter the buffer."""
         self.on_full: Callable[[bool], None] = lambda full: None
         self.on_cancel: Callable[[], None] = lambda: None
         """Called when `# <CR>` has come in."""
         self.checking = True
+        """False: errors are not flagged."""
+        self.tolerant = False
+        """True: characters with errors are taken, since the data format is not known yet."""
         self.full = False
         self._register: tuple[int, LineError] | None = None
         self._began_ns = clock.now
         self._arrived: Event | None = None
+
+    def begin_with(self, byte: int) -> None:
+        """Forget what has been received, and begin with this character."""
+        self.characters.clear()
+        self._register = None
+        self._enter(byte, LineError.NONE)
+
+    def set_tolerant(self, on: bool) -> None:
+        """Take characters with errors too, or no longer.  While it does, the UART finds its way from 7 bits to 8."""
+        self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
         """Begin to listen."""
@@ -131,6 +146,8 @@ class InputBuffer:
             self.take()
 
     def _receive(self, byte: int, errors: LineError) -> None:
+        if self.intercept(byte):
+            return
         if self.uart.instant:
             self._enter(byte, errors)
             return
@@ -147,7 +164,7 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors:  # such a character is dropped; while locked without a trace
+        if errors and not self.tolerant:  # such a character is dropped; while locked without a trace
             self._complain(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
             self._complain(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return

@@ -6,6 +6,10 @@ from enum import Enum
 from axistwin.controllers.diagnostics import Rule
 
 
+class EndOfWork(Exception):  # noqa: N818  # it is not an error of ours
+    """What was being carried out is over: a move is refused, or a parameter is out of range."""
+
+
 class Fault(Enum):
     """How the interface finds a message wrong."""
 
@@ -96,6 +100,13 @@ class Parameters:
     character_delay: int = 0  # x 10 ms
 
     def after(self, step: Step) -> "Parameters":
-        """These with what the step sets.  A run leaves an index length of zero behind."""
-        settings = {**step.settings, "distance": 0} if step.run and not step.interpolated else step.settings
-        return replace(self, **settings) if settings else self
+        """These with what the step sets."""
+        return replace(self, **step.settings) if step.settings else self
+
+    def without_index(self) -> "Parameters":
+        """What a run leaves behind: an index length of zero."""
+        return replace(self, distance=0, minor_distance=0)
+
+    def left_by(self, step: Step) -> "Parameters":
+        """What is kept when the step has begun its move."""
+        return self.after(step).without_index() if step.run else self.after(step)

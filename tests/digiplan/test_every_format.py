@@ -1,0 +1,78 @@
+"""Configuring the interface: a host that keeps one format throughout establishes each of the 72 formats."""
+
+import itertools
+
+import pytest
+
+from axistwin.units import S
+
+from .talking import BITS_7_OR_8, PARITY
+
+FORMATS = [f"U{frame}{parity}" for frame, parity in itertools.product(range(1, 9), range(1, 10))]
+
+
+def establish(bench, message, gap_s, eighth=0, **options):
+    """A host at 2400 baud sends `(`, waits for its answer, and sends the data format; then it asks for F."""
+    if1 = bench.add("if1", **options)
+    host = if1.serial.host
+    host.baudrate = 2400
+    host.bytesize, host.stopbits = BITS_7_OR_8[int(message[1])], 2 - int(message[1]) % 2
+    host.parity = PARITY[int(message[2])]
+    bench.run(1.1)
+
+    def say(text):
+        for character in text:
+            if1.serial.write(bytes([ord(character) | eighth]))
+            if gap_s:
+                bench.run(host.format.frame_ns / S + gap_s)
+
+    say("(")
+    bench.run(0.1)
+    assert bytes(byte & 0x7F for byte in if1.serial.read()) == b"U\r"
+    say(message + "\r")
+    bench.run(1.2)
+    say("F\r")
+    bench.run(0.2)
+    return if1, bytes(byte & 0x7F for byte in if1.serial.read())
+
+
+def answer(message):
+    """F with its echo, where there is one; no fault has been flagged."""
+    return b"F\r0\r" if message[2] in "256" else b"0\r"
+
+
+@pytest.mark.parametrize("gap_s", [0, 0.01])
+@pytest.mark.parametrize("message", FORMATS)
+def test_a_host_that_keeps_its_format_establishes_it(bench, message, gap_s):
+    """Initialisation: "the "U" format" with each X1 and X2; the host's own characters differ from 8 bits, no parity."""
+    if1, reply = establish(bench, message, gap_s)
+    assert reply == answer(message)
+    assert if1.registers["state"].read() == "ready"
+
+
+@pytest.mark.parametrize("message", FORMATS)
+def test_on_a_line_that_takes_no_time_too(bench, message):
+    """The same where characters are taken one by one."""
+    _, reply = establish(bench, message, 0, line="instant")
+    assert reply == answer(message)
+
+
+@pytest.mark.parametrize("message", [text for text in FORMATS if text[1] in "78"])
+def test_a_host_whose_bit_8_is_1_establishes_it_with_gaps(bench, message):
+    """Number of data bits: "the last bit being 0, 1 or data-dependent"."""
+    _, reply = establish(bench, message, 0.01, eighth=0x80)
+    assert reply == answer(message)
+
+
+def test_once_the_format_is_set_errors_are_found(bench):
+    """Motion status: parity and framing errors are flagged; only before the format is set nothing can be wrong."""
+    if1, reply = establish(bench, "U41", 0)
+    assert reply == b"0\r"
+    if1.serial.host.parity = "E"
+    if1.serial.write(b"1")  # three ones and an even parity bit of 1: fits; "3" has four: a 0 for the stop bit
+    if1.serial.write(b"3")
+    bench.run(0.1)
+    if1.serial.host.parity = "N"
+    if1.serial.write(b"\rF\r")
+    bench.run(0.2)
+    assert if1.serial.read() == b"12\r"  # framing, and a number that is no command

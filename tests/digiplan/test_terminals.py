@@ -1,0 +1,253 @@
+"""Installation, appendices 2 and 3: direction and clock outputs, the supply of the outputs, cables, places."""
+
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from axistwin import Bench
+from axistwin.apps.terminal.keyboards import KEYBOARDS
+from axistwin.controllers.digiplan.options import Wiring
+from axistwin.controllers.digiplan.terminals import CABLES, LINKS, TERMINALS
+from axistwin.errors import UsageError
+
+from .helpers import edges, number, settle, times
+from .talking import ask, ready, tell
+
+PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
+
+# Direction and clock outputs
+
+
+def directions(if1):
+    return [if1.pins[f"{axis}_direction"].level for axis in "xyz"]
+
+
+def test_all_directions_are_high_at_first(bench, if1):
+    """Default values: "All Direction O/P - High (open collector)"; so they are without power, too."""
+    assert directions(if1) == [True, True, True]
+    tell(if1, "X-10$")
+    settle(bench, if1)
+    assert directions(if1) == [False, True, True]
+    if1.power(False)
+    assert directions(if1) == [True, True, True]
+
+
+def test_plus_is_high_and_minus_is_low(bench, if1):
+    """Appendix 1: "+ Dir port high", "- Dir port low"; no sign is plus.  Other axes keep theirs."""
+    for text, levels in (
+        ("X-Y+Z-10$", [False, True, False]),
+        ("X$", [True, True, False]),
+        ("Z/Y-5$", [True, False, True]),
+    ):
+        tell(if1, text)
+        settle(bench, if1)
+        assert directions(if1) == levels, text
+        number(bench, if1, "F")
+
+
+def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_correction(bench, if1):
+    """Backlash: 30 steps there; a pause of 3 ms; 10 back."""
+    seen = edges(if1.pins["x_direction"])
+    tell(if1, "B+10")
+    tell(if1, "X-20B@400$")
+    settle(bench, if1)
+    pulses = times(if1.axes["X"])
+    assert len(pulses) == 40
+    assert [level for _, level in seen] == [False, True]
+    assert seen[0][0] < pulses[0] and pulses[29] < seen[1][0] < pulses[30]
+
+
+def test_the_clock_is_high_for_5_us_from_each_pulse_on(bench, if1):
+    """X clock: nothing is said about the width; 5 µs is half a period at the highest speed, 100,000 steps/s."""
+    tell(if1, "X3Z3@400$")
+    bench.run_until(lambda: if1.axes["X"].moving, 1)
+    began_ns, clock = bench.now, bench.clock
+    levels = {}
+    for pulse_ns in (2_500_000, 5_000_000, 7_500_000):  # 400 steps/s
+        for since_ns in (-1, 0, 4_999, 5_000):
+            clock.run_to(began_ns + pulse_ns + since_ns)
+            levels[pulse_ns, since_ns] = [if1.pins[f"{axis}_clock"].level for axis in "xyz"]
+    assert {key[1] for key, level in levels.items() if level == [True, False, True]} == {0, 4_999}
+    assert {key[1] for key, level in levels.items() if level == [False, False, False]} == {-1, 5_000}
+
+
+def test_the_minor_axis_has_a_slower_clock(bench, if1):
+    """Linear interpolation: X 4 pulses, Y 2 in the same time: Y with the second and the fourth of X."""
+    tell(if1, "X4/Y2@400$")
+    bench.run_until(lambda: if1.axes["X"].moving, 1)
+    began_ns, seen = bench.now, []
+    for pulse in (1, 2, 3, 4):
+        bench.clock.run_to(began_ns + pulse * 2_500_000)
+        seen.append((if1.pins["x_clock"].level, if1.pins["y_clock"].level))
+    assert seen == [(True, False), (True, True), (True, False), (True, True)]
+
+
+def test_a_clock_output_can_be_forced_and_is_low_without_power(bench, if1):
+    """A test lead on the terminal."""
+    if1.pins["x_clock"].drive(True)
+    assert if1.pins["x_clock"].level
+    if1.pins["x_clock"].release()
+    if1.power(False)
+    assert not if1.pins["x_clock"].level
+
+
+# The 24 V supply of the outputs
+
+
+def test_without_the_24_v_supply_no_output_is_on(bench, if1):
+    """Power requirements: the links are "necessary in order to power the opto-isolators on the interface outputs"."""
+    tell(if1, "S135$")
+    settle(bench, if1)
+    if1.pins["supply"].drive(False)
+    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
+    tell(if1, "S2R3$")
+    settle(bench, if1)
+    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
+    if1.pins["supply"].release()
+    assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [True, True, False, False, True]
+
+
+def test_the_fault_output_needs_the_supply_too(bench):
+    """Optional fault output: it duplicates the LED; the LED itself does not need the 24 V."""
+    if1 = ready(bench, fault_output=True)
+    if1.pins["supply"].drive(False)
+    if1.pins["estop"].drive(False)
+    assert if1.pins["led"].level and not if1.pins["output5"].level
+    if1.pins["supply"].release()
+    assert if1.pins["output5"].level
+
+
+def test_a_pulse_inverts_what_is_programmed_not_what_is_forced(bench, if1):
+    """Output switching: the phase depends "on the prior state of the output"."""
+    if1.pins["output4"].drive(True)
+    seen = edges(if1.pins["output4"])
+    tell(if1, "P4,20$")
+    bench.run(0.1)
+    if1.pins["output4"].release()  # in the pulse: it was reset, so it is on
+    assert if1.pins["output4"].level
+    bench.run(0.3)
+    assert [level for _, level in seen] == [False]
+
+
+# Cables
+
+
+def test_every_cable_is_a_wiring():
+    """Appendix 3 and the chapters on connections: each by its name."""
+    assert set(get_args(Wiring)) == CABLES.keys()
+    with pytest.raises(UsageError, match="'Epson HX20 5-wire'"):
+        Bench().add("if1", wiring="RS-423")
+
+
+def test_unlinked_it_receives_and_transmits_nothing(bench):
+    """Alternative connection methods: CTS and DSR "will be held negative".  It "will not transmit"."""
+    if1 = bench.add("if1", wiring="3-wire unlinked")
+    bench.run(1.5)
+    if1.serial.write(b"(")
+    bench.run(1.0)
+    assert if1.serial.read() == b""
+    assert not if1.terminals["dsr"].level and not if1.terminals["cts"].level and if1.terminals["rts"].level
+
+
+@pytest.mark.parametrize("wiring", ["NEC PC-8201A", "Epson HX20 3-wire", "IBM PC 3-wire"])
+def test_the_3_wire_cables_answer_whatever_the_host_does_with_its_lines(bench, wiring):
+    """Appendix 3: "3-wire with or without echo-back"."""
+    if1 = ready(bench, wiring=wiring)
+    if1.serial.host.dtr = if1.serial.host.rts = False
+    assert ask(bench, if1, "E") == b"C\r"
+
+
+@pytest.mark.parametrize("wiring", ["Epson HX20 5-wire", "IBM PC 5-wire"])
+@pytest.mark.parametrize("line", ["dtr", "rts"])
+def test_the_5_wire_cables_need_both_lines_of_the_host(bench, wiring, line):
+    """Appendix 3: "5-wire with buffer control"."""
+    if1 = ready(bench, wiring=wiring)
+    setattr(if1.serial.host, line, False)
+    assert ask(bench, if1, "E") == b""
+    setattr(if1.serial.host, line, True)
+    bench.run(0.1)
+    assert if1.serial.read() == b"C\r"
+
+
+# Where it is
+
+
+def test_every_terminal_has_its_place(bench):
+    """Appendix 2."""
+    if1 = bench.add("if1")
+    assert if1.terminals.keys() - {"led"} == TERMINALS.keys()
+
+
+def test_the_page_has_every_terminal_link_and_cable():
+    """docs/digiplan.md has the tables of the code."""
+    page = PAGE.read_text(encoding="utf-8")
+    rows = set(re.findall(r"^\|.*\|$", page, re.MULTILINE))
+    for name, terminal in TERMINALS.items():
+        assert f"| `{name}` | {terminal.place} | {terminal.edge} | {terminal.circuit} | {terminal.high} |" in rows
+    for link in LINKS:
+        assert f"| {link.name} | {link.purpose} | {link.here} |" in rows
+    for name, cable in CABLES.items():
+        assert f'| `"{name}"` | {cable.purpose} |' in rows
+    for name, glyphs in KEYBOARDS.items():
+        assert f"| `{name}` | " + " | ".join(f"`{glyph}`" for glyph in glyphs) + " |" in rows
+
+
+# Hints
+
+
+def hints(bench, if1):
+    told = []
+    if1.watch_trouble(told.append)
+    return told
+
+
+def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
+    """Initialisation: a host that sends commands at once is not heard; it is told once."""
+    if1 = bench.add("if1")
+    told = hints(bench, if1)
+    bench.run(1.5)
+    tell(if1, "X1000$")
+    bench.run(0.2)
+    assert told == ["characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"]
+    assert if1.trouble == told[0]
+    if1.serial.write(b"(")
+    bench.run(0.1)
+    assert if1.trouble == "" and len(told) == 1
+
+
+def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
+    """Initialisation: the format message comes first; a `U` sent back, as in sample 4, is nothing wrong."""
+    if1 = bench.add("if1")
+    told = hints(bench, if1)
+    bench.run(1.5)
+    if1.serial.write(b"(")
+    bench.run(0.1)
+    tell(if1, "U")
+    bench.run(0.1)
+    assert told == []
+    tell(if1, "X1000$")
+    tell(if1, "E")
+    bench.run(0.1)
+    assert told == ["characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"]
+    tell(if1, "U61")
+    bench.run(1.2)
+    assert if1.trouble == "" and len(told) == 1
+
+
+def test_who_listens_to_hints_no_longer_is_told_none(bench):
+    """A subscription ends once."""
+    if1, told = bench.add("if1"), []
+    end = if1.watch_trouble(told.append)
+    end()
+    bench.run(1.5)
+    tell(if1, "X1000$")
+    bench.run(0.2)
+    assert told == []
+
+
+def test_a_board_has_no_hints_of_its_own(bench):
+    """`watch_trouble` is there for every controller."""
+    board = bench.add("1811")
+    board.watch_trouble(print)()
