@@ -173,13 +173,10 @@ def test_whatever_the_format_equal_ends_understand_each_other(fmt, data):
 @settings(max_examples=60, deadline=None)
 @given(FORMATS, st.integers(0, 255))
 def test_reading_bit_by_bit_gives_what_was_sent(fmt, byte):
-    frame = fmt.frame(byte)
-
-    def level_at(since_ns):
-        bit = int(since_ns / fmt.bit_ns)
-        return frame[bit] if bit < len(frame) else True
-
-    assert fmt.decode(level_at) == (byte & ((1 << fmt.bytesize) - 1), NONE)
+    levels = (*fmt.frame(byte), True)
+    assert len(levels) == fmt.samples
+    sampled = sum(level << bit for bit, level in enumerate(levels))
+    assert fmt.decode(sampled) == (byte & ((1 << fmt.bytesize) - 1), NONE)
 
 
 @settings(max_examples=60, deadline=None)

@@ -253,7 +253,8 @@ class Pacer:
     @property
     def _idle(self) -> bool:
         """Whether nothing is to be done."""
-        return self.clock.quiet and (self.clock.now >= self.agenda_ns or self.clock.next_event_ns() is None)
+        clock = self.clock
+        return (clock.quiet and clock.now >= self.agenda_ns) or clock.next_event_ns() is None
 
     def _slice(self) -> None:
         self._next = None

@@ -23,7 +23,7 @@ from axistwin.errors import LinkError
 from axistwin.links.plug import CHUNK, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
-from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
 EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
@@ -152,7 +152,7 @@ class PtyPort:
         host, usual = self.plug.serial.host, self.plug.usual
         host.dtr = host.rts = speed > 0
         host.format = UartFormat(
-            speed or host.baudrate,
+            min(speed, FASTEST_BAUD) or host.baudrate,
             usual.bytesize,
             "O" if flags & termios.PARODD else usual.parity,
             2 if flags & termios.CSTOPB else 1,
