@@ -96,7 +96,7 @@ class UartFormat:
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
         """Runs of space in that frame: the number of the first bit of each, and that of the first one after it."""
-        return _spaces(self.frame(byte, flipped))
+        return _spaces(self.bytesize, self.parity, byte, flipped)
 
     @cached_property
     def samples(self) -> int:
@@ -125,8 +125,9 @@ def _invalid(what: str, given: object, expected: str) -> UsageError:
 
 
 @lru_cache(maxsize=4096)
-def _spaces(levels: tuple[bool, ...]) -> tuple[tuple[int, int], ...]:
-    edges = [bit for bit, (before, level) in enumerate(pairwise((MARK, *levels, MARK))) if level is not before]
+def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tuple[int, int], ...]:
+    levels = (MARK, *UartFormat(bytesize=bytesize, parity=parity).frame(byte, flipped), MARK)
+    edges = [bit for bit, (before, level) in enumerate(pairwise(levels)) if level is not before]
     return tuple(zip(edges[::2], edges[1::2], strict=True))
 
 

@@ -52,6 +52,12 @@ class Levels:
         if spaces:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
+    def low(self, at: int, per: int) -> bool:
+        """True if the wire is at space at `at/per` ns.  What ends by then is forgotten."""
+        self.forget(at, per)
+        spaces = self._spaces
+        return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
+
     def sample(self, at: int, step: int, per: int, count: int) -> int:
         """Levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.  What ends by the last is forgotten."""
         spaces, levels = self._spaces, (1 << count) - 1

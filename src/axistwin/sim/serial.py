@@ -77,12 +77,14 @@ class _Reading:
         """Take the levels before this time, or all; after a false start no more.  Returns how many."""
         count = self.left
         if before_ns is not None:
-            count = min(count, -((self.next - before_ns * self.per) // self.step))
-        if count <= 0:
-            return 0
-        if not self.taken:
-            count = 1  # the start bit: if it is none, what follows is not read
-        self.levels |= wire.sample(self.next, self.step, self.per, count) << self.taken
+            missing = before_ns * self.per - self.next
+            if missing <= 0 or not count:
+                return 0
+            count = min(count, -(-missing // self.step))
+        if not self.taken and not wire.low(self.next, self.per):
+            count, self.levels = 1, 1
+        else:
+            self.levels |= wire.sample(self.next, self.step, self.per, count) << self.taken
         self.taken += count
         self.left -= count
         self.next += count * self.step
@@ -91,7 +93,7 @@ class _Reading:
     @property
     def false_start(self) -> bool:
         """True if the start bit is over before its middle."""
-        return bool(self.taken and self.levels & 1)
+        return self.levels & 1 == 1
 
 
 class Line:
@@ -221,9 +223,10 @@ class Line:
 
     def _append(self, frame: Frame) -> None:
         """A frame begins now.  What a receiver has seen before now cannot change any more."""
-        self._unfold()
-        self._read_on()
-        self._reconsider()
+        if self._reading is not None:
+            self._unfold()
+            self._read_on(frame.start_ns)
+            self._reconsider()
         reading = self._reading
         if reading is None:
             self._levels.forget(frame.start_ns)
@@ -273,20 +276,18 @@ class Line:
         self._reading = reading
         self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._over(reading))
 
-    def _read_on(self) -> None:
+    def _read_on(self, now_ns: int) -> None:
         """Read the levels up to now."""
         while (reading := self._reading) is not None and reading.whole is None:
-            count = reading.read(self._levels, self.clock.now)
-            if not count:
+            self.samples += reading.read(self._levels, now_ns)
+            if not reading.false_start:
                 return
-            self.samples += count
-            if reading.false_start:
-                self._idle, self._reading = (reading.next - reading.step, reading.per), None
-                self._listen()
+            self._idle, self._reading = (reading.next - reading.step, reading.per), None
+            self._listen()
 
     def _over(self, reading: _Reading) -> None:
         """The first stop bit is over: the receiver has a character."""
-        self._read_on()
+        self._read_on(self.clock.now)
         if reading is not self._reading:  # it was a false start
             return
         self._idle = reading.idle, reading.per
@@ -309,8 +310,7 @@ class Line:
             self.receiver.take(frame.sent[1], SOUND)
             return
         reading = _Reading(fmt, first.begin, first.per)
-        while not reading.false_start and reading.read(levels):
-            pass
+        reading.read(levels)
         if not reading.false_start:
             self.receiver.take(*fmt.decode(reading.levels))
 
