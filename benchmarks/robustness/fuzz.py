@@ -2,9 +2,9 @@
 
     python benchmarks/robustness/fuzz.py [SEED] [BYTES]
 
-A rate is in characters per second of processor time: those that are put on wires, or those that the receivers find there
-where these are more (to a fast receiver the bits of a slow character look like several).  Bytes of the host per second
-are printed beside it.  Exit code 0: no exception, and at no baud rate a rate below half of that at the model's own.
+A rate is in characters per second of processor time: those that are put on wires, or those that the receivers find
+there where these are more (to a fast receiver the bits of a slow character look like several).  Bytes of the host per
+second are printed beside it.  Exit code 0: no exception, and no rate below half of that at the model's own baud rate.
 """
 
 import random
@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
+from typing import Self
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
@@ -27,11 +28,27 @@ SLOWEST = 0.5
 """Of the rate at its own baud rate."""
 SEED, BYTES = 11, 4000
 ROUNDS = 3
-WORDS = ("G ", "S ", "MV ", "MP ", "V=", "A=", "P=", "RP ", "RS ", "ZS ", "X", "Y", "Z", "@", "S1$", "E\r", "D", "F",
-         "W", "B", "U61\r", "(", "*", "#\r", "GOTO", "CALL", "WAIT=", "\r", "\n", " ", "0", "1", "9", "-", "[", "]")  # fmt: skip
+WORDS = (
+    *("G ", "S ", "MV ", "MP ", "V=", "A=", "P=", "RP ", "RS ", "ZS ", "GOTO", "CALL", "WAIT="),
+    *("X", "Y", "Z", "@", "S1$", "E\r", "D", "F", "W", "B", "U61\r", "(", "*", "#\r", "[", "]"),
+    *("\r", "\n", " ", "0", "1", "9", "-"),
+)
 
 
-def initialised(model: str) -> SerialPort:
+@dataclass
+class Target:
+    """A port of a bench, and the name by which a host reaches it."""
+
+    bench: Bench
+    name: str
+
+    @property
+    def port(self) -> SerialPort:
+        """The host's end."""
+        return self.bench.port(self.name)
+
+
+def initialised(model: str) -> Target:
     """An interface that is ready for instructions."""
     bench = Bench()
     port = bench.add(model).serial
@@ -40,18 +57,18 @@ def initialised(model: str) -> SerialPort:
         port.write(text)
         bench.run(1.2)
     port.read()
-    return port
+    return Target(bench, model)
 
 
-def uninitialised(model: str) -> SerialPort:
+def uninitialised(model: str) -> Target:
     """An interface that waits for `(`."""
     bench = Bench()
-    port = bench.add(model).serial
+    bench.add(model)
     bench.run(1.1)
-    return port
+    return Target(bench, model)
 
 
-def motors(kind: str, *, moving: bool = False) -> SerialPort:
+def motors(kind: str, *, moving: bool = False) -> Target:
     """One SmartMotor, or three in a daisy chain or on a pair of wires."""
     bench = Bench()
     found = [bench.add("smartmotor") for _ in range(1 if kind == "single" else 3)]
@@ -63,14 +80,14 @@ def motors(kind: str, *, moving: bool = False) -> SerialPort:
         if kind == "rs485":
             motor.serial.write(b"OCHN(RS4,1,N,9600,1,8,C) ")
     bench.run(0.5)
-    port = {"single": lambda: found[0].serial, "chain": lambda: bench.chain(*found)}.get(
-        kind, lambda: bench.rs485(*found)
-    )()
-    port.read()
-    return port
+    if kind == "chain":
+        bench.chain(*found, name=kind)
+    elif kind == "rs485":
+        bench.rs485(*found, name=kind)
+    return Target(bench, "smartmotor" if kind == "single" else kind)
 
 
-PORTS: dict[str, Callable[[], SerialPort]] = {
+PORTS: dict[str, Callable[[], Target]] = {
     "if1": lambda: initialised("if1"),
     "if2": lambda: initialised("if2"),
     "if1 without a format": lambda: uninitialised("if1"),
@@ -109,9 +126,10 @@ def garbage(seed: int, count: int) -> bytes:
     return bytes(data[:count])
 
 
-def attack(port: SerialPort, baudrate: int, data: bytes) -> Outcome:
+def attack(target: Target, baudrate: int, data: bytes) -> Outcome:
     """Send it at this baud rate and step until the last character is over."""
-    clock, counted = port.clock, _Counted()
+    port, counted = target.port, _Counted()
+    clock = port.clock
     clock.patient = False  # as when it is served: nothing is compiled meanwhile
     port.host.baudrate = baudrate
     error, longest_s, began = None, 0.0, process_time()
@@ -130,7 +148,7 @@ def attack(port: SerialPort, baudrate: int, data: bytes) -> Outcome:
 class _Counted:
     """Counts the characters on all wires, and those that all receivers find, meanwhile."""
 
-    def __enter__(self) -> "_Counted":
+    def __enter__(self) -> Self:
         self.carried = self.found = 0
         self._take, self._carry = Uart.take, Line.carry
 
@@ -177,8 +195,9 @@ def main(seed: int = SEED, count: int = BYTES) -> int:
         for baudrate, outcome in outcomes.items():
             bad = outcome.error or outcome.rate < SLOWEST * matched
             good &= not bad
-            print(f"{name:22} {baudrate:>9,} baud {outcome.rate:>9,.0f}/s = {outcome.rate / matched:4.2f} of matched, "
-                  f"{outcome.sent / outcome.seconds:>8,.0f} B/s, longest step {outcome.longest_s * 1e3:.2f} ms{'  BAD' if bad else ''} {outcome.error or ''}")  # fmt: skip
+            shown = f"{outcome.rate:>9,.0f}/s = {outcome.rate / matched:4.2f} of matched"
+            speed = f"{outcome.sent / outcome.seconds:>8,.0f} B/s, longest step {outcome.longest_s * 1e3:.2f} ms"
+            print(f"{name:22} {baudrate:>9,} baud {shown}, {speed} {'BAD' if bad else ''} {outcome.error or ''}")
     for model in ("1810", "1811"):
         outcome = attack_board(model, seed, count)
         good &= outcome.error is None
@@ -187,7 +206,7 @@ def main(seed: int = SEED, count: int = BYTES) -> int:
     return 0 if good else 1
 
 
-def best(make: Callable[[], SerialPort], baudrate: int, data: bytes) -> Outcome:
+def best(make: Callable[[], Target], baudrate: int, data: bytes) -> Outcome:
     """The fastest of some rounds; one that fails if any does."""
     outcomes = [attack(make(), baudrate, data) for _ in range(ROUNDS)]
     return next((outcome for outcome in outcomes if outcome.error), max(outcomes, key=lambda outcome: outcome.rate))

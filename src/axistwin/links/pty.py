@@ -20,7 +20,7 @@ import tty
 from pathlib import Path
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, Plug
+from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
@@ -93,7 +93,7 @@ class PtyPort:
 
     def _readable(self) -> None:
         try:
-            packet = os.read(self._master, CHUNK)
+            packet = os.read(self._master, 1 + self.plug.chunk)  # with a byte of its own in front
         except BlockingIOError:
             return
         except OSError as error:
