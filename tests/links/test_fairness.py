@@ -1,7 +1,8 @@
-"""What one host sends keeps no other one waiting: counted in steps between two turns of the loop, not in milliseconds."""
+"""What one host sends keeps no other one waiting: counted in steps between two turns of the loop."""
 
 import importlib.util
 import sys
+from functools import partial
 from itertools import count
 from pathlib import Path
 
@@ -93,7 +94,7 @@ def test_between_two_turns_of_the_loop_there_is_a_slice_at_most(slow_machine, na
     port.host.baudrate = baudrate
     for number in range(3):
         loop.now_s += 0.01
-        loop.turn(lambda: plug.send(fuzz.garbage(number, 100)))
+        loop.turn(partial(plug.send, fuzz.garbage(number, 100)))
         loop.run_to(loop.now_s)
     assert loop.steps > 0
     assert loop.most <= 2 * (STEPS + 5)  # once to bring virtual time to now, once to let happen what is due

@@ -173,10 +173,13 @@ def test_whatever_the_format_equal_ends_understand_each_other(fmt, data):
 @settings(max_examples=60, deadline=None)
 @given(FORMATS, st.integers(0, 255))
 def test_reading_bit_by_bit_gives_what_was_sent(fmt, byte):
-    levels = (*fmt.frame(byte), True)
-    assert len(levels) == fmt.samples
-    sampled = sum(level << bit for bit, level in enumerate(levels))
-    assert fmt.decode(sampled) == (byte & ((1 << fmt.bytesize) - 1), NONE)
+    frame = fmt.frame(byte)
+
+    def level_at(since_ns):
+        bit = int(since_ns / fmt.bit_ns)
+        return frame[bit] if bit < len(frame) else True
+
+    assert fmt.decode(level_at) == (byte & ((1 << fmt.bytesize) - 1), NONE)
 
 
 @settings(max_examples=60, deadline=None)
@@ -186,3 +189,35 @@ def test_any_mismatch_gives_characters_or_nothing_and_never_hangs(sender, receiv
     received = wire.send(data, 5)
     assert all(0 <= byte < 256 for byte, _ in received)
     assert wire.clock.next_event_ns() is None
+
+
+def test_a_receiver_that_resynchronises_finds_the_start_bit_in_its_own_stop_bit():
+    """7N1 without gaps to 8N1: the next start bit lies where the stop bit is expected."""
+    lost, found = Wire("9600 7N1", "9600 8N1"), Wire("9600 7N1", "9600 8N1")
+    found.second.resynchronises = True
+    assert [byte & 0x7F for byte, _ in lost.send(b"U11")] != [0x55, 0x31, 0x31]
+    assert found.send(b"U11") == [(0xD5, FRAMING), (0xB1, FRAMING), (0xB1, NONE)]
+
+
+def test_a_receiver_that_resynchronises_does_not_mistake_a_parity_bit_for_a_start_bit():
+    """8E2 to 8N2: a parity bit of 0 after a bit 8 of 0 makes no falling edge."""
+    wire = Wire("9600 8E2", "9600 8N2")
+    wire.second.resynchronises = True
+    assert wire.send(b"U3") == [(0x55, FRAMING), (0x33, FRAMING)]
+
+
+@pytest.mark.parametrize("instant", [False, True])
+def test_a_second_look_reads_one_character_in_another_format(instant):
+    """The receiver is at 9600 and looks for characters at 1200 that are low for four bits."""
+    wire = Wire("1200 8N1", "9600 8N1", instant)
+    slow, seen = UartFormat(1200), []
+
+    def look(low_ns, level_at):
+        seen.append((low_ns, slow.decode(level_at)))
+        return slow if low_ns == 4 * slow.bit_ns else None
+
+    wire.second.second_look = look
+    assert wire.send(b"(") == [(0x28, NONE)]
+    assert seen == [(4 * slow.bit_ns, (0x28, NONE))]
+    wire.first.format = wire.second.format
+    assert wire.send(b"(")[1:] == [(0x28, NONE)]

@@ -5,6 +5,7 @@ idle ──┐     ┌──┬──┬──┬──┬──┬──┬─�
        └─────┴──┴──┴──┴──┴──┴──┴──┴──┴──┘
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Flag
 from fractions import Fraction
@@ -103,7 +104,14 @@ class UartFormat:
         """Bits that a receiver looks at: start bit, data, parity, first stop bit."""
         return 2 + self.bytesize + (self.parity != "N")
 
-    def decode(self, levels: int) -> tuple[int, LineError]:
+    def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
+        """What a receiver in this format reads; `level_at(time since the falling edge)`.  None: a false start."""
+        middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(self.samples)]
+        if level_at(middles[0]) is MARK:
+            return None
+        return self.read(sum(level_at(middle) << bit for bit, middle in enumerate(middles)))
+
+    def read(self, levels: int) -> tuple[int, LineError]:
         """What a receiver in this format makes of the levels in the middles of these bits, the start bit as bit 0."""
         byte = levels >> 1 & ((1 << self.bytesize) - 1)
         wrong_parity = self.parity != "N" and bool(levels >> 1 + self.bytesize & 1) is not self.parity_bit(byte)

@@ -12,6 +12,7 @@ Each space is stored once, taken out once, and read only at the first place; so 
 
 from collections import deque
 from collections.abc import Iterable
+from fractions import Fraction
 from functools import cmp_to_key
 from math import lcm
 
@@ -59,19 +60,27 @@ class Levels:
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
 
     def sample(self, at: int, step: int, per: int, count: int) -> int:
-        """Levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.  What ends by the last is forgotten."""
-        spaces, levels = self._spaces, (1 << count) - 1
-        while spaces:
-            space = spaces[0]
+        """Levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.
+
+        What ends by the last but one is forgotten; a receiver may look once more at what has come since.
+        """
+        levels, forgotten = (1 << count) - 1, 0
+        for space in self._spaces:
             since, width = at * space.per, step * space.per
             first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: the samples in between
-            last = (space.end * per - since + width - 1) // width
-            if last > first and first < count:
-                levels &= ~((1 << last) - (1 << first))
-            if last >= count:
+            if first >= count:
                 break
-            spaces.popleft()
+            last = (space.end * per - since + width - 1) // width
+            if last > first:
+                levels &= ~((1 << last) - (1 << first))
+            forgotten += last <= count - 2
+        for _ in range(forgotten):
+            self._spaces.popleft()
         return levels
+
+    def at(self, time_ns: Fraction) -> bool:
+        """The level at any time, as far as it is known by now."""
+        return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
         """Forget what ends by `at/per` ns."""

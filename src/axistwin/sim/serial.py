@@ -22,6 +22,10 @@ from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
 from axistwin.units import S, to_ns
 
 
+LevelAt = Callable[[Fraction], bool]
+"""The level of the line so many nanoseconds after a falling edge."""
+
+
 class Wire(Protocol):
     """What a transmitter puts its characters on."""
 
@@ -234,17 +238,28 @@ class Line:
                 return
             self._levels.put(frame)
             self._listen()
-        elif not reading.left or reading.whole or frame.end * reading.per > reading.next * frame.per:
-            self._levels.put(frame)  # else it is over before the receiver looks again
+        elif not self._invisible(frame, reading):
+            self._levels.put(frame)
+
+    def _invisible(self, frame: Frame, reading: _Reading) -> bool:
+        """True if the frame is over before the receiver looks at the wire again."""
+        last = reading.left <= (1 if self.receiver.resynchronises else 0)
+        return not last and reading.whole is None and frame.end * reading.per <= reading.next * frame.per
 
     def _begin_whole(self, frame: Frame) -> bool:
         """If the receiver understands this frame and nothing else is on the wire, it need not be sampled."""
         idle, per = self._idle
-        plain = frame.sent is not None and not frame.own and self.receiver.understands(frame.sent[0])
-        if not plain or frame.start_ns * per < idle or not self._levels.free(frame.start_ns):
+        receiver = self.receiver
+        plain = frame.sent is not None and not frame.own and receiver.understands(frame.sent[0])
+        if (
+            not plain
+            or receiver.second_look is not None
+            or frame.start_ns * per < idle
+            or not self._levels.free(frame.start_ns)
+        ):
             return False
-        assert self.receiver.format is not None
-        self._begin(_Reading(self.receiver.format, frame.start_ns, 1, whole=frame))
+        assert receiver.format is not None
+        self._begin(_Reading(receiver.format, frame.start_ns, 1, whole=frame))
         return True
 
     def _unfold(self) -> None:
@@ -266,10 +281,19 @@ class Line:
         A receiver without a format measures how long the line is low first (automatic baud rate).
         """
         for space in self._levels.falls(*self._idle):
-            fmt = self.receiver.format or self.receiver.measure(_duration_ns(space))
+            fmt = self._format(self._levels, space)
             if fmt is not None:
                 self._begin(_Reading(fmt, space.begin, space.per, space=space))
                 return
+
+    def _format(self, levels: Levels, space: Space) -> UartFormat | None:
+        """The format in which the receiver reads a character that begins with this space."""
+        receiver = self.receiver
+        if receiver.format is not None and receiver.second_look is None:
+            return receiver.format
+        edge_ns = Fraction(space.begin, space.per)
+        low_ns = Fraction(space.end, space.per) - edge_ns
+        return receiver.measure(low_ns, lambda since_ns: levels.at(edge_ns + since_ns))
 
     def _begin(self, reading: _Reading) -> None:
         """A start bit, perhaps."""
@@ -290,11 +314,11 @@ class Line:
         self._read_on(self.clock.now)
         if reading is not self._reading:  # it was a false start
             return
-        self._idle = reading.idle, reading.per
-        if reading.whole is not None and reading.whole.sent is not None:
-            self.receiver.take(reading.whole.sent[1], SOUND)
-        else:
-            self.receiver.take(*reading.fmt.decode(reading.levels))  # it may choose the format for what follows
+        sent = None if reading.whole is None else reading.whole.sent
+        byte, errors = reading.fmt.read(reading.levels) if sent is None else (sent[1], SOUND)
+        again = self.receiver.resynchronises and LineError.FRAMING in errors
+        self._idle = reading.idle - again * reading.step, reading.per
+        self.receiver.take(byte, errors)  # it may choose the format for what follows
         self._reading = None
         self._listen()
 
@@ -303,7 +327,7 @@ class Line:
         levels = Levels()
         levels.put(frame)
         [first, *_] = levels.falls(0, 1)
-        fmt = self.receiver.format or self.receiver.measure(_duration_ns(first))
+        fmt = self._format(levels, first)
         if fmt is None:
             return
         if frame.sent is not None and frame.sent[0].shape == fmt.shape:
@@ -312,11 +336,7 @@ class Line:
         reading = _Reading(fmt, first.begin, first.per)
         reading.read(levels)
         if not reading.false_start:
-            self.receiver.take(*fmt.decode(reading.levels))
-
-
-def _duration_ns(space: Space) -> Fraction:
-    return Fraction(space.end - space.begin, space.per)
+            self.receiver.take(*fmt.read(reading.levels))
 
 
 @dataclass
@@ -328,6 +348,13 @@ class Uart:
     on_receive: Callable[[int, LineError], None] = lambda byte, errors: None
     on_measure: Callable[[Fraction], UartFormat | None] = lambda low_ns: None
     """Asked for a format while `format` is None; it is told how long the line was low."""
+    second_look: Callable[[Fraction, LevelAt], UartFormat | None] | None = None
+    """Asked at each start bit while there is a `format`: another format for this one character, or None.
+
+    It is given how long the line is low, and the levels from the falling edge on.
+    """
+    resynchronises: bool = False
+    """True: a falling edge between the last data bit and a low stop bit is taken for the next start bit."""
     has_room: Callable[[], bool] = lambda: True
     """On a line that takes no time the sender waits while the receiver has no room."""
 
@@ -356,9 +383,12 @@ class Uart:
         """Whether characters sent in this format are received as they are."""
         return self.format is not None and self.format.shape == sent.shape
 
-    def measure(self, low_ns: Fraction) -> UartFormat | None:
-        """The receiver has no format and has seen the line low for so long."""
-        return self.on_measure(low_ns)
+    def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
+        """Return the format for a character that begins with the line low for so long."""
+        if self.format is None:
+            return self.on_measure(low_ns)
+        other = None if self.second_look is None else self.second_look(low_ns, level_at)
+        return other or self.format
 
     def send(self, data: bytes) -> None:
         """Queue characters; they leave one after the other, each in the format in force when it leaves."""
