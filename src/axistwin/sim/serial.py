@@ -21,7 +21,6 @@ from axistwin.sim.levels import Levels, Space
 from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
 from axistwin.units import S, to_ns
 
-
 LevelAt = Callable[[Fraction], bool]
 """The level of the line so many nanoseconds after a falling edge."""
 
