@@ -8,6 +8,7 @@ the other host to its answer, at 9600 baud.  Exit code 0: no step above 5 ms, no
 
 import asyncio
 import contextlib
+import gc
 import sys
 from time import process_time
 
@@ -51,6 +52,8 @@ async def attack(name: str, baudrate: int, data: bytes) -> tuple[float, float]:
     for text in (b"(", b"U61\r"):
         other.serial.write(text)
         bench.run(1.2)
+    gc.collect()
+    gc.freeze()  # as `axistwin serve` does
     steps = Steps(bench.clock)
     server = Server(bench, speed=1.0)
     try:
