@@ -47,8 +47,11 @@ def held(start_ns, duration_ns, *, own=False):
     return Sent(start_ns, (False,), Fraction(duration_ns), own)
 
 
-def receive(sent, fmt, cut_ns=None):
-    """All (time in ns, byte, errors) that a receiver in this format finds; from `cut_ns` on the wire is open."""
+def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
+    """All (time in ns, byte, errors) that a receiver in this format finds; from `cut_ns` on the wire is open.
+
+    `resynchronises`: after a framing error it looks for a start bit from the middle of the last data or parity bit on.
+    """
     spaces = [space for one in sent for space in one.spaces(cut_ns)]
     edges = sorted({begin for one in sent if not one.own for begin, _ in one.spaces(cut_ns)})
     falls = [edge for edge in edges if not any(begin < edge < end for begin, end in spaces)]
@@ -68,6 +71,8 @@ def receive(sent, fmt, cut_ns=None):
         receive_ns = round(count * bit_ns)
         found.append((int(edge) + receive_ns, *decode(levels, fmt)))
         idle_from = edge + receive_ns - bit_ns / 2
+        if resynchronises and LineError.FRAMING in found[-1][2]:
+            idle_from -= bit_ns
     return found
 
 

@@ -55,14 +55,16 @@ def run_out(clock):
 
 
 @settings(max_examples=200, deadline=None)
-@given(FORMATS, FORMATS, ITEMS)
-def test_whatever_is_sent_to_a_receiver_in_any_format_is_what_the_reference_finds(sender, fmt, items):
+@given(FORMATS, FORMATS, ITEMS, st.booleans())
+def test_whatever_is_sent_to_a_receiver_in_any_format_is_what_the_reference_finds(sender, fmt, items, resynchronises):
     clock = Clock()
     first, second = Uart(clock, sender), Receiver(clock, fmt)
+    second.uart.resynchronises = resynchronises
     join(first, second.uart)
     send(first, items)
     run_out(clock)
-    assert second.found == reference.receive(on_the_wire(0, sender, items)[0], fmt)
+    sent = on_the_wire(0, sender, items)[0]
+    assert second.found == reference.receive(sent, fmt, resynchronises=resynchronises)
 
 
 @settings(max_examples=100, deadline=None)
