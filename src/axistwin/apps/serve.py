@@ -222,12 +222,6 @@ def _prepare(bench: Bench, speed: float | None) -> None:
             logging.getLogger("axistwin").warning("%s", note)
 
 
-def _spare_memory() -> None:
-    """Objects made by now are permanent: the garbage collector need not go through them again while hosts wait."""
-    gc.collect()
-    gc.freeze()
-
-
 def _talk() -> None:
     """What happens on the ports is told on stderr."""
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
@@ -263,6 +257,12 @@ def _start(server: Server, shown: "Panel | None") -> None:
         server.start()
     else:
         shown.session.run()
+
+
+def _spare_memory() -> None:
+    """Objects made by now are permanent: the garbage collector need not go through them again while hosts wait."""
+    gc.collect()
+    gc.freeze()
 
 
 def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
