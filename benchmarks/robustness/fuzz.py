@@ -26,7 +26,7 @@ BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600, 19_200, 38_400, 115_200, 46
 MATCHED = 9600
 SLOWEST = 0.5
 """Of the rate at its own baud rate."""
-SEED, BYTES = 11, 4000
+SEED, BYTES = 11, 1000
 ROUNDS = 3
 WORDS = (
     *("G ", "S ", "MV ", "MP ", "V=", "A=", "P=", "RP ", "RS ", "ZS ", "GOTO", "CALL", "WAIT="),
