@@ -36,6 +36,10 @@ class Levels:
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
 
+    def __len__(self) -> int:
+        """The spaces that are still to be read."""
+        return len(self._spaces)
+
     def put(self, frame: Frame) -> None:
         """Put a frame on the wire.  Where frames overlap, the wire is at space if one of them is."""
         bit, per = frame.bit, frame.per

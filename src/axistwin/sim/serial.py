@@ -21,6 +21,8 @@ from axistwin.sim.levels import Levels, Space
 from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
 from axistwin.units import S, to_ns
 
+MANY = 12
+"""Spaces on a wire, those of some three characters; when there are more, a receiver reads as far as it can already."""
 LevelAt = Callable[[Fraction], bool]
 """The level of the line so many nanoseconds after a falling edge."""
 
@@ -228,7 +230,8 @@ class Line:
         """A frame begins now.  What a receiver has seen before now cannot change any more."""
         if self._reading is not None:
             self._unfold()
-            self._read_on(frame.start_ns)
+            if len(self._levels) > MANY:
+                self._read_on(frame.start_ns)
             self._reconsider()
         reading = self._reading
         if reading is None:
