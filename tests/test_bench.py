@@ -34,6 +34,49 @@ def test_running_no_time_is_allowed_and_backwards_is_not():
         bench.run(-1)
 
 
+YEARS_291 = 291 * 365 * 86_400
+
+
+def test_virtual_time_ends_before_64_bits_of_nanoseconds_do():
+    """2^63 ns are 9,223,372,036.85 s; also a sequence of runs that adds up beyond that is refused, and does nothing."""
+    bench = Bench()
+    bench.run(YEARS_291)
+    now_ns = bench.now
+    for late in (
+        lambda: bench.run(YEARS_291),
+        lambda: bench.run_until(lambda: False, YEARS_291),
+        lambda: bench.clock.run_to(1 << 63),
+    ):
+        with pytest.raises(UsageError, match=r"virtual time ends after 292 years, at 9\.22e9 s"):
+            late()
+        assert bench.now == now_ns
+    bench.clock.run_to((1 << 63) - 1)
+    assert bench.now == (1 << 63) - 1
+
+
+@pytest.mark.parametrize("seconds", [1e10, float("inf"), float("nan"), 10**400])
+def test_a_time_that_no_bench_will_ever_see_is_refused(seconds):
+    for late in (lambda: Bench().run(seconds), lambda: Bench().run_until(lambda: False, seconds)):
+        with pytest.raises(UsageError, match="is too long: give less than 292 years"):
+            late()
+
+
+def test_a_condition_that_raises_leaves_nothing_behind():
+    bench = Bench()
+    bench.add("if1")
+
+    def raises():
+        raise ZeroDivisionError
+
+    waiting = len(bench.clock._queue)
+    with pytest.raises(ZeroDivisionError):
+        bench.run_until(raises, 1)
+    bench.clock.call_later(5, raises)
+    with pytest.raises(ZeroDivisionError):
+        bench.clock.run_to(10)
+    assert len(bench.clock._queue) == waiting
+
+
 def test_run_until_stops_at_the_event_that_makes_it_true():
     bench = Bench()
     if1 = bench.add("if1")

@@ -49,7 +49,7 @@ from axistwin.units import to_ns, to_seconds
 if TYPE_CHECKING:
     from axistwin.faults.desk import Faults
 
-LINE = re.compile(r"(?P<baudrate>[1-9]\d*)? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
+LINE = re.compile(r"(?P<baudrate>[1-9]\d{0,8})? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
 FAMILIES = {
     "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
 }  # fmt: skip
@@ -343,19 +343,22 @@ class Bench:
         return triggers.read(sentence, self, self.faults, here)(happens)
 
     def run(self, seconds: float) -> None:
-        """Advance virtual time; everything due by then, inclusive, has happened."""
+        """Advance virtual time; everything due by then, inclusive, has happened.
+
+        Raises UsageError for a negative time, and for one after the end of virtual time (292 years).
+        """
         if seconds < 0:
             raise UsageError(f"time runs forwards only: run({seconds!r})")
-        self.clock.run_to(self.clock.now + to_ns(seconds))
+        self.clock.run_to(self.clock.later(to_ns(seconds)))
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Advance until `condition()` is true or `timeout` seconds have passed; tells which.
 
         It is asked at every event (an edge, a character, the beginning or end of a motion) and, while a servo moves, at
         every sample.  Single pulses are no events, so a condition on a stepper's position within a move is seen at the
-        next one.
+        next one.  Raises UsageError for a time-out after the end of virtual time (292 years).
         """
-        deadline_ns = self.clock.now + to_ns(timeout)
+        deadline_ns = self.clock.later(to_ns(timeout))
         servos = [controller._servo for controller in self.controllers.values() if controller._servo is not None]
         while not condition():
             samples_ns = (servo.next_sample_ns() for servo in servos)

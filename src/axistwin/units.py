@@ -8,17 +8,24 @@ US = 1_000
 MS = 1_000_000
 S = 1_000_000_000
 MOST_NS = 1 << 63
-"""Times below this, some 292 years, can stand in a trace."""
+"""Virtual time ends here, after some 292 years: traces and pulse times are 64-bit integers."""
 
 
 def to_ns(seconds: float | Fraction) -> int:
     """Seconds as the nearest integer number of nanoseconds.  Raises UsageError for what no bench will ever see."""
     ns = seconds * S
     if not -MOST_NS < ns < MOST_NS:
-        raise UsageError(f"{float(seconds):g} s is too long: give less than 292 years, 9.2e9 s")
+        raise UsageError(f"{_shown(seconds)} is too long: give less than 292 years, 9.2e9 s")
     return round(ns)
 
 
 def to_seconds(ns: int) -> float:
     """Nanoseconds as seconds, for people and plots."""
     return ns / S
+
+
+def _shown(seconds: float | Fraction) -> str:
+    try:
+        return f"{float(seconds):g} s"
+    except OverflowError:
+        return "a time of more than 300 digits"

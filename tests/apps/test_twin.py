@@ -175,6 +175,15 @@ def test_at_other_speeds_time_passes_by_itself():
         assert not twin.run_until(lambda: False, 0.01)
 
 
+def test_a_condition_that_raises_is_told_and_watches_no_more():
+    with axistwin.serve("if1", speed=1) as twin:
+        pacer = twin._service.server.pacer
+        with pytest.raises(ZeroDivisionError):
+            twin.run_until(lambda: 1 / 0, PATIENCE_S)
+        assert pacer._watchers == []
+        assert not twin.run_until(lambda: False, 0.01)
+
+
 def test_a_bench_of_ones_own():
     bench = axistwin.Bench()
     bench.add("smartmotor", "axis")

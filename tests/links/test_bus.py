@@ -196,6 +196,17 @@ def test_blanks_and_the_line_ends_of_other_systems(port):
         assert host.line() == "0"
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "xxx\n", "x" * LONGEST + "\n"])
+def test_a_line_that_is_too_long_spoils_no_other_however_it_is_cut_up(served, port, end):
+    with Host(port) as host:
+        host.send("x" * (LONGEST + 1))
+        while (master := served.server._slots["1811"].client) is None or not served.do(lambda: master._too_long):
+            pass
+        host.send(end)
+        assert host.line() == "error: a line has at most 1024 characters"
+        assert host.ask("i") == "0"
+
+
 def test_rubbish(port):
     with Host(port) as host:
         host.socket.sendall(bytes(range(256)) * 64 + b"\n")

@@ -1,6 +1,7 @@
 """`axistwin serve`: put controllers on real ports, and run until interrupted."""
 
 import asyncio
+import gc
 import logging
 import shlex
 from collections import Counter
@@ -244,6 +245,7 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: boo
             await server.open(name, url)
         if shown is not None:
             click.echo(f"panel on {await shown.open()}")
+        _spare_memory()
         _start(server, shown)
         for line in _lines(server, show):
             click.echo(line)
@@ -266,6 +268,12 @@ def _start(server: Server, shown: "Panel | None") -> None:
         server.start()
     else:
         shown.session.run()
+
+
+def _spare_memory() -> None:
+    """Objects made by now are permanent: the garbage collector need not go through them again while hosts wait."""
+    gc.collect()
+    gc.freeze()
 
 
 def _lines(server: Server, show_hosts: bool) -> Iterator[str]:

@@ -6,6 +6,7 @@ from axistwin.errors import UsageError
 from axistwin.faults.places import Spot
 from axistwin.faults.table import Case, Mend
 from axistwin.sim import trouble
+from axistwin.sim.frames import FASTEST_BAUD
 from axistwin.sim.serial import Line
 from axistwin.sim.serial_port import SerialPort
 from axistwin.sim.trouble import Effect, Trouble
@@ -45,7 +46,7 @@ def late(case: Case) -> Mend:
 def drift(case: Case) -> Mend:
     """The sender's clock runs faster or slower."""
     faster = 1 + case.values["percent"] / 100
-    return _all(case, trouble.at_rate(lambda baudrate: max(1, round(baudrate * faster))))
+    return _all(case, trouble.at_rate(lambda baudrate: min(max(1, round(baudrate * faster)), FASTEST_BAUD)))
 
 
 def baud(case: Case) -> Mend:

@@ -77,17 +77,17 @@ class Master(Connection):
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
-            if request := line.strip():
+            too_long, self._too_long = self._too_long or len(line) > LONGEST, False
+            if too_long or line.strip():
                 pacer.sync()
-                self._write(self._answer(request))
+                self._write(self._answer(line, too_long))
                 pacer.work()
         if len(self._line) > LONGEST:
             self._line, self._too_long = b"", True
 
-    def _answer(self, request: bytes) -> str:
+    def _answer(self, request: bytes, too_long: bool) -> str:
         try:
-            if self._too_long or len(request) > LONGEST:
-                self._too_long = False
+            if too_long:
                 raise UsageError(f"a line has at most {LONGEST} characters")
             return self._obey(request.decode("ascii", "replace").split())
         except AxistwinError as error:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum, IntFlag
 
 from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Subnegotiation, Verb, escape
-from axistwin.sim.frames import LineError, Parity, UartFormat
+from axistwin.sim.frames import FASTEST_BAUD, LineError, Parity, UartFormat
 
 SERVER = 100
 """An answer has the code of the command, and this on top."""
@@ -211,7 +211,8 @@ class ComPort:
 
     def _set_baudrate(self, value: bytes) -> Event | None:
         baudrate = int.from_bytes(value, "big") if len(value) == 4 else 0
-        event = self._set_format(replace(self.format, baudrate=baudrate)) if baudrate else None
+        possible = 1 <= baudrate <= FASTEST_BAUD
+        event = self._set_format(replace(self.format, baudrate=baudrate)) if possible else None
         self._answer(Code.SET_BAUDRATE, self.format.baudrate.to_bytes(4, "big"))
         return event
 

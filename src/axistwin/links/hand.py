@@ -43,17 +43,30 @@ class ServedClock:
         raise UsageError(f'time passes by itself here, so not by {seconds:g} s: serve with speed="manual"')
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Wait until `condition()` is true or `timeout` seconds of real time have passed; tells which."""
-        so = threading.Event()
+        """Wait until `condition()` is true or `timeout` seconds of real time have passed; tells which.
+
+        What `condition()` raises is raised here.
+        """
+        over = threading.Event()
+        raised: list[Exception] = []
 
         def look() -> None:
-            if condition():
-                so.set()
+            try:
+                found = not over.is_set() and condition()
+            except Exception as error:  # noqa: BLE001  # it belongs to the caller, not to the loop
+                raised.append(error)
+                found = True
+            if found:
+                over.set()
 
         unwatch = self._loop.do(lambda: self._pacer.watch(look))
-        self._loop.do(look)
-        found = so.wait(timeout)
-        self._loop.do(unwatch)
+        try:
+            self._loop.do(look)
+            found = over.wait(timeout)
+        finally:
+            self._loop.do(unwatch)
+        if raised:
+            raise raised[0]
         return found
 
     def attend(self, host: HostThread, timeout: float) -> Any:
@@ -83,7 +96,7 @@ class ManualClock(ServedClock):
         """Let virtual time pass.  What hosts have sent before is heard first."""
         if not 0 <= seconds < math.inf:
             raise UsageError(f"time runs forwards only, and not for ever: advance({seconds!r})")
-        end_ns = self.now + to_ns(seconds)
+        end_ns = self._pacer.clock.later(to_ns(seconds))
         self._settle()
         while not self._pass(end_ns):
             self._settle()
@@ -95,7 +108,7 @@ class ManualClock(ServedClock):
         """
         if not timeout < math.inf:  # nor nan
             raise UsageError(f"one cannot wait for ever: run_until(…, timeout={timeout!r})")
-        end_ns = self.now + to_ns(timeout)
+        end_ns = self._pacer.clock.later(to_ns(timeout))
         over = False
         while not over:
             self._settle()

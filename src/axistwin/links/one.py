@@ -64,6 +64,11 @@ class OneClient(Generic[G]):
         return self._deaf
 
     @property
+    def chunk(self) -> int:
+        """Bytes to be taken from a client at once; others have their turn in between."""
+        return 64
+
+    @property
     def who(self) -> str:
         """The client that is connected; "" if there is none."""
         return "" if self.client is None or self._has_left else self.client.name

@@ -184,6 +184,13 @@ class Pacer:
         self._flush()
         return found[0]
 
+    @property
+    def behind_s(self) -> float:
+        """Seconds by which the bench has fallen behind the wall clock when it was advanced last; 0 at full speed."""
+        if self._speed is None or self._loop is None:
+            return 0.0
+        return max(0.0, (self._target_ns(self._last_s) - self.clock.now) / S / self._speed)
+
     def report(self) -> str | None:
         """What there is to tell about falling behind, in one line."""
         if not self.overruns:
@@ -253,7 +260,8 @@ class Pacer:
     @property
     def _idle(self) -> bool:
         """Whether nothing is to be done."""
-        return self.clock.quiet and (self.clock.now >= self.agenda_ns or self.clock.next_event_ns() is None)
+        clock = self.clock
+        return (clock.quiet and clock.now >= self.agenda_ns) or clock.next_event_ns() is None
 
     def _slice(self) -> None:
         self._next = None
@@ -278,12 +286,17 @@ class Pacer:
         """Bring virtual time to `wall_s`, or as near as a slice allows."""
         assert self._speed is not None
         self._last_s = wall_s
-        target_ns = min(self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S), MOST_NS - 1)
+        target_ns = self._target_ns(wall_s)
         due_ns = self.clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
             self._account((target_ns - due_ns) / S / self._speed)
         if target_ns > self.clock.now or due_ns == target_ns:
             self._pass(lambda: self._follow(target_ns, wall_s))
+
+    def _target_ns(self, wall_s: float) -> int:
+        """The virtual time that belongs to this time of the wall clock."""
+        assert self._speed is not None
+        return min(self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S), MOST_NS - 1)
 
     def _follow(self, target_ns: int, wall_s: float) -> None:
         clock, plan, end_s = self.clock, self._plan, perf_counter() + SLICE_S

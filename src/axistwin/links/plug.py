@@ -12,7 +12,7 @@ from functools import partial
 from typing import Protocol
 
 from axistwin.links.one import Guest, OneClient
-from axistwin.links.pacing import Pacer
+from axistwin.links.pacing import BLOCK_S, Pacer
 from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.host_acts import HostAct
 from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
@@ -21,7 +21,11 @@ from axistwin.units import to_seconds
 FULL = 512
 """With so many characters waiting for the wire a client is not read from, until half of them have left."""
 CHUNK = 512
-"""Characters taken from a client at once.  On a line that takes no time the controller deals with them in one go."""
+"""Characters taken from a client at once."""
+INSTANT_CHUNK = 32
+"""The same on a line that takes no time: the controller deals with them in one go, and others wait meanwhile."""
+FEW = 64
+"""A client is not read from while the bench is behind the wall clock and more than these wait for the wire."""
 
 
 LASTING = "format", "dtr", "rts", "flow", "hold"
@@ -97,12 +101,22 @@ class Plug(OneClient[Client]):
         """Whether it takes no more characters for the moment."""
         return self._deaf or self._unwatch is not None
 
+    @property
+    def chunk(self) -> int:
+        """Characters to be taken from a client at once."""
+        return INSTANT_CHUNK if self.serial.instant else CHUNK
+
+    @property
+    def _behind(self) -> bool:
+        """True while the bench cannot keep pace with what has been sent."""
+        return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
+
     def send(self, data: bytes) -> None:
         """Characters from the client."""
         self.pacer.sync()
         self.serial.write(data)
         self.pacer.work()
-        if self.serial.pending > FULL and not self.full and self.client is not None:
+        if (self.serial.pending > FULL or self._behind) and not self.full and self.client is not None:
             self.client.pause()
             self._unwatch = self.pacer.watch(self._resume_when_emptier)
 
@@ -129,7 +143,7 @@ class Plug(OneClient[Client]):
             self.serial.held = False
 
     def _resume_when_emptier(self) -> None:
-        if self.serial.pending <= FULL // 2:
+        if self.serial.pending <= FULL // 2 and not self._behind:
             self._stop_waiting()
             if self.client is not None and not self._deaf:
                 self.client.resume()

@@ -20,10 +20,10 @@ import tty
 from pathlib import Path
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, Plug
+from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
-from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
 EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
@@ -93,7 +93,7 @@ class PtyPort:
 
     def _readable(self) -> None:
         try:
-            packet = os.read(self._master, CHUNK)
+            packet = os.read(self._master, 1 + self.plug.chunk)  # with a byte of its own in front
         except BlockingIOError:
             return
         except OSError as error:
@@ -152,7 +152,7 @@ class PtyPort:
         host, usual = self.plug.serial.host, self.plug.usual
         host.dtr = host.rts = speed > 0
         host.format = UartFormat(
-            speed or host.baudrate,
+            min(speed, FASTEST_BAUD) or host.baudrate,
             usual.bytesize,
             "O" if flags & termios.PARODD else usual.parity,
             2 if flags & termios.CSTOPB else 1,

@@ -65,7 +65,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
         """Where its characters are to be put."""
-        return self._view
+        return self._view[: self.plug.chunk]
 
     def buffer_updated(self, nbytes: int) -> None:
         """Characters have come."""

@@ -11,8 +11,10 @@ from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
 import simpy
-from simpy.core import Infinity
 from simpy.events import URGENT, Event, Interruption, Process
+
+from axistwin.errors import UsageError
+from axistwin.units import MOST_NS
 
 __all__ = ["Clock", "Event", "Procedure", "Process", "interrupt", "kill"]
 
@@ -52,10 +54,21 @@ class Clock(simpy.Environment):
         return not self._queue or self._queue[0][0] > self._now
 
     def run_to(self, end_ns: int) -> None:
-        """Let everything happen that is due up to and including `end_ns`; the clock then stands there."""
-        end = self._last_at(end_ns)
-        while end.callbacks is not None:  # until it has happened
-            self.step()
+        """Let everything happen that is due up to and including `end_ns`; the clock then stands there.
+
+        Raises UsageError for a time after the end of virtual time.
+        """
+        end = self._last_at(_possible(end_ns))
+        try:
+            while end.callbacks is not None:  # until it has happened
+                self.step()
+        finally:
+            if end.callbacks is not None:  # something was raised
+                self._withdraw(end)
+
+    def later(self, duration_ns: int) -> int:
+        """The time so much later than now.  Raises UsageError if that is after the end of virtual time."""
+        return _possible(self.now + duration_ns)
 
     def after_all(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
         """Do `action` once, at that time, when everything else has happened that is due by then.
@@ -69,10 +82,13 @@ class Clock(simpy.Environment):
 
         def take_back() -> None:
             if event.callbacks is not None:
-                self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
-                heapify(self._queue)
+                self._withdraw(event)
 
         return take_back
+
+    def _withdraw(self, event: Event) -> None:
+        self._queue[:] = [entry for entry in self._queue if entry[-1] is not event]
+        heapify(self._queue)
 
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
         """An event that happens when everything else has that is due by then."""
@@ -103,9 +119,9 @@ class Clock(simpy.Environment):
         super().step()
 
     def next_event_ns(self) -> int | None:
-        """When something happens next, or None while nothing is due."""
+        """When something happens next, or None while nothing is due before the end of virtual time."""
         due = self.peek()
-        return None if due == Infinity else int(due)
+        return None if due >= MOST_NS else int(due)
 
     def call_later(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Do `action` once, `delay_ns` from now."""
@@ -134,6 +150,14 @@ def interrupt(process: Process) -> None:
     clock.interrupted.add(process)
     on_its_way = Interruption(process, None)
     on_its_way.callbacks.append(lambda _: clock.interrupted.discard(process))
+
+
+def _possible(time_ns: int) -> int:
+    if time_ns >= MOST_NS:
+        raise UsageError(
+            "virtual time ends after 292 years, at 9.22e9 s: let less time pass, or begin with a new bench"
+        )
+    return time_ns
 
 
 def kill(process: Process) -> None:

@@ -1,20 +1,26 @@
-"""Characters as frames of bits: a format, and what a receiver in that format makes of the levels on the wire.
+"""Characters as frames of bits: a format, and what a receiver in that format makes of the levels it has sampled.
 
 idle ──┐     ┌──┬──┬──┬──┬──┬──┬──┬──┬──┐╌╌╌ idle or next start bit
        │start│b0│b1│b2│b3│b4│b5│b6│b7│par│stop
        └─────┴──┴──┴──┴──┴──┴──┴──┴──┴──┘
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Flag
 from fractions import Fraction
-from functools import cached_property
-from typing import Literal
+from functools import cached_property, lru_cache
+from itertools import pairwise, product
+from typing import Literal, get_args
 
+from axistwin.errors import UsageError
 from axistwin.units import S
 
 Parity = Literal["N", "E", "O", "M", "S"]
+BITS = 5, 6, 7, 8
+STOP_BITS = 1, 1.5, 2
+FASTEST_BAUD = 12_000_000
+"""The fastest UARTs of USB adapters; no controller here comes near it."""
 MARK, SPACE = True, False
 
 
@@ -33,12 +39,25 @@ SOUND = LineError.NONE
 
 @dataclass(frozen=True)
 class UartFormat:
-    """How characters are framed.  Parity in pyserial's letters: none, even, odd, mark, space."""
+    """How characters are framed.  Parity in pyserial's letters: none, even, odd, mark, space.
+
+    Raises UsageError for a format that no UART has: 1 to 12,000,000 baud, 5 to 8 data bits, 1, 1.5 or 2 stop bits.
+    """
 
     baudrate: int = 9600
     bytesize: int = 8
     parity: Parity = "N"
     stopbits: float = 1
+
+    def __post_init__(self) -> None:
+        if type(self.baudrate) is not int or not 1 <= self.baudrate <= FASTEST_BAUD:
+            raise _invalid("baud rate", self.baudrate, f"a whole number from 1 to {FASTEST_BAUD}, e.g. 9600")
+        if type(self.bytesize) is not int or self.bytesize not in BITS:
+            raise _invalid("number of data bits", self.bytesize, "5, 6, 7 or 8")
+        if self.parity not in get_args(Parity):
+            raise _invalid("parity", self.parity, "one of N, E, O, M, S")
+        if self.stopbits not in STOP_BITS:
+            raise _invalid("number of stop bits", self.stopbits, "1, 1.5 or 2")
 
     def __str__(self) -> str:
         return f"{self.baudrate} {self.bytesize}{self.parity}{self.stopbits:g}"
@@ -76,60 +95,78 @@ class UartFormat:
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
+    def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
+        """Runs of space in that frame: the number of the first bit of each, and that of the first one after it."""
+        return _spaces(self.bytesize, self.parity, byte, flipped)
+
+    @cached_property
+    def samples(self) -> int:
+        """Bits that a receiver looks at: start bit, data, parity, first stop bit."""
+        return 2 + self.bytesize + (self.parity != "N")
+
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
         """What a receiver in this format reads; `level_at(time since the falling edge)`.  None: a false start."""
-        middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(3 + self.bytesize)]
+        middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(self.samples)]
         if level_at(middles[0]) is MARK:
             return None
-        byte = sum(level_at(middles[1 + bit]) << bit for bit in range(self.bytesize))
-        errors = LineError.NONE
-        stop = middles[1 + self.bytesize]
-        if self.parity != "N":
-            if level_at(stop) is not self.parity_bit(byte):
-                errors |= LineError.PARITY
-            stop = middles[2 + self.bytesize]
-        if level_at(stop) is SPACE:
-            errors |= LineError.FRAMING
-            if byte == 0 and not any(level_at(middle) for middle in middles if middle <= stop):
-                errors |= LineError.BREAK
-        return byte, errors
+        return self.read(sum(level_at(middle) << bit for bit, middle in enumerate(middles)))
+
+    def read(self, levels: int) -> tuple[int, LineError]:
+        """What a receiver in this format makes of the levels in the middles of these bits, the start bit as bit 0."""
+        byte = levels >> 1 & ((1 << self.bytesize) - 1)
+        wrong_parity = self.parity != "N" and bool(levels >> 1 + self.bytesize & 1) is not self.parity_bit(byte)
+        no_stop_bit = not levels >> self.samples - 1
+        return byte, _FOUND[wrong_parity, no_stop_bit, not levels]
 
 
-@dataclass
+_FOUND = {
+    (parity, framing, low): LineError(parity | framing << 1 | low << 2)
+    for parity, framing, low in product((False, True), repeat=3)
+}
+"""What is said of a character, by what is wrong with it; putting flags together takes longer than the rest."""
+
+
+def _invalid(what: str, given: object, expected: str) -> UsageError:
+    huge = isinstance(given, int) and given.bit_length() > 64
+    shown = "of more than 64 binary digits" if huge else repr(given)[:40]
+    return UsageError(f"invalid {what} {shown}: expected {expected}")
+
+
+@lru_cache(maxsize=4096)
+def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tuple[int, int], ...]:
+    levels = (MARK, *UartFormat(bytesize=bytesize, parity=parity).frame(byte, flipped), MARK)
+    edges = [bit for bit, (before, level) in enumerate(pairwise(levels)) if level is not before]
+    return tuple(zip(edges[::2], edges[1::2], strict=True))
+
+
+@dataclass(slots=True)
 class Frame:
-    """Something on the wire from `start_ns` on: the levels of equal bits, then mark."""
+    """Something that is put on a wire at `start_ns`: spaces between bits of `bit/per` ns; else it is at mark."""
 
     start_ns: int
-    bits: tuple[bool, ...]
-    bit_ns: Fraction
-    cut_ns: int | None = None  # from here on the wire is open and reads as mark
-    intact: tuple[UartFormat, int] | None = None  # what was sent, while nothing has disturbed it
-    own: bool = False  # the receiver's own transmitter sends it, on a pair that both share
+    spaces: tuple[tuple[int, int], ...]
+    bit: int
+    per: int
+    sent: tuple[UartFormat, int] | None = None
+    """The format and the character, if nothing has disturbed it."""
+    own: bool = False
+    """True if the receiver's own transmitter sends it, on a pair that both share: no start bit to the receiver."""
+
+    @classmethod
+    def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
+        """A character; `flipped` data bits are disturbed on the way."""
+        intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
+        return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
+
+    @classmethod
+    def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
+        """Space for so long."""
+        return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property
-    def end_ns(self) -> Fraction:
-        """From here on it leaves the wire at mark."""
-        return self.start_ns + len(self.bits) * self.bit_ns
-
-    def level(self, time_ns: Fraction) -> bool:
-        """What is on the wire at this time."""
-        if time_ns < self.start_ns or (self.cut_ns is not None and time_ns >= self.cut_ns):
-            return MARK
-        bit = int((time_ns - self.start_ns) / self.bit_ns)
-        return self.bits[bit] if bit < len(self.bits) else MARK
-
-    def edges(self) -> Iterator[tuple[Fraction, bool]]:
-        """Each change of level in the frame: when, and to what."""
-        before = MARK
-        for bit, level in enumerate((*self.bits, MARK)):
-            time_ns = self.start_ns + bit * self.bit_ns
-            if self.cut_ns is not None and time_ns >= self.cut_ns:
-                if before is SPACE:
-                    yield Fraction(self.cut_ns), MARK
-                return
-            if level is not before:
-                yield time_ns, level
-                before = level
+    def end(self) -> int:
+        """The end of its last space, in units of 1/`per` ns."""
+        return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 
 @dataclass(frozen=True)

@@ -10,20 +10,19 @@ How ends are connected is told in `wirings.py`; what a host has of a connection 
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Protocol
 
 from axistwin.sim.clock import Clock, Event
-from axistwin.sim.frames import MARK, SOUND, SPACE, Break, Frame, LineError, UartFormat
+from axistwin.sim.frames import SOUND, Break, Frame, LineError, UartFormat
+from axistwin.sim.levels import Levels, Space
 from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
-from axistwin.units import to_ns
+from axistwin.units import S, to_ns
 
-_MOMENT_NS = 1
-"""Before an edge; far less than a bit."""
-
-
+MANY = 12
+"""Spaces on a wire, those of some three characters; when there are more, a receiver reads as far as it can already."""
 LevelAt = Callable[[Fraction], bool]
 """The level of the line so many nanoseconds after a falling edge."""
 
@@ -53,14 +52,65 @@ class _Nowhere:
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
+class _Reading:
+    """A character that is being received in `fmt`: the levels at the middles of its bits, one after the other.
+
+    Instants are whole numbers of 1/`per` ns.  `edge/edge_per` ns: the falling edge of its start bit.
+    """
+
+    __slots__ = ("edge_ns", "end_ns", "fmt", "idle", "left", "levels", "next", "per", "space", "step", "taken", "whole")
+
+    def __init__(
+        self, fmt: UartFormat, edge: int, edge_per: int, *, whole: Frame | None = None, space: Space | None = None
+    ) -> None:
+        half_bit = S * edge_per
+        self.fmt, self.per = fmt, 2 * fmt.baudrate * edge_per
+        begin = 2 * fmt.baudrate * edge
+        self.next, self.step = begin + half_bit, 2 * half_bit
+        self.levels, self.taken, self.left = 0, 0, fmt.samples
+        self.idle = begin + fmt.receive_ns * self.per - half_bit
+        """From here on the receiver looks for the next start bit: the middle of the stop bit, as the chip does it."""
+        self.edge_ns = edge // edge_per
+        self.end_ns = self.edge_ns + fmt.receive_ns
+        """The end of the first stop bit."""
+        self.whole = whole
+        """A frame that is received as it was sent, as long as nothing else is put on the wire before the end."""
+        self.space = space
+        """Otherwise the space that begins with the edge."""
+
+    def read(self, wire: Levels, before_ns: int | None = None) -> int:
+        """Take the levels before this time, or all; after a false start no more.  Returns how many."""
+        count = self.left
+        if before_ns is not None:
+            missing = before_ns * self.per - self.next
+            if missing <= 0 or not count:
+                return 0
+            count = min(count, -(-missing // self.step))
+        if not self.taken and not wire.low(self.next, self.per):
+            count, self.levels = 1, 1
+        else:
+            self.levels |= wire.sample(self.next, self.step, self.per, count) << self.taken
+        self.taken += count
+        self.left -= count
+        self.next += count * self.step
+        return count
+
+    @property
+    def false_start(self) -> bool:
+        """True if the start bit is over before its middle."""
+        return self.levels & 1 == 1
+
+
 class Line:
     """The wire from a transmitter to a receiver."""
 
     def __init__(self, clock: Clock, receiver: "Uart", instant: bool = False) -> None:
         self.clock, self.receiver, self.instant = clock, receiver, instant
-        self._frames: deque[Frame] = deque()
-        self._listening = True
-        self._idle_from = Fraction(0)
+        self.samples = 0
+        """Levels that have been read off the wire so far."""
+        self._levels = Levels()
+        self._reading: _Reading | None = None
+        self._idle = 0, 1  # from this instant on a falling edge is a start bit: a number, and in units of what
         self._troubles: list[Trouble] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # until then characters are on their way that have been delayed
@@ -96,8 +146,8 @@ class Line:
 
     def _cut_by(self, token: object) -> None:
         self._cuts.append(token)
-        if self._frames and self._frames[-1].cut_ns is None:
-            self._frames[-1].cut_ns, self._frames[-1].intact = self.clock.now, None
+        self._unfold()
+        self._levels.cut(self.clock.now)
 
     def mend(self) -> None:
         """What `cut` has done is mended."""
@@ -108,7 +158,7 @@ class Line:
         if self.instant:
             self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
         else:
-            self._append(Frame(self.clock.now, (SPACE,), Fraction(duration_ns)))
+            self._append(Frame.held(self.clock.now, duration_ns))
 
     # The transmitter's side
 
@@ -122,9 +172,9 @@ class Line:
         if self.instant:
             return
         if isinstance(item, Break):
-            self._append(Frame(self.clock.now, (SPACE,), Fraction(item.duration_ns), own=True))
+            self._append(Frame.held(self.clock.now, item.duration_ns, own=True))
         else:
-            self._append(Frame(self.clock.now, sent.frame(item), sent.bit_ns, own=True))
+            self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
         """Put a character or a break on the wire, now.  Returns how long the wire is taken by it."""
@@ -163,12 +213,11 @@ class Line:
                 self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
             return 0
         if not self._cuts:
-            self._append(Frame(self.clock.now, (SPACE,), Fraction(item.duration_ns)))
+            self._append(Frame.held(self.clock.now, item.duration_ns))
         return item.duration_ns
 
     def _put(self, sent: UartFormat, byte: int, flips: int, delay_ns: int) -> None:
-        intact = None if flips else (sent, byte & ((1 << sent.bytesize) - 1))
-        frame = Frame(self.clock.now + delay_ns, sent.frame(byte, flips), sent.bit_ns, intact=intact)
+        frame = Frame.of(self.clock.now + delay_ns, sent, byte, flips)
         arrive = self._receive_at_once if self.instant else self._append
         if delay_ns:
             self.clock.call_later(delay_ns, lambda: arrive(frame))
@@ -178,101 +227,118 @@ class Line:
     # The receiver's side
 
     def _append(self, frame: Frame) -> None:
-        self._frames.append(frame)
-        if self._listening:
-            self._listen()
-
-    def _listen(self) -> None:
-        """Wait for the next falling edge; known already, as frames are put on the wire whole."""
-        self._listening = True
-        frames = self._frames
-        while frames and frames[0].end_ns < self._idle_from:
-            frames.popleft()
-        for frame, edge_ns in self._falls():
-            if edge_ns >= self._idle_from and self._begin(frame, edge_ns):
+        """A frame begins now.  What a receiver has seen before now cannot change any more."""
+        if self._reading is not None:
+            self._unfold()
+            if len(self._levels) > MANY:
+                self._read_on(frame.start_ns)
+            self._reconsider()
+        reading = self._reading
+        if reading is None:
+            self._levels.forget(frame.start_ns)
+            if self._begin_whole(frame):
                 return
-        self._frames = deque(frame for frame in frames if frame.own)  # nothing in the others began a character
-        while self._frames and self._frames[0].end_ns < self.clock.now:
-            self._frames.popleft()
+            self._levels.put(frame)
+            self._listen()
+        elif not self._invisible(frame, reading):
+            self._levels.put(frame)
 
-    def _falls(self) -> Iterator[tuple[Frame, Fraction]]:
-        """Each falling edge on the wire that somebody else has made, with its frame."""
-        frames = self._frames
-        if len(frames) == 1 and not frames[0].own:  # almost always; it begins with one
-            yield from ((frames[0], edge_ns) for edge_ns, level in frames[0].edges() if level is SPACE)
-            return
-        found = [
-            (edge_ns, number, frame)
-            for number, frame in enumerate(frames)
-            if not frame.own
-            for edge_ns, level in frame.edges()
-            if level is SPACE
-        ]
-        if len(frames) > 1:
-            found = sorted(fall for fall in found if self._level(fall[0] - _MOMENT_NS) is MARK)
-        for edge_ns, _, frame in found:
-            yield frame, edge_ns
+    def _invisible(self, frame: Frame, reading: _Reading) -> bool:
+        """True if the frame is over before the receiver looks at the wire again."""
+        last = reading.left <= (1 if self.receiver.resynchronises else 0)
+        return not last and reading.whole is None and frame.end * reading.per <= reading.next * frame.per
 
-    def _begin(self, frame: Frame, edge_ns: Fraction) -> bool:
-        """A start bit, perhaps.  A receiver without a format measures its length first (automatic baud rate)."""
-        fmt = self.receiver.format
-        if fmt is None or self.receiver.second_look is not None:
-            fmt = self.receiver.measure(self._low_ns(edge_ns), lambda since_ns: self._level(edge_ns + since_ns))
-        if fmt is None:
+    def _begin_whole(self, frame: Frame) -> bool:
+        """If the receiver understands this frame and nothing else is on the wire, it need not be sampled."""
+        idle, per = self._idle
+        receiver = self.receiver
+        plain = frame.sent is not None and not frame.own and receiver.understands(frame.sent[0])
+        if (
+            not plain
+            or receiver.second_look is not None
+            or frame.start_ns * per < idle
+            or not self._levels.free(frame.start_ns)
+        ):
             return False
-        self._listening = False
-        self.clock.call_later(
-            max(0, int(edge_ns) + fmt.receive_ns - self.clock.now), lambda: self._sample(frame, edge_ns, fmt)
-        )
+        assert receiver.format is not None
+        self._begin(_Reading(receiver.format, frame.start_ns, 1, whole=frame))
         return True
 
-    def _low_ns(self, edge_ns: Fraction) -> Fraction:
-        edges = ((at, level) for frame in self._frames for at, level in frame.edges())
-        return next(at for at, level in edges if at > edge_ns and level is MARK) - edge_ns
+    def _unfold(self) -> None:
+        """Something else happens on the wire: a character that was not to be sampled must be, if it is not over."""
+        reading = self._reading
+        if reading is not None and reading.whole is not None and self.clock.now < reading.end_ns:
+            self._levels.put(reading.whole)
+            reading.whole = None
 
-    def _sample(self, frame: Frame, edge_ns: Fraction, fmt: UartFormat) -> None:
-        """The first stop bit is over: read the character off the wire."""
-        intact = frame.intact if frame.start_ns == edge_ns and self._alone(frame, fmt) else None
-        if intact and intact[0].shape == fmt.shape:
-            character: tuple[int, LineError] | None = intact[1], SOUND
-        else:
-            character = fmt.decode(lambda since_ns: self._level(edge_ns + since_ns))
-        # The chip looks for the next start bit from the middle of the stop bit on.
-        self._idle_from = edge_ns + (fmt.receive_ns - fmt.bit_ns / 2)
-        if character is None:
-            self._idle_from = edge_ns + fmt.bit_ns / 2
-        elif self.receiver.resynchronises and LineError.FRAMING in character[1]:
-            self._idle_from -= fmt.bit_ns
-        if character is not None:
-            self.receiver.take(*character)  # it may choose the format for what follows
+    def _reconsider(self) -> None:
+        """A start bit that is still to come may be another one, now that something else happens on the wire."""
+        reading = self._reading
+        if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
+            reading.space.unread, self._reading = True, None
+
+    def _listen(self) -> None:
+        """Wait for the next falling edge; known already, as frames are put on the wire whole.
+
+        A receiver without a format measures how long the line is low first (automatic baud rate).
+        """
+        for space in self._levels.falls(*self._idle):
+            fmt = self._format(self._levels, space)
+            if fmt is not None:
+                self._begin(_Reading(fmt, space.begin, space.per, space=space))
+                return
+
+    def _format(self, levels: Levels, space: Space) -> UartFormat | None:
+        """The format in which the receiver reads a character that begins with this space."""
+        receiver = self.receiver
+        if receiver.format is not None and receiver.second_look is None:
+            return receiver.format
+        edge_ns = Fraction(space.begin, space.per)
+        low_ns = Fraction(space.end, space.per) - edge_ns
+        return receiver.measure(low_ns, lambda since_ns: levels.at(edge_ns + since_ns))
+
+    def _begin(self, reading: _Reading) -> None:
+        """A start bit, perhaps."""
+        self._reading = reading
+        self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._over(reading))
+
+    def _read_on(self, now_ns: int) -> None:
+        """Read the levels up to now."""
+        while (reading := self._reading) is not None and reading.whole is None:
+            self.samples += reading.read(self._levels, now_ns)
+            if not reading.false_start:
+                return
+            self._idle, self._reading = (reading.next - reading.step, reading.per), None
+            self._listen()
+
+    def _over(self, reading: _Reading) -> None:
+        """The first stop bit is over: the receiver has a character."""
+        self._read_on(self.clock.now)
+        if reading is not self._reading:  # it was a false start
+            return
+        sent = None if reading.whole is None else reading.whole.sent
+        byte, errors = reading.fmt.read(reading.levels) if sent is None else (sent[1], SOUND)
+        again = self.receiver.resynchronises and LineError.FRAMING in errors
+        self._idle = reading.idle - again * reading.step, reading.per
+        self.receiver.take(byte, errors)  # it may choose the format for what follows
+        self._reading = None
         self._listen()
-
-    def _alone(self, frame: Frame, fmt: UartFormat) -> bool:
-        """Whether nobody else has been on the wire while a receiver in this format looked at it."""
-        until_ns = frame.start_ns + fmt.receive_ns
-        return all(
-            other is frame or other.start_ns >= until_ns or other.end_ns <= frame.start_ns for other in self._frames
-        )
-
-    def _level(self, time_ns: Fraction) -> bool:
-        """Space if anybody says so."""
-        return all(frame.level(time_ns) for frame in self._frames)
 
     def _receive_at_once(self, frame: Frame) -> None:
         """A line that takes no time: each character is read by itself."""
-        origin = Fraction(frame.start_ns)
-        low_ns = next(at for at, level in frame.edges() if level is MARK) - origin
-        fmt = self.receiver.format
-        if fmt is None or self.receiver.second_look is not None:
-            fmt = self.receiver.measure(low_ns, lambda since_ns: frame.level(origin + since_ns))
+        levels = Levels()
+        levels.put(frame)
+        [first, *_] = levels.falls(0, 1)
+        fmt = self._format(levels, first)
         if fmt is None:
             return
-        if frame.intact and frame.intact[0].shape == fmt.shape:
-            self.receiver.take(frame.intact[1], SOUND)
+        if frame.sent is not None and frame.sent[0].shape == fmt.shape:
+            self.receiver.take(frame.sent[1], SOUND)
             return
-        character = fmt.decode(lambda since_ns: frame.level(origin + since_ns))
-        if character is not None:
-            self.receiver.take(*character)
+        reading = _Reading(fmt, first.begin, first.per)
+        reading.read(levels)
+        if not reading.false_start:
+            self.receiver.take(*fmt.read(reading.levels))
 
 
 @dataclass

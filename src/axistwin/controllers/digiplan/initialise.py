@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 LOW_BITS = 4  # of "(": start bit and three zeros
-TOLERANCE = Fraction(1, 10)  # a baud rate is recognised this near
+TOLERANCE = 10  # a baud rate is recognised within a tenth of it
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
@@ -42,7 +42,9 @@ class State(Enum):
 
 def baud_rate(low_ns: Fraction) -> int | None:
     """The baud rate at which `(` keeps the line low for so long."""
-    rates = (rate for rate in BAUD_RATES if abs(low_ns * rate / (LOW_BITS * S) - 1) < TOLERANCE)
+    low, per = low_ns.numerator, low_ns.denominator  # in integers: a host may be sending anything, very fast
+    expected = LOW_BITS * S * per
+    rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
 
 

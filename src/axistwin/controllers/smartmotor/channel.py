@@ -238,7 +238,10 @@ class Channel:
     # Errors
 
     def complain(self, error: ChannelError) -> None:
-        """Something is wrong with what comes in: set its flag."""
+        """Something is wrong with what comes in: set its flag.  A motor that rests rests on if it is set already."""
+        self.motor.core.catch_up(changing=False)
+        if self.motor.i[FLAGS[error]] and error & self.errors:
+            return
         self.motor.catch_up()
         self.flag(error)
         self.motor.replan()

@@ -1,0 +1,117 @@
+"""Garbage at every baud rate to a served controller, while a host asks another one of the same process.
+
+    python benchmarks/robustness/fairness.py [SEED] [BYTES]
+
+Printed, as processor time of the process: the longest step of the simulation, and the longest time from a question of
+the other host to its answer, at 9600 baud.  Exit code 0: no step above 5 ms, no answer after more than 50 ms.
+"""
+
+import asyncio
+import contextlib
+import gc
+import sys
+from time import process_time
+
+from fuzz import BAUD_RATES, PORTS, SEED, garbage, motors
+
+from axistwin.links.server import Server
+from axistwin.links.urls import PortUrl, parse
+from axistwin.sim.clock import Clock
+
+BYTES = 1000
+LONGEST_STEP_S, LONGEST_WAIT_S = 0.005, 0.050
+FLOOD_S = 0.6
+"""So long it is sent again and again, as fast as it is taken."""
+ATTACKED = {
+    **PORTS,
+    "smartmotor moving": lambda: motors("single", moving=True),
+    "smartmotor chain moving": lambda: motors("chain", moving=True),
+    "smartmotor rs485 moving": lambda: motors("rs485", moving=True),
+}
+
+
+class Steps:
+    """Measures each step of a clock."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.longest_s, self._step = 0.0, clock.step
+        clock.step = self._measured  # type: ignore[method-assign]
+
+    def _measured(self) -> None:
+        began = process_time()
+        self._step()
+        self.longest_s = max(self.longest_s, process_time() - began)
+
+
+async def attack(name: str, baudrate: int, data: bytes) -> tuple[float, float]:
+    """Returns the longest step and the longest wait of the other host, in seconds of processor time."""
+    target = ATTACKED[name]()
+    bench = target.bench
+    other = bench.add("if1", "other")
+    bench.run(1.1)
+    for text in (b"(", b"U61\r"):
+        other.serial.write(text)
+        bench.run(1.2)
+    gc.collect()
+    gc.freeze()  # as `axistwin serve` does
+    steps = Steps(bench.clock)
+    server = Server(bench, speed=1.0)
+    try:
+        attacked = await server.open(target.name, parse("tcp://127.0.0.1:0"))
+        asked = await server.open("other", parse("tcp://127.0.0.1:0"))
+        server.start()
+        flooding = asyncio.ensure_future(flood(server, target.name, attacked, baudrate, data))
+        waited_s = await ask_until(asked, flooding)
+    finally:
+        server.close()
+    return steps.longest_s, waited_s
+
+
+async def flood(server: Server, name: str, url: PortUrl, baudrate: int, data: bytes) -> None:
+    """A host that has set a wrong baud rate and sends without end."""
+    reader, writer = await asyncio.open_connection(url.host, url.port)
+    await asyncio.sleep(0.02)
+    plug = server._plug(name)
+    plug.change(lambda: setattr(plug.serial.host, "baudrate", baudrate))
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(FLOOD_S):
+            while True:
+                writer.write(data)
+                await writer.drain()
+                await asyncio.sleep(0)
+    writer.close()
+    del reader
+
+
+async def ask_until(url: PortUrl, flooding: "asyncio.Future[None]") -> float:
+    """Ask again and again; returns the longest wait for an answer."""
+    reader, writer = await asyncio.open_connection(url.host, url.port)
+    longest_s = 0.0
+    while not flooding.done():
+        began = process_time()
+        writer.write(b"E\r")
+        await reader.readuntil(b"\r")
+        longest_s = max(longest_s, process_time() - began)
+        await asyncio.sleep(0.002)
+    await flooding
+    writer.close()
+    return longest_s
+
+
+def main(seed: int = SEED, count: int = BYTES) -> int:
+    """Print what was measured, and the verdict."""
+    good = True
+    print(f"seed {seed}, {count} bytes each; milliseconds of processor time")
+    for name in ATTACKED:
+        for baudrate in BAUD_RATES:
+            step_s, wait_s = asyncio.run(attack(name, baudrate, garbage(seed, count)))
+            bad = step_s > LONGEST_STEP_S or wait_s > LONGEST_WAIT_S
+            good &= not bad
+            print(f"{name:24} {baudrate:>9,} baud: longest step {step_s * 1e3:6.2f} ms, "
+                  f"longest wait {wait_s * 1e3:6.2f} ms{'  BAD' if bad else ''}", flush=True)  # fmt: skip
+    print("verdict:", "good" if good else "BAD")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(*map(int, sys.argv[1:3])))

@@ -1,0 +1,137 @@
+"""The level of a wire over time, exactly and in integers.
+
+A wire is at mark, except during its *spaces*.  An instant is `number / per` nanoseconds: the bits of a sender at
+B baud begin at whole multiples of 1/B ns, and two instants are compared by multiplying crosswise.
+
+mark  ──┐     ┌──┐        ┌──
+space   └─────┘  └────────┘
+        begin end                   half open: at `begin` the wire is at space, at `end` at mark
+
+Each space is stored once, taken out once, and read only at the first place; so the cost per character is constant.
+"""
+
+from collections import deque
+from collections.abc import Iterable
+from fractions import Fraction
+from functools import cmp_to_key
+from math import lcm
+
+from axistwin.sim.frames import Frame
+
+
+class Space:
+    """The wire is at space from `begin` to `end`, in units of 1/`per` ns."""
+
+    __slots__ = ("begin", "end", "per", "unread")
+
+    def __init__(self, begin: int, end: int, per: int, unread: bool) -> None:
+        self.begin, self.end, self.per = begin, end, per
+        self.unread = unread
+        """True if it begins with a falling edge at which the receiver may still find a start bit."""
+
+
+class Levels:
+    """What is on a wire from now on.  Times at which it is read never go back."""
+
+    def __init__(self) -> None:
+        self._spaces: deque[Space] = deque()
+
+    def __len__(self) -> int:
+        """The spaces that are still to be read."""
+        return len(self._spaces)
+
+    def put(self, frame: Frame) -> None:
+        """Put a frame on the wire.  Where frames overlap, the wire is at space if one of them is."""
+        bit, per = frame.bit, frame.per
+        start = frame.start_ns * per
+        new = [Space(start + first * bit, start + last * bit, per, not frame.own) for first, last in frame.spaces]
+        if self._spaces and new and _before(new[0].begin, per, self._spaces[-1].end, self._spaces[-1].per):
+            new = _merged((*self._take_from(new[0]), *new))
+        self._spaces.extend(new)
+
+    def cut(self, now_ns: int) -> None:
+        """From now on the wire is at mark, until something is put on it."""
+        spaces = self._spaces
+        while spaces and spaces[-1].begin >= now_ns * spaces[-1].per:
+            spaces.pop()
+        if spaces:
+            spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
+
+    def low(self, at: int, per: int) -> bool:
+        """True if the wire is at space at `at/per` ns.  What ends by then is forgotten."""
+        self.forget(at, per)
+        spaces = self._spaces
+        return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
+
+    def sample(self, at: int, step: int, per: int, count: int) -> int:
+        """Levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.
+
+        What ends by the last but one is forgotten; a receiver may look once more at what has come since.
+        """
+        levels, forgotten = (1 << count) - 1, 0
+        for space in self._spaces:
+            since, width = at * space.per, step * space.per
+            first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: the samples in between
+            if first >= count:
+                break
+            last = (space.end * per - since + width - 1) // width
+            if last > first:
+                levels &= ~((1 << last) - (1 << first))
+            forgotten += last <= count - 2
+        for _ in range(forgotten):
+            self._spaces.popleft()
+        return levels
+
+    def at(self, time_ns: Fraction) -> bool:
+        """The level at any time, as far as it is known by now."""
+        return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
+
+    def forget(self, at: int, per: int = 1) -> None:
+        """Forget what ends by `at/per` ns."""
+        spaces = self._spaces
+        while spaces and spaces[0].end * per <= at * spaces[0].per:
+            spaces.popleft()
+
+    def free(self, now_ns: int) -> bool:
+        """True if everybody who has put something on the wire leaves it at mark from now on."""
+        return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
+
+    def falls(self, since: int, per: int) -> Iterable[Space]:
+        """Spaces whose falling edge is at `since/per` ns or later and has not been given before."""
+        for space in self._spaces:
+            if space.unread:
+                space.unread = False
+                if space.begin * per >= since * space.per:
+                    yield space
+
+    def _take_from(self, first: Space) -> list[Space]:
+        """Take out the spaces that end after this one begins."""
+        taken = []
+        while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
+            taken.append(self._spaces.pop())
+        return taken
+
+
+def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
+    return one * per_other < other * per_one
+
+
+def _order(one: Space, other: Space) -> int:
+    """Negative if the first one begins earlier."""
+    return one.begin * other.per - other.begin * one.per
+
+
+def _merged(spaces: Iterable[Space]) -> list[Space]:
+    """The same without overlaps.  Spaces that only touch stay apart: each transmitter begins its frame from mark."""
+    merged: list[Space] = []
+    for space in sorted(spaces, key=cmp_to_key(_order)):
+        last = merged[-1] if merged else None
+        if last is None or not _before(space.begin, space.per, last.end, last.per):
+            merged.append(space)
+            continue
+        if space.begin * last.per == last.begin * space.per:
+            last.unread |= space.unread
+        if _before(last.end, last.per, space.end, space.per):
+            per = lcm(last.per, space.per)
+            last.begin, last.end, last.per = last.begin * (per // last.per), space.end * (per // space.per), per
+    return merged

@@ -1,0 +1,88 @@
+"""A plain receiver: all that has ever been put on a wire, read bit by bit in exact fractions of a nanosecond.
+
+It is slow and simple; `axistwin.sim.serial` must give the same characters at the same nanoseconds.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from axistwin.sim.frames import LineError
+
+
+@dataclass(frozen=True)
+class Sent:
+    """Levels of equal bits from `start_ns` on, then mark; `own`: by the receiver's own transmitter."""
+
+    start_ns: int
+    levels: tuple[bool, ...]
+    bit_ns: Fraction
+    own: bool = False
+
+    def spaces(self, cut_ns=None):
+        """Each maximal run of low bits: from when until when."""
+        bounds, begin = [], None
+        for bit, level in enumerate((*self.levels, True)):
+            time = self.start_ns + bit * self.bit_ns
+            if not level and begin is None:
+                begin = time
+            if level and begin is not None:
+                bounds.append((begin, time))
+                begin = None
+        if cut_ns is not None:
+            bounds = [(begin, min(end, Fraction(cut_ns))) for begin, end in bounds if begin < cut_ns]
+        return bounds
+
+
+def character(start_ns, fmt, byte, *, flipped=0, own=False):
+    """A character in this format; `flipped` data bits are disturbed on the way."""
+    bits = [byte >> bit & 1 for bit in range(fmt.bytesize)]
+    parity = {"N": [], "M": [1], "S": [0], "E": [sum(bits) % 2], "O": [1 - sum(bits) % 2]}[fmt.parity]
+    seen = [bit ^ (flipped >> number & 1) for number, bit in enumerate(bits)]
+    levels = tuple(bool(level) for level in (0, *seen, *parity))
+    return Sent(start_ns, levels, Fraction(10**9, fmt.baudrate), own)
+
+
+def held(start_ns, duration_ns, *, own=False):
+    """Space for so long."""
+    return Sent(start_ns, (False,), Fraction(duration_ns), own)
+
+
+def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
+    """All (time in ns, byte, errors) that a receiver in this format finds; from `cut_ns` on the wire is open.
+
+    `resynchronises`: after a framing error it looks for a start bit from the middle of the last data or parity bit on.
+    """
+    spaces = [space for one in sent for space in one.spaces(cut_ns)]
+    edges = sorted({begin for one in sent if not one.own for begin, _ in one.spaces(cut_ns)})
+    falls = [edge for edge in edges if not any(begin < edge < end for begin, end in spaces)]
+    bit_ns, found, idle_from = Fraction(10**9, fmt.baudrate), [], Fraction(0)
+
+    def level(time):
+        return not any(begin <= time < end for begin, end in spaces)
+
+    for edge in falls:
+        if edge < idle_from:
+            continue
+        if level(edge + bit_ns / 2):
+            idle_from = edge + bit_ns / 2  # a false start
+            continue
+        count = 2 + fmt.bytesize + (fmt.parity != "N")
+        levels = [level(edge + (Fraction(1, 2) + bit) * bit_ns) for bit in range(count)]
+        receive_ns = round(count * bit_ns)
+        found.append((int(edge) + receive_ns, *decode(levels, fmt)))
+        idle_from = edge + receive_ns - bit_ns / 2
+        if resynchronises and LineError.FRAMING in found[-1][2]:
+            idle_from -= bit_ns
+    return found
+
+
+def decode(levels, fmt):
+    """The character and what is wrong with it."""
+    bits = levels[1 : 1 + fmt.bytesize]
+    errors, ones = LineError.NONE, sum(bits)
+    right = {"E": ones % 2 == 1, "O": ones % 2 == 0, "M": True, "S": False}
+    if fmt.parity != "N" and levels[1 + fmt.bytesize] is not right[fmt.parity]:
+        errors |= LineError.PARITY
+    if not levels[-1]:
+        errors |= LineError.FRAMING | (LineError.NONE if any(levels) else LineError.BREAK)
+    return sum(bit << number for number, bit in enumerate(bits)), errors
