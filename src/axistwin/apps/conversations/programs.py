@@ -5,7 +5,6 @@
 `+seconds` and `! input1 high` lines may stand between them.  `.sms` is the source of a SmartMotor's stored program.
 """
 
-import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -85,7 +84,7 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
         ways = f"{of} {_reached(of)}, and {target} {_reached(target)}"
         raise UsageError(f"{conversation.file} is of another model: {ways}: name one such as {of}")
     line = (f"line={headers['line']}",) if "line" in headers else ()
-    return (*shlex.split(headers.get("options", "")), *line)
+    return (*conversation.words, *line)
 
 
 def _on_a_line(model: str) -> bool:

@@ -125,7 +125,7 @@ class _Talker:
     def __init__(self, bench: Bench, name: str, conversation: Conversation, hands: Hands) -> None:
         self.bench, self.name, self.conversation = bench, name, conversation
         self._hands = hands
-        self._patience_ns = to_ns(float(conversation.headers.get("patience", PATIENCE_S)))
+        self._patience_ns = to_ns(conversation.seconds_in("patience", PATIENCE_S))
         self._rank = rank_of(conversation.headers.get("host", ""))
         self._heard: dict[str, bytearray] = {}
         self._waiting: Event | None = None

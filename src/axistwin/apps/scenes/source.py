@@ -17,6 +17,7 @@ from axistwin.apps.scenes import toml_places
 from axistwin.apps.scenes.tables import SceneFile
 from axistwin.apps.scenes.toml_text import toml
 from axistwin.errors import ProgramError, SceneError, UsageError
+from axistwin.numbers import NumberError, check_values
 
 _WORDS = {
     "missing": "two numbers are wanted",  # for a pair; a missing key is told in other words
@@ -71,6 +72,14 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
+        contents = self._validated_as_json()
+        try:
+            check_values(self.data)
+        except NumberError as error:
+            raise self.error(error.path, f"{error.path[-1]}: {error}", rules.VALUE.code) from None
+        return contents
+
+    def _validated_as_json(self) -> SceneFile:
         # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
         return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
 
@@ -82,10 +91,10 @@ class Source:
             _complaint(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
         )
 
-    def error(self, path: toml_places.Path, message: str) -> SceneError:
+    def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
         """An error at the place of `path`, or near it."""
         file, line, column = self._whereabouts(path)
-        return SceneError(message, file=file, line=line, column=column)
+        return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
         """File, line and column."""
