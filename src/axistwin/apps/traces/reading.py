@@ -66,8 +66,9 @@ class Trace:
 
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
         """The signals that patterns mean.  Raises UsageError for one that means none."""
-        known = [Known(*name.rpartition(".")[::2], track.kind) for name, track in self.tracks.items()]
-        return {signal.full: self.tracks[signal.full] for signal in choose(known, patterns)}
+        known = {Known(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
+        names = (known[signal] for signal in choose(list(known), patterns))
+        return {name: self.tracks[name] for name in names}
 
 
 def read(path: Path) -> Trace:
