@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -209,8 +210,7 @@ def instead(word: str, known: Collection[str]) -> str:
 
 def _keys_at(path: toml_places.Path) -> list[str]:
     """The keys that may stand in the table at this path."""
-    schema = SceneFile.model_json_schema()
-    node = schema
+    schema = node = _schema()
     for part in path:
         node = _definition(schema, node)
         if isinstance(part, int):
@@ -218,6 +218,11 @@ def _keys_at(path: toml_places.Path) -> list[str]:
         else:
             node = node["properties"][part] if "properties" in node else node["additionalProperties"]
     return list(_definition(schema, node)["properties"])
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return SceneFile.model_json_schema()
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
