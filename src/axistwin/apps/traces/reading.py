@@ -165,7 +165,8 @@ def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
 
 def _kinds(about: dict[str, str]) -> dict[str, str]:
     lines = about.pop("signals", "").splitlines()
-    return {name: kind for name, _, kind in (line.rpartition(" ") for line in lines)}
+    told = (line.rpartition(" ") for line in lines)
+    return {name: kind for name, _, kind in told if kind in KINDS}
 
 
 def _time_ns(path: Path, text: str, line: int = 0) -> int:
