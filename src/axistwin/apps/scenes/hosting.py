@@ -84,8 +84,9 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
     def load(name: str, file: str) -> Callable[[], object]:
         suffix, controller = Path(file).suffix.lower(), bench[name]
         if suffix == STORED:
-            stored.check_motor(controller)
-            return partial(stored.run, stored.as_sent(read(file)), file, controller)
+            source = stored.as_sent(read(file))
+            stored.check(source, file, controller)
+            return partial(stored.run, source, file, controller)
         if suffix not in KINDS:
             raise UsageError(
                 f"{file} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
