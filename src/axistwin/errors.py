@@ -17,7 +17,7 @@ def one_line(message: str) -> str:
     """A message as one line that people can read; what is left out of a long one is in the middle."""
     if len(message) <= MOST_WORD and message.isprintable():
         return message
-    shown = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in message.strip())
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message.strip())
     shown = _long_word.sub(lambda word: f"{word[0][:_BEGIN]}…", shown)
     return shown if len(shown) <= MOST_MESSAGE else f"{shown[: MOST_MESSAGE // 2]} … {shown[-MOST_MESSAGE // 2 :]}"
 
