@@ -97,42 +97,50 @@ class Conversation:
     @property
     def headers(self) -> dict[str, str]:
         """What its first comments say about the bench it is for: `; model: if1`, `; options: …`, `; line: …`."""
-        found: dict[str, str] = {}
+        return {key: value for key, (_, value) in self._heads.items()}
+
+    @property
+    def _heads(self) -> dict[str, tuple[Comment, str]]:
+        """The same, each with the comment that says so."""
+        found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
                 break
             if header := _HEADER.fullmatch(act.text):
-                found[header["key"]] = header["value"].strip()
+                found[header["key"]] = act, header["value"].strip()
         return found
 
     def seconds_in(self, key: str, usual: float) -> float:
         """The number of seconds in this header, or else the usual one.  Raises ProgramError with the line."""
-        text = self.headers.get(key)
-        if text is None:
+        if key not in self.headers:
             return usual
-        try:
-            seconds = real(text)
-        except NumberError:
-            seconds = -1.0
-        if not 0 <= seconds <= MOST_S:
-            message = f"{key} {shortened(text)} is no number of seconds: write it like ; {key}: 2.5"
-            raise ProgramError(message, file=self.file, line=self._line_of(key))
+        text = self.headers[key]
+        with self.blaming_header(key):
+            try:
+                seconds = real(text)
+            except NumberError:
+                seconds = -1.0
+            if not 0 <= seconds <= MOST_S:
+                raise UsageError(f"{key} {shortened(text)} is no number of seconds: write it like ; {key}: 2.5")
         return seconds
 
     @property
     def words(self) -> list[str]:
         """The words in its `; options:` header.  Raises ProgramError with the line if a quotation mark is missing."""
-        try:
-            return shlex.split(self.headers.get("options", ""))
-        except ValueError:
-            message = "options: a quotation mark is missing"
-            raise ProgramError(message, file=self.file, line=self._line_of("options")) from None
+        with self.blaming_header("options"):
+            try:
+                return shlex.split(self.headers.get("options", ""))
+            except ValueError:
+                raise UsageError("options: a quotation mark is missing") from None
 
-    def _line_of(self, key: str) -> int:
-        """The line of a header that is there: the last one, which counts."""
-        comments = (act for act in self.acts if isinstance(act, Comment))
-        lines = [act.line for act in comments if (found := _HEADER.fullmatch(act.text)) and found["key"] == key]
-        return lines[-1] if lines else 0
+    @contextmanager
+    def blaming_header(self, key: str) -> Iterator[None]:
+        """What a user has done wrong meanwhile stands in the line of this header, if it is there."""
+        if key not in self.headers:
+            yield
+            return
+        with self.blaming(self._heads[key][0]):
+            yield
 
     @contextmanager
     def blaming(self, act: Act) -> Iterator[None]:
