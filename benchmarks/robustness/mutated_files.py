@@ -61,7 +61,7 @@ LINES = {
              '! fault stuck input1 low when="X passes ' + "9" * 5000 + '"', "! master 5 in 1", "! line 9 8N1"),
     "if1": ("X100$", "+0.1", "! input1 high", "U61", "((((", "! X.push 1e30", "+" + "9" * 5000),
     "181x": ("33 00 00 61 A8", "go_relative " + "9" * 5000, "! joystick 1e30", "+0.1", "83", "! write 0 33"),
-    "sms": ("WHILE 1", "LOOP", "IF a", "ENDIF", "GOSUB" + "9" * 400, "a=" + "9" * 5000, "PRINT(#" + "9" * 400 + ")",
+    "sms": ("WHILE 1", "LOOP", "IF a", "ENDIF", "GOSUB" + "9" * 5000, "a=" + "9" * 5000, "PRINT(#" + "9" * 400 + ")",
             "C5", "aw[0] 1 2 3.", "a=" + "(" * 3000),
 }  # fmt: skip
 """Lines of each kind that are worth inserting."""

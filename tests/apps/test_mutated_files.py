@@ -9,6 +9,7 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.apps import cli
+from axistwin.apps.editing.smartmotor import SourceEditing
 from axistwin.apps.traces.reading import read
 from axistwin.apps.traces.trace import tracing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
@@ -185,6 +186,15 @@ def test_a_scene_with_numbers_beyond_64_bits(tmp_path, number):
     (tmp_path / "s.toml").write_text(f'[[controller]]\nmodel = "smartmotor"\naxes.shaft.limits = [{number}, 5]\n')
     with pytest.raises(SceneError, match=r"s\.toml:3:\d+: .*beyond 64 bits"):
         Scene.load(tmp_path / "s.toml")
+
+
+@pytest.mark.parametrize("text", ["GOSUB", "GOTO", "C", "a=", "BAUD", "PRINT(#"])
+def test_an_editor_asks_about_a_long_number(text):
+    lines = [text + "9" * 5000]
+    for at in (0, 3, 5000):
+        SourceEditing().hover(lines, 1, at)
+        SourceEditing().complete(lines, 1, at)
+    SourceEditing().symbols(lines)
 
 
 def test_limits_beyond_any_axis():
