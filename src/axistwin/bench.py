@@ -30,6 +30,7 @@ from axistwin.controllers.product import (
 )
 from axistwin.errors import UsageError
 from axistwin.motion.train import HISTORY
+from axistwin.numbers import shortened, whole
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
@@ -49,7 +50,9 @@ from axistwin.units import to_ns, to_seconds
 if TYPE_CHECKING:
     from axistwin.faults.desk import Faults
 
-LINE = re.compile(r"(?P<baudrate>[1-9]\d{0,8})? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?")
+LINE = re.compile(
+    r"(?P<baudrate>[1-9]\d{0,8})? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?", re.ASCII
+)
 FAMILIES = {
     "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
 }  # fmt: skip
@@ -480,12 +483,14 @@ def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartF
     """`"9600 8N2"`, `"instant"` or both, as a format and whether characters take no time."""
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
+    if not isinstance(text, str):
+        raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
     words = text.replace(",", " ").split()
     instant = "instant" in words
     match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
     if match is None:
-        raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
-    baudrate = int(match["baudrate"] or usual.baudrate)
+        raise UsageError(f"no line format {shortened(text)}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+    baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
     if match["frame"] is None:
         return replace(usual, baudrate=baudrate), instant
     parity: Any = match["parity"].upper()

@@ -4,7 +4,22 @@ What a *host* does wrong is no exception: the device ignores it, sets a flag, li
 Anything else that is raised is a bug and must surface.
 """
 
+import re
 from typing import Self
+
+MOST_WORD, MOST_MESSAGE = 240, 480
+"""Characters of a word, and of a whole message: people read it, whatever stands in their files."""
+_BEGIN = 60
+_long_word = re.compile(rf"\S{{{MOST_WORD + 1},}}")
+
+
+def one_line(message: str) -> str:
+    """A message as one line that people can read; what is left out of a long one is in the middle."""
+    if len(message) <= MOST_WORD and message.isprintable():
+        return message
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message.strip())
+    shown = _long_word.sub(lambda word: f"{word[0][:_BEGIN]}…", shown)
+    return shown if len(shown) <= MOST_MESSAGE else f"{shown[: MOST_MESSAGE // 2]} … {shown[-MOST_MESSAGE // 2 :]}"
 
 
 class AxistwinError(Exception):
@@ -41,6 +56,7 @@ class PlacedError(AxistwinError):
         instead: str = "",
         sure: bool = False,
     ) -> None:
+        message = one_line(message)
         self.message, self.file, self.line, self.column = message, file, line, column
         self.code, self.width, self.instead, self.sure = code, width, instead, sure
         place = ":".join(str(part) for part in (file, line, column) if part)

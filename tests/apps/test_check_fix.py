@@ -47,6 +47,7 @@ MENDED = {
     ("a.sms", "-----\na=1\n"): "'-----\na=1\n",
     ("a.sms", "aw[0] 1 2 3\n"): "aw[0] 1 2 3.\n",
     ("a.sms", "ES400 a=1\n"): " a=1\n",
+    ("a.sms", "EIGN(W,0) ZS MP PT=100 G\n"): "UCI UDI ZS MP P=100 G\n",
     ("a.sms", "F=32 END C1 RETURN\n"): "F=32 END C1 RETURNF\n",
 }
 
@@ -71,6 +72,7 @@ def test_what_is_mended(fix, name, text):
         ("a.sms", "UCI UDI G\n"),
         ("a.sms", "a =\n 1\n"),
         ("a.sms", "a= S\n"),
+        ("a.sms", "VT=5 ADT=5\n"),
     ],
 )
 def test_what_only_a_person_can_know_is_left_alone(fix, name, text):

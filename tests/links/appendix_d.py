@@ -1,4 +1,4 @@
-"""The two C programs of the manual's appendix D, read from the manual and made to compile.
+"""The two C programs of the manual's appendix D, read from the manual, and what makes a compiler take them.
 
 The listings themselves are not here: they are taken from the manual's text when a test asks for them.  Of each
 function the I/O mapped version is taken; the memory mapped one of the same name stands beside it.  Remarks are left
@@ -28,7 +28,6 @@ class Change(NamedTuple):
 SPACE = "the underscore in a name is printed as a blank"
 COLON = "the ; that ends the declaration is printed as :"
 BRACE = "the brace that opens the function's body is lost, the one that closes it is there"
-SLIP = "the loops count down n, which nothing declares or sets; nbr_bytes is what is meant: the listing's own slip"
 
 CHANGES = (
     *(Change("DEFINES", name, name.replace(" ", "_"), SPACE) for name in (
@@ -57,28 +56,26 @@ CHANGES = (
     Change("I FIFO", "nbr bytes", "nbr_bytes", SPACE),
     Change("I FIFO", "cmd arr", "cmd_arr", SPACE),
     Change("I FIFO", " while (n", "{ while (n", BRACE),
-    Change("I FIFO", "(n ", "(nbr_bytes ", SLIP),
-    Change("I FIFO", " n--", " nbr_bytes--", SLIP),
     Change("O FIFO", "o fifo", "o_fifo", SPACE),
     Change("O FIFO", "nbr bytes", "nbr_bytes", SPACE),
     Change("O FIFO", "cmd arr", "cmd_arr", SPACE),
     Change("O FIFO", " while (n != 0)", "{ while (n != 0) {", BRACE + "; so is the one that opens the loop's"),
-    Change("O FIFO", "(n ", "(nbr_bytes ", SLIP),
-    Change("O FIFO", " n--", " nbr_bytes--", SLIP),
     Change("O FIFO", " }\n", " }\n}\n", "the brace that closes the function is lost"),
 )  # fmt: skip
 
-FORWARD = "char stat_wait();"
-"""Before the functions that call it: compilers of today want to know that a function is no int before it is called."""
+FORWARD = "char stat_wait();\n"
+"""Put in front of 1810U.C: a function that is called before it is defined is an int, and this one is a char."""
+COUNT = "-Dn=nbr_bytes"
+"""For FIFO.C: its loops count down n, which nothing declares or sets; nbr_bytes is what is meant."""
 
 
 def programs() -> dict[str, str]:
-    """The source of each program, ready for a compiler."""
+    """The source of each program as the manual has it; `FORWARD` and `COUNT` are what makes gcc take it."""
     text = MANUAL.read_text(encoding="utf-8")
     listing = text[text.index("Program #1: 1810U.C") : text.index("ADDENDUM TO 1810/11")]
     found = {name: "\n".join(_function(listing, function) for function in has) for name, has in PROGRAMS.items()}
     defines = "\n".join(re.findall(r"^#define .*$", listing[: listing.index("SNDCMD - ")], re.MULTILINE))
-    found["1810U.C"] = "\n".join((_repaired("DEFINES", _bare(defines)), FORWARD, found["1810U.C"]))
+    found["1810U.C"] = "\n".join((_repaired("DEFINES", _bare(defines)), found["1810U.C"]))
     return found
 
 

@@ -1,8 +1,10 @@
 """C programs on the bus: those of the manual's appendix D, and the rest of `axistwin_bus.h`."""
 
 import os
+import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +14,7 @@ from . import appendix_d
 from .serving import Served
 
 pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="there is no C compiler")
+DOCS = (Path(__file__).parents[2] / "docs" / "bus.md").read_text(encoding="utf-8")
 OLD_C = ("-std=gnu89", "-w")
 STRICT = ("-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror")
 
@@ -101,6 +104,15 @@ def compiled(directory, options, **sources):
     return program
 
 
+def translated(file, text, *options):
+    """What gcc says of a listing; in files that end in .C it expects C++ unless it is told otherwise."""
+    file.write_text(text)
+    words = ["gcc", "-std=gnu89", *options, "-x", "c", "-c", file, "-o", file.with_suffix(".o")]
+    return subprocess.run(
+        list(map(str, words)), capture_output=True, text=True, timeout=50, env={**os.environ, "LC_ALL": "C"}
+    )
+
+
 def run(program, bus):
     return subprocess.run(
         [str(program)], env={**os.environ, "AXISTWIN_BUS": bus}, capture_output=True, text=True, timeout=30
@@ -111,7 +123,8 @@ def run(program, bus):
 def test_the_programs_of_appendix_d_drive_a_move(served, bus, tmp_path):
     """SNDCMD and RCVCMD of 1810U.C with I_FIFO and O_FIFO of FIFO.C, at base address 60h."""
     listings = appendix_d.programs()
-    program = compiled(tmp_path, OLD_C, utility=listings["1810U.C"], fifo=listings["FIFO.C"], move=MOVE)
+    utility = appendix_d.FORWARD + listings["1810U.C"]
+    program = compiled(tmp_path, (*OLD_C, appendix_d.COUNT), utility=utility, fifo=listings["FIFO.C"], move=MOVE)
     done = run(program, bus.address)
     assert (done.returncode, done.stderr) == (0, "")
     ended, position = done.stdout.splitlines()
@@ -119,6 +132,27 @@ def test_the_programs_of_appendix_d_drive_a_move(served, bus, tmp_path):
     assert bytes.fromhex(position) == bytes.fromhex("83 00 00 00 00 61 a8").ljust(16, b"\0")
     motor = served.bench["1811"].axes["motor"]
     assert (motor.position, len(motor.pulse_times())) == (25_000, 25_000)
+
+
+@pytest.mark.skipif(not appendix_d.MANUAL.exists(), reason="the manual is not here")
+@pytest.mark.parametrize(
+    ("name", "complaint", "front", "option"),
+    [
+        ("1810U.C", "conflicting types for .stat_wait", appendix_d.FORWARD, ()),
+        ("FIFO.C", ".n. undeclared", "", (appendix_d.COUNT,)),
+    ],
+)
+def test_appendix_d_needs_a_declaration_and_a_macro(tmp_path, name, complaint, front, option):
+    """The page on the bus tells both, with this command."""
+    listing = appendix_d.programs()[name]
+    unchanged = translated(tmp_path / name, listing)
+    assert unchanged.returncode != 0
+    assert re.search(complaint, unchanged.stderr)
+    assert (translated(tmp_path / name, front + listing, *option).returncode, DOCS.count(f"{appendix_d.COUNT} ")) == (
+        0,
+        1,
+    )
+    assert f"\n{appendix_d.FORWARD}" in DOCS
 
 
 def test_the_whole_header(bus, tmp_path):

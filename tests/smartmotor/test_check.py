@@ -5,7 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.controllers.diagnostics import Sent, Session
+from axistwin.controllers.smartmotor import class5, rules
 from axistwin.controllers.smartmotor.check import check
+from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.language import read
 
 from .test_program import FAULT_HANDLING
 
@@ -71,6 +74,24 @@ WRONG = {
     # commands removed
     "KGON": "1:1 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
     "MFRATIO": "1:1 error: MFRATIO has been removed in 4.76: set the ratio with MFMUL= and MFDIV=, then MFR",
+    # words of Class 5
+    "PT=100": "1:1 error: PT= is a word of Class 5, which sets Bs here: 4.76 has P=100",
+    "PRT=a+1": "1:1 error: PRT= is a word of Class 5, which sets Bs here: 4.76 has D=a+1",
+    "VT=5": (
+        "1:1 error: VT= is a word of Class 5, which sets Bs here: 4.76 has V=5 "
+        "(its number is for 8000 samples/s, here there are 4069)"
+    ),
+    "DT=5": (
+        "1:1 error: DT= is a word of Class 5, which sets Bs here: 4.76 has A=5 "
+        "(one acceleration for both ramps; its number is for 8000 samples/s, here there are 4069)"
+    ),
+    "EIGN(2)": "1:1 error: EIGN(2) is a word of Class 5, which sets Bs here: 4.76 has UCI",
+    "EIGN(W,0)": "1:1 error: EIGN(W,0) is a word of Class 5, which sets Bs here: 4.76 has UCI UDI",
+    "MV(1)": "1:1 error: MV(1) is a word of Class 5, which sets Bs here: 4.76 has MV",
+    "OUT(1)=a": (
+        "1:1 error: OUT(1)= is a word of Class 5, which sets Bs here: 4.76 has UB=a (UBO makes the pin an output)"
+    ),
+    "a=PA": "1:3 error: PA is a word of Class 5, which sets Bs here: 4.76 has @P",
     # blocks
     "IF a": "1:1 error: IF: ENDIF is missing",
     "a=1 LOOP": "1:5 error: LOOP: there is no WHILE before it",
@@ -97,7 +118,8 @@ WRONG = {
     "F=32 END": "1:1 warning: F=32 calls C1, which is not there",
     "C5 STACK a=1 END": "1:4 warning: STACK should be followed by GOTO at once",
     # cam
-    WIRED + "BASE=800 SIZE=3 MC G": "1:28 error: SIZE=3: a cam table needs 4 to 101",
+    WIRED + "BASE=800 SIZE=3 MC G": "1:28 warning: SIZE=3: a cam table needs 4 to 101, and a smaller one is obeyed",
+    WIRED + "BASE=800 SIZE=0 MC G": "1:28 error: SIZE=0: a cam table has at least one interval",
     WIRED + "BASE=800 SIZE=102 MC": "1:26 error: 102 is out of range: highest index 0…101",
     WIRED + "BASE=0 SIZE=5 MC": "1:26 error: BASE=0: a cam cycle has a positive length",
     WIRED + "BASE=4 SIZE=4 MC": "1:26 warning: BASE=4: the master must move less than a quarter of that in a sample",
@@ -167,6 +189,19 @@ def test_a_command_that_is_never_ended():
     sent = tuple(Sent(byte, 1, column) for column, byte in enumerate(b"RP\rRV", 1))
     found = check([Session(sent)])
     assert [(d.column, d.message) for d in found] == [(4, "this command is never ended: a space or <CR> is missing")]
+
+
+@pytest.mark.parametrize("text", ["PT=5", "ADT=5", "AT=5", "EL=5", "EIGN(0)", "EIGN(3)", "EILN", "EISM(6)", "EOBK(6)",
+                                  "OS(3)", "RIN(4)", "RPA", "REA", "RCTR(0)", "G(0)", "MFR(1)", "PRINT0(a)",
+                                  "BAUD(0)=9600", "ADDR=2"])  # fmt: skip
+def test_what_4_76_has_for_a_word_of_class_5_can_be_read(text):
+    assert read(text).problem.rule is rules.LATER
+    here = class5.command(text).here
+    assert [read(word).problem for word in here.split()] == [None] * len(here.split())
+
+
+def test_no_command_of_4_76_is_taken_for_one_of_class_5():
+    assert [c.code for c in COMMANDS if class5.command(str(c.code)) is not None] == []
 
 
 @given(st.text(alphabet=st.characters(max_codepoint=255), max_size=80), st.booleans())

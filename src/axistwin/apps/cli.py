@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from axistwin import __version__
-from axistwin.errors import AxistwinError, LinkError, UsageError
+from axistwin.errors import AxistwinError, LinkError, UsageError, one_line
 
 COMMANDS = {
     "demo": "A short session that needs nothing but the package.",
@@ -96,7 +96,7 @@ def _run(arguments: list[str] | None) -> int:
         print(f"axistwin: the output cannot be written: {os.strerror(error.errno).lower()}", file=sys.stderr)
         return 1
     except AxistwinError as error:
-        print(f"axistwin: {error}", file=sys.stderr)
+        print(f"axistwin: {one_line(str(error))}", file=sys.stderr)
         return 2 if isinstance(error, UsageError | LinkError) else 1
     return result if isinstance(result, int) else 0
 

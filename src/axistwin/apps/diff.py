@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from axistwin.apps.columns import columns
+from axistwin.apps.seconds import Number
 from axistwin.apps.traces.differences import Comparison, Difference, Tolerance, compare
 from axistwin.units import S, to_ns
 
@@ -19,8 +20,8 @@ MOST = 20
 @click.argument("first", type=FILE)
 @click.argument("second", type=FILE)
 @click.option("--signals", metavar="NAME,…", help="Which signals, * for anything: 'if1.X.*,if1.output?'.  All of them.")
-@click.option("--tolerance", type=click.FloatRange(min=0), default=0.0, help="Numbers may differ by so much.")
-@click.option("--time-tolerance", type=click.FloatRange(min=0), default=0.0, metavar="SECONDS",
+@click.option("--tolerance", type=Number(min=0), default=0.0, help="Numbers may differ by so much.")
+@click.option("--time-tolerance", type=Number(min=0), default=0.0, metavar="SECONDS",
               help="A change may come so much earlier or later.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--plot", type=FILE, help="Draw both around the first difference: FILE.svg or FILE.png.")

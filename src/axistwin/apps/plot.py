@@ -1,12 +1,12 @@
 """`axistwin plot`: draw a trace; and pictures of what has happened on a bench."""
 
-import math
 from pathlib import Path
 
 import click
 
 from axistwin.apps.drawing.history import History
 from axistwin.apps.drawing.picture import check_suffix, save, show
+from axistwin.apps.seconds import Number
 from axistwin.apps.traces.signals import EVERYTHING
 from axistwin.errors import UsageError
 from axistwin.units import to_ns, to_seconds
@@ -27,8 +27,10 @@ def draw(history: History, path: Path, title: str = "") -> None:
 @click.option("--out", "-o", type=FILE, help="FILE.svg or FILE.png; without it TRACE.png.")
 @click.option("--show", "on_screen", is_flag=True, help="In a window on the screen.")
 @click.option("--signals", metavar="NAME,…", help="Which signals, * for anything: 'if1.X.*,if1.output?'.  All of them.")
-@click.option("--from", "since", type=float, metavar="SECONDS", help="Begin of the time to be drawn.")
-@click.option("--to", "until", type=float, metavar="SECONDS", help="Its end.  Without them: where something happens.")
+@click.option("--from", "since", type=Number(), metavar="SECONDS", help="Begin of the time to be drawn.")
+@click.option(
+    "--to", "until", type=Number(), metavar="SECONDS", help="Its end.  Without them: where something happens."
+)
 @click.option("--title", default=None, help="What stands above the picture; the trace's name if left out.")
 def plot(
     trace: Path,
@@ -72,8 +74,4 @@ def plot(
 
 
 def _time(seconds: float | None) -> int | None:
-    if seconds is None:
-        return None
-    if not math.isfinite(seconds):
-        raise UsageError(f"{seconds} is no time: give seconds")
-    return to_ns(seconds)
+    return None if seconds is None else to_ns(seconds)

@@ -9,10 +9,10 @@ import click
 
 from axistwin.apps.conversations import programs
 from axistwin.apps.conversations.comparison import PATIENCE_S, Compared, Comparison, compare
-from axistwin.apps.conversations.conversation import Conversation, load_text, parse
-from axistwin.apps.seconds import MOST_S, Seconds
+from axistwin.apps.conversations.conversation import load_text, parse
+from axistwin.apps.seconds import Seconds
 from axistwin.apps.target import bench_for
-from axistwin.errors import ProgramError, UsageError
+from axistwin.errors import UsageError
 from axistwin.units import MS
 
 WIDEST = 40
@@ -55,7 +55,7 @@ def replay(
         raise UsageError(f"{file} does not say which model it is of: add --model, such as --model if1")
     given = () if model.endswith(".toml") else programs.options(conversation, model)
     bench = bench_for(model, (*given, *options))
-    bench.run(_on_for(conversation) if on_for is None else on_for)
+    bench.run(conversation.seconds_in("on-for", 0.0) if on_for is None else on_for)
     comparison = compare(conversation, bench, patience)
     if as_json:
         click.echo(json.dumps(as_dict(comparison)))
@@ -63,17 +63,6 @@ def replay(
         for line in (*table(comparison, brief=brief), *summary(comparison)):
             click.echo(line)
     return 1 if comparison.different else 0
-
-
-def _on_for(conversation: Conversation) -> float:
-    text = conversation.headers.get("on-for", "0")
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0 <= seconds <= MOST_S:
-        raise ProgramError(f"on-for {text!r} is no number of seconds", file=conversation.file)
-    return seconds
 
 
 def table(comparison: Comparison, *, brief: bool = False) -> Iterator[str]:

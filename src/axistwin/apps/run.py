@@ -2,7 +2,6 @@
 
 import json
 import logging
-import math
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,6 +13,7 @@ import click
 from axistwin.apps.conversations import programs, transcript
 from axistwin.apps.conversations.programs import Outcome
 from axistwin.apps.drawing.history import History, watching
+from axistwin.apps.seconds import Number
 from axistwin.apps.target import bench_for
 from axistwin.errors import UsageError
 from axistwin.units import to_ns
@@ -21,15 +21,7 @@ from axistwin.units import to_ns
 FILE = click.Path(dir_okay=False, path_type=Path)
 
 
-class _Seconds(click.FloatRange):
-    """Virtual time, as much as anybody can wait for."""
-
-    def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        seconds: float = super().convert(value, param, ctx)
-        return seconds if math.isfinite(seconds) else self.fail(f"{value!r} is no time.", param, ctx)
-
-
-SECONDS = _Seconds(min=0)
+SECONDS = Number(min=0)
 
 
 @click.command(short_help="Run a program or a conversation at full speed.")

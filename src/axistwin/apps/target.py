@@ -6,6 +6,7 @@ from typing import Any
 
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
+from axistwin.numbers import check_values, shortened
 
 OWN = {
     "model": "name the MODEL",
@@ -54,6 +55,10 @@ def _value(text: str) -> Any:
     import tomllib  # late: few need it
 
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except RecursionError:
+        raise UsageError(f"--option: {shortened(text)}: more brackets within one another than anybody wants") from None
+    except ValueError:  # it is no TOML, or a number of thousands of digits
         return text
+    check_values(value)
+    return value

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
+from axistwin.errors import one_line
+
 
 class Severity(StrEnum):
     """How bad it is."""
@@ -93,7 +95,15 @@ def diagnose(
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)
     return Diagnostic(
-        first.line, first.column, rule.severity, message, chapter or rule.chapter, rule.code, first.line, end, fix
+        first.line,
+        first.column,
+        rule.severity,
+        one_line(message),
+        chapter or rule.chapter,
+        rule.code,
+        first.line,
+        end,
+        fix,
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from axistwin.errors import UsageError
 from axistwin.faults.chance import Chance
 from axistwin.faults.places import Spot
+from axistwin.numbers import NumberError, real, shortened, whole
 from axistwin.sim.clock import Clock
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
@@ -49,7 +50,8 @@ class Parameter:
         """A value as it was given, perhaps as text.  Raises UsageError with what is wanted."""
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
-            raise UsageError(f"{self.name}={value!r}: give {self.wanted}")
+            shown = shortened(value) if isinstance(value, str) else repr(value)
+            raise UsageError(f"{self.name}={shown}: give {self.wanted}")
         return found
 
     @property
@@ -81,8 +83,8 @@ class Parameter:
 def _whole(value: object) -> int | None:
     if isinstance(value, str):
         try:
-            return int(value, 0)
-        except ValueError:
+            return whole(value, base=0)
+        except NumberError:
             return None
     return value if isinstance(value, int) and not isinstance(value, bool) else None
 
@@ -91,8 +93,8 @@ def _number(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return None
     try:
-        number = float(value)
-    except ValueError:
+        number = real(value) if isinstance(value, str) else float(value)
+    except (NumberError, OverflowError):
         return None
     return number if abs(number) < float("inf") else None
 

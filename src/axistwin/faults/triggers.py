@@ -21,7 +21,8 @@ from axistwin.controllers.product import Listing
 from axistwin.errors import UsageError
 from axistwin.faults import places
 from axistwin.faults.places import Find, Machine, Spot, World
-from axistwin.plant.axes import Axis
+from axistwin.numbers import whole
+from axistwin.plant.axes import MOST_POSITION, Axis
 from axistwin.sim.pins import Pin
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ Arm = Callable[[Callable[[], None]], Unwatch]
 """Calls what it is given each time it happens; returns what ends that."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
-_POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?")
+_POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?", re.ASCII)
 _LINE = re.compile(r"(?:(?P<program>\d+):)?(?P<line>\d+)", re.ASCII)
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
 _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
@@ -73,7 +74,8 @@ def _passes(wish: _Wish) -> Arm:
     if found is None:
         raise wish.wrong("X passes 1000")
     ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
-    return lambda happens: _Passing(axis, int(found["position"]), ways, happens).end
+    position = whole(found["position"], -MOST_POSITION, MOST_POSITION)
+    return lambda happens: _Passing(axis, position, ways, happens).end
 
 
 class _Passing:
@@ -195,7 +197,7 @@ def _runs(wish: _Wish) -> Arm:
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
-    name, line = _program(machine, found["program"]), int(found["line"])
+    name, line = _program(machine, found["program"]), whole(found["line"])
     _check_line(machine, name, line)
     return lambda happens: machine.watch_lines(lambda program, index: happens(), (name, line - 1))
 

@@ -16,9 +16,10 @@ from axistwin.errors import UsageError
 from axistwin.faults.desk import Fault, Faults, Terms
 from axistwin.faults.kinds import kind_of
 from axistwin.faults.table import Kind
+from axistwin.numbers import NumberError, real, whole
 
 TERMS: dict[str, Callable[[str], Any]] = {
-    "name": str, "at": float, "when": str, "nth": int, "duration": float, "seed": int,
+    "name": str, "at": real, "when": str, "nth": whole, "duration": real, "seed": whole,
 }  # fmt: skip
 """What every fault may be given, and what it is."""
 
@@ -87,8 +88,8 @@ def _value(name: str, text: str) -> Any:
         return text
     try:
         return TERMS[name](text)
-    except ValueError:
-        raise UsageError(f"{name}={text!r} is no number") from None
+    except NumberError as error:
+        raise UsageError(f"{name}={error}") from None
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from time import perf_counter
 from typing import Protocol, TypeVar
 
 from axistwin.errors import AxistwinError, UsageError
+from axistwin.numbers import NumberError, real, shortened
 from axistwin.sim.clock import Clock
 from axistwin.units import MOST_NS, S
 
@@ -44,15 +45,17 @@ def read_speed(text: str) -> float | None:
     if text == "max":
         return None
     try:
-        speed = float(text)
-    except ValueError:
+        speed = real(text)
+    except NumberError:
         speed = 0.0
     return _possible(speed, text)
 
 
 def _possible(speed: float, text: str) -> float:
     if not 0 < speed <= MOST_SPEED:
-        raise UsageError(f"no speed {text!r}: give a number such as 1 (real time) or 0.5, up to 1000000, or max")
+        raise UsageError(
+            f"no speed {shortened(text)}: give a number such as 1 (real time) or 0.5, up to 1000000, or max"
+        )
     return speed
 
 

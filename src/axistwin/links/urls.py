@@ -11,6 +11,7 @@ serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is th
 from dataclasses import dataclass, replace
 
 from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, whole
 
 LOOPBACK = "127.0.0.1"
 EXAMPLES = {
@@ -72,20 +73,26 @@ def parse_as(scheme: str, text: str) -> PortUrl:
 def _network(scheme: str, rest: str, text: str) -> PortUrl:
     address, _, query = rest.partition("?")
     host, _, number = address.rpartition(":")
-    if not (_is_number(number) and int(number) <= 0xFFFF):
+    port = _number(number)
+    if port is None or port > 0xFFFF:
         raise UsageError(f"no address and port in {text!r}: write it like {EXAMPLES[scheme]}")
     if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
         raise UsageError(f"no option {query!r} in {text!r}: rfc2217 takes ?cts=dtr, tcp none")
-    return PortUrl(scheme, host.strip("[]") or LOOPBACK, int(number), cts="dtr" if query == "cts=dtr" else "rts")
+    return PortUrl(scheme, host.strip("[]") or LOOPBACK, port, cts="dtr" if query == "cts=dtr" else "rts")
 
 
 def _serial(rest: str, text: str) -> PortUrl:
     path, _, query = rest.partition("?")
     key, _, baud = query.partition("=")
-    if not path or (query and not (key == "baud" and _is_number(baud) and int(baud) > 0)):
+    rate = _number(baud)
+    if not path or (query and not (key == "baud" and rate)):
         raise UsageError(f"no serial device in {text!r}: write it like {EXAMPLES['serial']}")
-    return PortUrl("serial", path=path, baud=int(baud) if query else None)
+    return PortUrl("serial", path=path, baud=rate if query else None)
 
 
-def _is_number(text: str) -> bool:
-    return text.isascii() and text.isdecimal()
+def _number(text: str) -> int | None:
+    """A number without a sign; None: it is none."""
+    try:
+        return whole(text, 0) if text.isdecimal() else None
+    except NumberError:
+        return None

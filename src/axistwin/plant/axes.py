@@ -14,6 +14,8 @@ Axis = StepperAxis | ServoAxis
 MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
 """Makes an axis of a clock, its name, its options and how many strokes it remembers.  Raises UsageError."""
 
+MOST_POSITION = 1 << 53
+"""Pulses or counts from 0, in either direction, at which a switch or a trigger can be."""
 STEPPER = ("limits", "home", "encoder", "motor", "load")
 SERVO = ("limits", "motor", "load")
 
@@ -72,3 +74,7 @@ def _check_span(name: str, option: str, given: Any) -> None:
         first = last = None
     if not (type(first) is int and type(last) is int and first <= last):
         raise UsageError(f"axis {name}: {option}={given!r}: give two positions, such as (-100, 5000)")
+    if not -MOST_POSITION <= first <= last <= MOST_POSITION:
+        raise UsageError(
+            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: give two positions, such as (-100, 5000)"
+        )

@@ -7,12 +7,13 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 
 from axistwin.apps.checks import rules
 from axistwin.apps.conversations import conversation
-from axistwin.apps.conversations.conversation import Act, Do, Say, named_model, parse_line
-from axistwin.apps.conversations.programs import no_program
+from axistwin.apps.conversations.conversation import Act, Comment, Do, Say, named_model, parse_line
+from axistwin.apps.conversations.programs import check_headers, no_program
 from axistwin.apps.conversations.stored import load_source
 from axistwin.apps.conversations.typist import command_line
 from axistwin.apps.conversations.visible import CHARACTERS, Codec, codec_of
@@ -57,7 +58,19 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
     """Everything that is wrong with the text of a program for this product.  Raises UsageError if it is none."""
     if made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked")
-    return _diagnose(text, suffix, made.check, codec_of(made), file)
+    found = _diagnose(text, suffix, made.check, codec_of(made), file)
+    return sorted([*found, *_headers(text, made)]) if suffix == ".talk" else found
+
+
+def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
+    """The first thing that is wrong with the first comments of a conversation, which `run` refuses."""
+    lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
+    head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
+    acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
+    try:
+        check_headers(conversation.Conversation(tuple(acts)), made.model)
+    except ProgramError as error:
+        yield as_diagnostic(error)
 
 
 def load(program: Path) -> str:

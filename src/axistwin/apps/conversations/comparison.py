@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from decimal import Decimal
 from functools import partial
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ from axistwin.apps.conversations.player import Difference, Player, open_channels
 from axistwin.apps.conversations.visible import Codec
 from axistwin.bench import Bench
 from axistwin.errors import ProgramError
+from axistwin.numbers import NumberError, decimal
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S, to_ns, to_seconds
 
@@ -115,9 +115,9 @@ def _clock(act: Act) -> int | None:
     if not isinstance(act, Expect) or act.subject != "clock":
         return None
     try:
-        return round(Decimal(act.value) * S)
-    except (ArithmeticError, ValueError):  # ValueError: nan
-        raise ProgramError(f"{act.value!r} is no time: write seconds, like = clock 0.25", line=act.line) from None
+        return round(decimal(act.value) * S)
+    except NumberError as error:
+        raise ProgramError(f"{error}: write seconds, like = clock 0.25", line=act.line) from None
 
 
 class _Comparer(Player):

@@ -11,6 +11,7 @@ What each act means when it is played is told in `docs/conversations.md`; `apps/
 """
 
 import re
+import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -21,10 +22,14 @@ from axistwin.apps.checks import rules
 from axistwin.apps.conversations.visible import CHARACTERS, Codec, codec_of
 from axistwin.bench import FAMILIES, product
 from axistwin.errors import PlacedError, ProgramError, UsageError
-from axistwin.units import S
+from axistwin.numbers import NumberError, decimal, real, shortened
+from axistwin.units import MOST_NS, S
 
 MOST_BYTES = 4 << 20
+MOST_S = 1e9
+"""The longest time in a header, some thirty years; more is a slip of the pen."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
+_SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
 
 
@@ -92,13 +97,50 @@ class Conversation:
     @property
     def headers(self) -> dict[str, str]:
         """What its first comments say about the bench it is for: `; model: if1`, `; options: …`, `; line: …`."""
-        found: dict[str, str] = {}
+        return {key: value for key, (_, value) in self._heads.items()}
+
+    @property
+    def _heads(self) -> dict[str, tuple[Comment, str]]:
+        """The same, each with the comment that says so."""
+        found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
                 break
             if header := _HEADER.fullmatch(act.text):
-                found[header["key"]] = header["value"].strip()
+                found[header["key"]] = act, header["value"].strip()
         return found
+
+    def seconds_in(self, key: str, usual: float) -> float:
+        """The number of seconds in this header, or else the usual one.  Raises ProgramError with the line."""
+        if key not in self.headers:
+            return usual
+        text = self.headers[key]
+        with self.blaming_header(key):
+            try:
+                seconds = real(text)
+            except NumberError:
+                seconds = -1.0
+            if not 0 <= seconds <= MOST_S:
+                raise UsageError(f"{key} {shortened(text)} is no number of seconds: write it like ; {key}: 2.5")
+        return seconds
+
+    @property
+    def words(self) -> list[str]:
+        """The words in its `; options:` header.  Raises ProgramError with the line if a quotation mark is missing."""
+        with self.blaming_header("options"):
+            try:
+                return shlex.split(self.headers.get("options", ""))
+            except ValueError:
+                raise UsageError("options: a quotation mark is missing") from None
+
+    @contextmanager
+    def blaming_header(self, key: str) -> Iterator[None]:
+        """What a user has done wrong meanwhile stands in the line of this header, if it is there."""
+        if key not in self.headers:
+            yield
+            return
+        with self.blaming(self._heads[key][0]):
+            yield
 
     @contextmanager
     def blaming(self, act: Act) -> Iterator[None]:
@@ -188,10 +230,17 @@ def _comment(text: str, _codec: Codec, line: int, controller: str) -> Act:
 
 def _wait(text: str, _codec: Codec, line: int, controller: str) -> Act:
     number = _without_comment(text)
-    if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", number):
-        message = f"{number!r} is no time: write seconds, like +0.25"
-        raise ProgramError(message, code=rules.NO_TIME.code, width=max(1, len(number)))
-    return Wait(round(Decimal(number) * S), line=line, controller=controller)
+    try:
+        if not _SECONDS.fullmatch(number):
+            raise NumberError(f"{shortened(number)} is no time")
+        ns = round(decimal(number) * S)
+    except NumberError as error:
+        message = f"{error}: write seconds, like +0.25"
+        raise ProgramError(message, code=rules.NO_TIME.code, width=max(1, len(number))) from None
+    if ns >= MOST_NS:
+        message = f"{shortened(number)} s is too long: give less than 292 years, 9.2e9 s"
+        raise ProgramError(message, code=rules.NO_TIME.code, width=len(number))
+    return Wait(ns, line=line, controller=controller)
 
 
 def _say(text: str, codec: Codec, line: int, controller: str) -> Act:

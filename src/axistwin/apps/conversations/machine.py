@@ -5,18 +5,22 @@ the host's end of a line can do, whether it leads to one controller or is shared
 """
 
 import re
-from collections.abc import Callable, Iterable
-from decimal import Decimal, InvalidOperation
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from decimal import Decimal, localcontext
 from functools import partial
 
 from axistwin.bench import Bench, Controller, line_format
 from axistwin.errors import ProgramError, UsageError
+from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shortened
 from axistwin.plant.axes import Axis
+from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import Flow, SerialPort
+from axistwin.units import to_ns
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 FAULT_ACTS = ("fault", "mend")
@@ -24,12 +28,14 @@ BUS_ACTS = ("init", "read", "write")
 LINE_ACTS = ("dtr", "rts", "break", "line", "flow", "hold", "drop")
 ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
 SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature")
-_VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V")
-_READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?")
+_VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V", re.ASCII)
+_READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
 _WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
 MOST_AT_ONCE = 256
 """Times that a register is read."""
-_RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)")
+MOST_COUNTS = 1 << 53
+"""Pulses or counts that a person moves something by."""
+_RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
 
 Value = bool | int | float | Decimal
 
@@ -51,7 +57,7 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
     if target == "power":
         return partial(controller.power, _level(value))
     if target == "joystick" and controller.product.joystick is not None:
-        return partial(controller.joystick.deflect, int(_number(value)))
+        return partial(controller.joystick.deflect, _count(value, FASTEST))
     if motor_of(controller) is not None and target in ("ambient", "master"):
         return _motor_action(controller, target, value)
     return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
@@ -148,7 +154,7 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
     found = _VOLTS.fullmatch(value)
     if found is None:
         raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, 'release'))} and voltages like 2.5V")
-    volts = float(found["volts"])
+    volts = _real(found["volts"])
     if not LEAST_VOLTS <= volts <= MOST_VOLTS:
         raise ProgramError(f"{value} would destroy the pin: it takes 0 to 5 V")
     return partial(pin.drive, volts)
@@ -157,11 +163,11 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
 def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
     """The temperature around a motor, and its external encoder: `ambient 40`, `master 4000 in 2`."""
     if target == "ambient":
-        return partial(setattr, controller, "ambient", float(_number(value)))
+        return partial(setattr, controller, "ambient", _real(value))
     found = _RUN.fullmatch(value)
     if found is None:
         raise ProgramError(f"{value!r} is no run of an encoder: write counts and seconds, like 4000 in 2")
-    return partial(controller.master.move, int(found["counts"]), float(found["seconds"]))
+    return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
 
 def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
@@ -191,7 +197,7 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
         case "rts":
             return partial(port.host.rts_line.set, _level(value))
         case "break":
-            return partial(port.send_break, float(_positive(value)))
+            return partial(port.send_break, _duration(value, above_zero=True))
         case "flow":
             return partial(setattr, port, "flow", _flow(value))
         case "hold":
@@ -264,7 +270,8 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    return round(Decimal(value), _decimals(number)) == number
+    with localcontext(prec=3 * MOST_CHARACTERS):  # no value and no wish is that long
+        return round(Decimal(value), _decimals(number)) == number
 
 
 def shown(value: Value) -> str:
@@ -278,8 +285,8 @@ def _axis_action(axis: Axis, what: str, value: str) -> Callable[[], object]:
     if what == "jam":
         return partial(axis.jam, _level(value))
     if what == "load":
-        return partial(axis.load, float(_number(value)))
-    return partial(axis.encoder.displace, int(_number(value)))
+        return partial(axis.load, _real(value))
+    return partial(axis.encoder.displace, _count(value))
 
 
 def _axis_question(axis: Axis, attribute: str) -> Callable[[], Value]:
@@ -295,21 +302,43 @@ def _level(value: str, *others: str) -> bool:
         raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, *others))}") from None
 
 
-def _positive(text: str) -> Decimal:
-    number = _number(text)
-    if number <= 0:
+def _duration(text: str, *, above_zero: bool = False) -> float:
+    """A number of seconds that a bench can see."""
+    seconds = _real(text)
+    if above_zero and seconds <= 0:
         raise ProgramError(f"{text} is not above zero")
-    return number
+    try:
+        to_ns(seconds)
+    except UsageError as error:
+        raise ProgramError(str(error)) from None
+    return seconds
+
+
+def _count(text: str, most: int = MOST_COUNTS) -> int:
+    """A number of pulses or counts, up to `most` in either direction; what stands behind its point does not count."""
+    number = _number(text)
+    if abs(number) > most:
+        raise ProgramError(f"{shortened(text)} is out of range: expected {-most} to {most}")
+    return int(number)
 
 
 def _number(text: str) -> Decimal:
+    with _told():
+        return decimal(text)
+
+
+def _real(text: str) -> float:
+    with _told():
+        return real(text)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """What is wrong with a number is wrong with the line in which it stands."""
     try:
-        number = Decimal(text)
-    except InvalidOperation:
-        raise ProgramError(f"{text!r} is no number") from None
-    if not number.is_finite():
-        raise ProgramError(f"{text!r} is no number")
-    return number
+        yield
+    except NumberError as error:
+        raise ProgramError(str(error)) from None
 
 
 def _decimals(number: Decimal) -> int:

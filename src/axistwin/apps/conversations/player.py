@@ -157,11 +157,7 @@ class Player:
         )
 
     def _patience(self) -> float:
-        text = self.conversation.headers.get("patience", str(PATIENCE_S))
-        try:
-            return float(text)
-        except ValueError:
-            raise ProgramError(f"patience {text!r} is no number of seconds", file=self.conversation.file) from None
+        return self.conversation.seconds_in("patience", PATIENCE_S)
 
     def _clock(self) -> Decimal:
         return Decimal(self.bench.now) / S

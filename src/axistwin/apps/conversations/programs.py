@@ -5,7 +5,6 @@
 `+seconds` and `! input1 high` lines may stand between them.  `.sms` is the source of a SmartMotor's stored program.
 """
 
-import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,6 +15,7 @@ from axistwin.apps.conversations.operator import command_strings, language_of, s
 from axistwin.apps.conversations.player import Difference, open_channels, play
 from axistwin.apps.conversations.stored import load_source, only_motor, store_program
 from axistwin.apps.conversations.typist import command_lines, settle, type_lines
+from axistwin.apps.target import read_options
 from axistwin.bench import FAMILIES, Bench, Controller, product
 from axistwin.controllers.diagnostics import Severity
 from axistwin.errors import UsageError
@@ -84,8 +84,23 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     if {of.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(of) is not _on_a_line(target):
         ways = f"{of} {_reached(of)}, and {target} {_reached(target)}"
         raise UsageError(f"{conversation.file} is of another model: {ways}: name one such as {of}")
-    line = (f"line={headers['line']}",) if "line" in headers else ()
-    return (*shlex.split(headers.get("options", "")), *line)
+    check_headers(conversation, target)
+    return (*conversation.words, *_line_of(conversation))
+
+
+def check_headers(conversation: Conversation, model: str) -> None:
+    """Raises ProgramError with the line of a header that cannot be read, or that this model does not take."""
+    for key in ("patience", "on-for"):
+        conversation.seconds_in(key, 0.0)
+    for key, words in (("options", tuple(conversation.words)), ("line", _line_of(conversation))):
+        if words and model.lower() in FAMILIES:
+            with conversation.blaming_header(key):
+                Bench().add(model, **read_options(words))
+
+
+def _line_of(conversation: Conversation) -> tuple[str, ...]:
+    headers = conversation.headers
+    return (f"line={headers['line']}",) if "line" in headers else ()
 
 
 def _on_a_line(model: str) -> bool:

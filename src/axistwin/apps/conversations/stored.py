@@ -65,6 +65,18 @@ def check_motor(controller: Controller) -> None:
         raise UsageError(f"{controller.name} is a {controller.product.model}: a stored program is for a SmartMotor")
 
 
+def check(source: bytes, file: str, controller: Controller) -> None:
+    """Raises UsageError or ProgramError if this motor, as it is wired here, will not take the program when it is run.
+
+    A motor like it, alone on a bench of its own, is given the program.
+    """
+    check_motor(controller)
+    if controller.name not in controller.ports:
+        raise UsageError(f"{controller.name} shares its line with others: a program cannot be loaded into it")
+    alike = Bench().add(controller.product.model, controller.name, **controller.given)
+    store(source, file, alike)
+
+
 def store(source: bytes, file: str, motor: Controller) -> None:
     """Load it into this motor, and switch that off and on.  Raises ProgramError if it is not taken."""
     port = motor.serial

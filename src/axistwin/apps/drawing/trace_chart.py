@@ -65,7 +65,8 @@ class _Drawn:
         """Axes that move."""
         scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
         for scope in scopes:
-            axis = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
+            tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
+            axis = {one: track for one, track in tracks.items() if track.kind != TEXT}
             if any(self._changes(track) for track in axis.values()):
                 self._add_axis(self._short(scope), axis)
 
@@ -88,7 +89,7 @@ class _Drawn:
     def _add(self, name: str, track: Track) -> None:
         """What is no axis, if it changes."""
         last = name.rpartition(".")[2]
-        if last in SAYS:
+        if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
         elif last == FAULTS:
             self.chart.add_faults(faults(track))
@@ -135,7 +136,7 @@ def messages(track: Track) -> list[Word]:
     found: list[Word] = []
     before = ""
     for time_ns, text in zip(track.times, track.values, strict=True):
-        assert isinstance(text, str), "a byte stream has texts"
+        assert isinstance(text, str), "these are texts"
         if text and before and text.startswith(before):
             found[-1] = Word(found[-1].time_ns, text)
         elif text:

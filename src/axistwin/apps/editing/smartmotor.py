@@ -13,6 +13,7 @@ from axistwin.controllers.smartmotor.language import read
 from axistwin.controllers.smartmotor.lexer import BEFORE_EXPRESSION
 from axistwin.controllers.smartmotor.program import OPENS, PARTS, Program, digits, word
 from axistwin.controllers.smartmotor.variables import TABLE, Variable, find
+from axistwin.numbers import NumberError, clipped, whole
 
 _COMMENT = re.compile(r"""(?:[^"']|"[^"]*"?)*'""")
 _NAME = re.compile(r"@[A-Z]+|B[a-z]|[A-Za-z]+\d*|\d+")
@@ -112,8 +113,12 @@ def hover(text: str, at: int, offset: int = 0, source: Source | None = None) -> 
 
 
 def _where(text: str, source: Source) -> str:
-    label = int(text.lstrip("GOTSUB") or -1)
-    place = source.labels.get(label)
+    digits = text.lstrip("GOTSUB")
+    label = clipped(digits)
+    try:
+        place = source.labels.get(whole(digits))
+    except NumberError:
+        place = None
     return f"C{label} stands in line {place[0]}" if place else f"There is no label C{label}"
 
 

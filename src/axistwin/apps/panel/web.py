@@ -19,6 +19,7 @@ from axistwin.apps.panel.talk import Talk
 from axistwin.apps.sessions.session import Session
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.urls import LOOPBACK
+from axistwin.numbers import NumberError, shortened, whole
 
 RECONNECT_S = 30.0
 """So long a page that has lost its connection finds everything as it was."""
@@ -41,12 +42,15 @@ class Address:
         Raises UsageError.
         """
         host, _, number = text.rpartition(":")
-        if not (number.isascii() and number.isdecimal() and int(number) <= 0xFFFF):
-            raise UsageError(f"no place {text!r} for a panel: give a port such as 8080, or 0.0.0.0:8080")
+        try:
+            port = whole(number, 0, 0xFFFF)
+        except NumberError:
+            message = f"no place {shortened(text)} for a panel: give a port such as 8080, or 0.0.0.0:8080"
+            raise UsageError(message) from None
         host = host.strip("[]") or LOOPBACK
         if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
             raise UsageError("--panel-token: letters and digits only, as it stands in an address")
-        return Address(host, int(number), token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
+        return Address(host, port, token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
 
 
 class Panel:

@@ -41,6 +41,22 @@ def comes_back(name: str, leads_to: Mapping[str, str | None]) -> bool:
     return at == name
 
 
+def _check_way(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
+    """A terminal is at the end of one wire at most, whatever name it is given, and wires do not form a circle.
+
+    Raises UsageError.
+    """
+    if target in laid:
+        other = laid[target][1]
+        same = "" if other.to == wire.to else f" is the same terminal as {other.to}, which"
+        raise UsageError(f"{wire.to}{same} hangs on a wire from {other.from_} already")
+    at: Pin | None = source
+    while at is not None:
+        if at is target:
+            raise UsageError(f"these wires lead from {wire.to} back to itself: leave one out")
+        at = laid[at][0] if at in laid else None
+
+
 class Builder:
     """One bench in the making.
 
@@ -118,10 +134,14 @@ class Builder:
                     self.bench[table.called].master.follow(axis, Fraction(*table.master_ratio))
 
     def _lay_wires(self) -> None:
+        laid: dict[Pin, tuple[Pin, WireTable]] = {}
         for number, wire in enumerate(self.contents.wire):
             source = self._pin(wire.from_, ("wire", number, "from"))
             target = self._pin(wire.to, ("wire", number, "to"))
             self._check_direction(number, wire)
+            with self.source.blaming("wire", number, "to"):
+                _check_way(source, target, wire, laid)
+            laid[target] = source, wire
             with self.source.blaming("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 

@@ -84,8 +84,9 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
     def load(name: str, file: str) -> Callable[[], object]:
         suffix, controller = Path(file).suffix.lower(), bench[name]
         if suffix == STORED:
-            stored.check_motor(controller)
-            return partial(stored.run, stored.as_sent(read(file)), file, controller)
+            source = stored.as_sent(read(file))
+            stored.check(source, file, controller)
+            return partial(stored.run, source, file, controller)
         if suffix not in KINDS:
             raise UsageError(
                 f"{file} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
@@ -125,7 +126,7 @@ class _Talker:
     def __init__(self, bench: Bench, name: str, conversation: Conversation, hands: Hands) -> None:
         self.bench, self.name, self.conversation = bench, name, conversation
         self._hands = hands
-        self._patience_ns = to_ns(float(conversation.headers.get("patience", PATIENCE_S)))
+        self._patience_ns = to_ns(conversation.seconds_in("patience", PATIENCE_S))
         self._rank = rank_of(conversation.headers.get("host", ""))
         self._heard: dict[str, bytearray] = {}
         self._waiting: Event | None = None

@@ -52,7 +52,6 @@ class Scene:
         self._texts: dict[str, str] = {}
         self._check_names()
         check_ports(contents, source)
-        self._check_wires()
         self._check_masters()
 
     @classmethod
@@ -118,20 +117,6 @@ class Scene:
                 key = "model" if table.name is None else "name"
                 message = f"there is a controller {table.called!r} already: give each a name of its own"
                 raise self._source.error(("controller", number, key), message)
-
-    def _check_wires(self) -> None:
-        """A terminal hangs on one wire at most, and wires do not go round in circles."""
-        comes_from: dict[str, str] = {}
-        for number, wire in enumerate(self._contents.wire):
-            path = ("wire", number, "to")
-            if wire.to in comes_from:
-                raise self._source.error(path, f"{wire.to} hangs on a wire from {comes_from[wire.to]} already")
-            comes_from[wire.to] = wire.from_
-            at: str | None = wire.from_
-            while at is not None:
-                if at == wire.to:
-                    raise self._source.error(path, f"these wires lead from {wire.to} back to itself: leave one out")
-                at = comes_from.get(at)
 
     def _check_masters(self) -> None:
         """Encoders do not follow each other round in circles: nobody would move first."""

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from axistwin.apps.scenes import toml_places
 from axistwin.apps.scenes.tables import SceneFile
 from axistwin.apps.scenes.toml_text import toml
 from axistwin.errors import ProgramError, SceneError, UsageError
+from axistwin.numbers import NumberError, check_values
 
 _WORDS = {
     "missing": "two numbers are wanted",  # for a pair; a missing key is told in other words
@@ -71,6 +73,14 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
+        contents = self._validated_as_json()
+        try:
+            check_values(self.data)
+        except NumberError as error:
+            raise self.error(error.path, f"{error.path[-1]}: {error}", rules.VALUE.code) from None
+        return contents
+
+    def _validated_as_json(self) -> SceneFile:
         # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
         return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
 
@@ -82,10 +92,10 @@ class Source:
             _complaint(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
         )
 
-    def error(self, path: toml_places.Path, message: str) -> SceneError:
+    def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
         """An error at the place of `path`, or near it."""
         file, line, column = self._whereabouts(path)
-        return SceneError(message, file=file, line=line, column=column)
+        return SceneError(message, file=file, line=line, column=column, code=code)
 
     def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
         """File, line and column."""
@@ -200,8 +210,7 @@ def instead(word: str, known: Collection[str]) -> str:
 
 def _keys_at(path: toml_places.Path) -> list[str]:
     """The keys that may stand in the table at this path."""
-    schema = SceneFile.model_json_schema()
-    node = schema
+    schema = node = _schema()
     for part in path:
         node = _definition(schema, node)
         if isinstance(part, int):
@@ -209,6 +218,11 @@ def _keys_at(path: toml_places.Path) -> list[str]:
         else:
             node = node["properties"][part] if "properties" in node else node["additionalProperties"]
     return list(_definition(schema, node)["properties"])
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return SceneFile.model_json_schema()
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:

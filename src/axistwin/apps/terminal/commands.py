@@ -10,6 +10,7 @@ from axistwin.apps.terminal.screen import Screen
 from axistwin.apps.terminal.virtual import VirtualEnd
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import read_speed
+from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 
@@ -92,11 +93,11 @@ class LocalCommands:
 
 def _seconds(words: str) -> float:
     try:
-        seconds = float(words)
-    except ValueError:
+        seconds = real(words)
+    except NumberError:
         seconds = -1.0
     if not 0 <= seconds < 1e6:
-        raise UsageError(f"{words!r} is no number of seconds: write it like :wait 0.5")
+        raise UsageError(f"{shortened(words)} is no number of seconds: write it like :wait 0.5")
     return seconds
 
 

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from axistwin.apps.conversations.visible import CHARACTERS
+from axistwin.apps.traces.files import ALL_BITS
 from axistwin.apps.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, choose
 from axistwin.apps.traces.signals import Signal as Known
 from axistwin.errors import ProgramError, TraceError, UsageError
+from axistwin.numbers import NumberError, clipped, real, shortened, whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 
 FLOAT = "d"
 WHOLE = "q"
+KINDS = (LEVEL, COUNT, STEP, TEXT, REAL)
+COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number": "double", "text": "string"}
+"""Of a Parquet file, and what is in them."""
 
 
 @dataclass
@@ -61,8 +66,9 @@ class Trace:
 
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
         """The signals that patterns mean.  Raises UsageError for one that means none."""
-        known = [Known(*name.rpartition(".")[::2], track.kind) for name, track in self.tracks.items()]
-        return {signal.full: self.tracks[signal.full] for signal in choose(known, patterns)}
+        known = {Known(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
+        names = (known[signal] for signal in choose(list(known), patterns))
+        return {name: self.tracks[name] for name in names}
 
 
 def read(path: Path) -> Trace:
@@ -82,8 +88,18 @@ def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_n
     times = [track.times for track in tracks.values() if len(track)]
     if not times:
         raise TraceError(f"{path}: no signals in it: is it a trace?")
+    for track in tracks.values():
+        _check_order(path, track)
     last = max(of_one[-1] for of_one in times)
-    return Trace(path, dict(tracks), about, min(of_one[0] for of_one in times), last if end_ns is None else end_ns)
+    return Trace(path, dict(tracks), about, min(of_one[0] for of_one in times), max(last, end_ns or last))
+
+
+def _check_order(path: Path, track: Track) -> None:
+    import numpy as np
+
+    times = np.array(track.times, np.int64)
+    if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
+        raise TraceError(f"{path}: the times of {track.name} go backwards, or begin before 0: is it a trace?")
 
 
 # CSV
@@ -94,7 +110,7 @@ def _csv(path: Path) -> Trace:
     tracks: dict[str, Track] = {}
     end_ns = None
     with path.open(encoding="utf-8", newline="") as file:
-        rows, kinds = csv.reader(_rows(file, about)), dict[str, str]()
+        rows, kinds = _Rows(path, file, about), dict[str, str]()
         for number, row in enumerate(rows):
             if number == 0 and row != ["time_ns", "signal", "value"]:
                 raise TraceError(f"{path}: no row time_ns,signal,value at its beginning: is it a trace?")
@@ -104,12 +120,30 @@ def _csv(path: Path) -> Trace:
             try:
                 time_ns, name, value = row
                 track = tracks.get(name) or tracks.setdefault(name, Track(name, kinds.get(name) or _guess(value)))
-                track.add(int(time_ns), value)
-            except (ValueError, OverflowError):
-                raise TraceError(f"{path}: no change of a signal: {','.join(row)!r}") from None
+                track.add(whole(time_ns), value)
+            except ValueError:
+                raise TraceError(f"{path}:{rows.line}: no change of a signal: {shortened(','.join(row))}") from None
     if "end_ns" in about:
         end_ns = _time_ns(path, about.pop("end_ns"))
     return _trace(path, tracks, about, end_ns)
+
+
+class _Rows:
+    """The rows of a CSV file; `line` is where the latest one ends."""
+
+    def __init__(self, path: Path, lines: Iterator[str], about: dict[str, str]) -> None:
+        self.line = 0
+        self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
+
+    def _counted(self, lines: Iterator[str]) -> Iterator[str]:
+        for self.line, line in enumerate(lines, start=1):  # that is how it is counted
+            yield line
+
+    def __iter__(self) -> Iterator[list[str]]:
+        try:
+            yield from self._rows
+        except csv.Error as error:
+            raise TraceError(f"{self._path}:{self.line}: no CSV: {error}") from None
 
 
 def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
@@ -131,14 +165,15 @@ def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
 
 def _kinds(about: dict[str, str]) -> dict[str, str]:
     lines = about.pop("signals", "").splitlines()
-    return {name: kind for name, _, kind in (line.rpartition(" ") for line in lines)}
+    told = (line.rpartition(" ") for line in lines)
+    return {name: kind for name, _, kind in told if kind in KINDS}
 
 
-def _time_ns(path: Path, text: str) -> int:
+def _time_ns(path: Path, text: str, line: int = 0) -> int:
     try:
-        return array(WHOLE, [int(text)])[0]
-    except (ValueError, OverflowError):
-        raise TraceError(f"{path}: {text!r} is no time in ns") from None
+        return whole(text)
+    except NumberError:
+        raise TraceError(f"{path}{f':{line}' if line else ''}: {shortened(text)} is no time in ns") from None
 
 
 def _guess(value: str) -> str:
@@ -155,7 +190,7 @@ def _guess(value: str) -> str:
 def _value(kind: str, text: str) -> int | float | str:
     if kind == TEXT:
         return text
-    return float(text) if kind == REAL else int(text)
+    return real(text) if kind == REAL else whole(text)
 
 
 # VCD
@@ -163,19 +198,20 @@ def _value(kind: str, text: str) -> int | float | str:
 
 def _vcd(path: Path) -> Trace:
     with path.open(encoding="utf-8") as file:
-        about, names = _vcd_head(path, file)
+        lines = enumerate(file, start=1)
+        about, names = _vcd_head(path, (line for _, line in lines))
         tracks = {identifier: Track(*known) for identifier, known in names.items()}
         now_ns = 0
-        for line in file:
+        for number, line in lines:
             if not line.endswith("\n"):
                 break
             if line.startswith("#"):
-                now_ns = _time_ns(path, line[1:].strip())
+                now_ns = _time_ns(path, line[1:].strip(), number)
             elif not line.startswith("$"):
                 try:
                     _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
                 except ValueError:
-                    raise TraceError(f"{path}: no change of a signal: {line.rstrip()!r}") from None
+                    raise TraceError(f"{path}:{number}: no change of a signal: {shortened(line.rstrip())}") from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 
 
@@ -209,9 +245,9 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
     value, _, identifier = line[1:].partition(" ") if sign in "bBrRsS" else (sign, "", line[1:])
     track = tracks.get(identifier)
     if track is None:
-        raise TraceError(f"{path}: no change of a signal: {line!r}")
+        raise ValueError(f"no signal {identifier!r}")
     if sign in "bB":
-        number = int(value, 2)
+        number = whole(value, 0, ALL_BITS, base=2)
         value = str(number - (1 << 64) if number >> 63 else number)
     track.add(now_ns, _words(path, value) if track.kind == TEXT else value)
 
@@ -221,7 +257,7 @@ def _words(path: Path, text: str) -> str:
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:
-        raise TraceError(f"{path}: {text!r}: {error.message}") from None
+        raise TraceError(f"{path}: {shortened(text)}: {error.message}") from None
 
 
 # Parquet
@@ -235,16 +271,10 @@ def _parquet(path: Path) -> Trace:
     import numpy as np
     import pyarrow as pa
     import pyarrow.compute as pc
-    import pyarrow.parquet as pq
 
-    try:
-        table = pq.read_table(path)
-    except pa.ArrowInvalid as error:
-        raise TraceError(f"{path}: no Parquet file: {str(error).splitlines()[0]}") from None
+    table = _parquet_table(path)
     about = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
-    if SIGNALS not in about or "time_ns" not in table.column_names:
-        raise TraceError(f"{path}: not written by axistwin: is it a trace?")
-    kinds: dict[str, str] = json.loads(about.pop(SIGNALS))
+    kinds = _parquet_kinds(path, about.pop(SIGNALS, None))
     times = table["time_ns"].to_numpy()
     names = table["signal"].cast(pa.string())
     tracks = {name: Track(name, kind) for name, kind in kinds.items()}
@@ -252,15 +282,57 @@ def _parquet(path: Path) -> Trace:
     for place, track in enumerate(tracks.values()):
         rows = np.flatnonzero(which == place)
         track.times = array(WHOLE, times[rows].tobytes())
-        track.values = _column(track.kind, table, rows)
+        track.values = _column(path, track, table, rows)
     ends = times[which == len(kinds)]
     return _trace(path, {name: t for name, t in tracks.items() if len(t)}, about, int(ends[-1]) if len(ends) else None)
 
 
-def _column(kind: str, table: Any, rows: "NDArray[np.int64]") -> "array[int] | array[float] | list[str]":
-    if kind == TEXT:
-        found: list[str] = table["text"].take(rows).to_pylist()
-        return found
-    if kind == REAL:
-        return array(FLOAT, table["number"].take(rows).to_numpy().tobytes())
-    return array(WHOLE, table["integer"].take(rows).to_numpy().tobytes())
+def _parquet_table(path: Path) -> Any:
+    """The rows, in columns as axistwin writes them.  Raises TraceError."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    with path.open("rb"):  # what keeps a file from being opened is told as for the other kinds
+        pass
+    try:
+        table = pq.ParquetFile(path).read()
+        table.validate(full=True)
+    except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
+        reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
+        raise TraceError(f"{path}: no Parquet file, or a damaged one: {reason}") from None
+    types = {field.name: _name_of(field.type) for field in table.schema}
+    for name, wanted in COLUMNS.items():
+        if types.get(name) != wanted or table.column_names.count(name) != 1:
+            found = types.get(name, "missing")
+            raise TraceError(f"{path}: not written by axistwin: column {name} is {found}, expected {wanted}")
+    for name in ("time_ns", "signal"):
+        if table[name].null_count:
+            raise TraceError(f"{path}: column {name} has rows without a value: is it a trace?")
+    return table
+
+
+def _name_of(kind: Any) -> str:
+    """The type of a column; texts may be stored as numbers of words."""
+    return str(getattr(kind, "value_type", kind))
+
+
+def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
+    """The kind of each signal, from the metadata."""
+    try:
+        kinds = json.loads(text or "")
+    except (ValueError, RecursionError):
+        kinds = None
+    if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
+        raise TraceError(f"{path}: not written by axistwin: its metadata do not say which signals there are")
+    return kinds
+
+
+def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> "array[int] | array[float] | list[str]":
+    name = {TEXT: "text", REAL: "number"}.get(track.kind, "integer")
+    found = table[name].take(rows)
+    if found.null_count:
+        raise TraceError(f"{path}: {track.name} has rows without a value in column {name}: is it a trace?")
+    if track.kind == TEXT:
+        texts: list[str] = found.to_pylist()
+        return texts
+    return array(FLOAT if track.kind == REAL else WHOLE, found.to_numpy().tobytes())

@@ -30,6 +30,7 @@ from axistwin.controllers.compumotor.language import (
 )
 from axistwin.controllers.diagnostics import Rule
 from axistwin.errors import ProgramError
+from axistwin.numbers import NumberError, shortened, whole
 
 SWITCHES = {"0": 0, "1": 1, "off": 0, "on": 1, "+": 0, "-": 1, "low": 0, "high": 1}
 _HEX = re.compile(r"(?:[0-9A-Fa-f]{2})+")
@@ -137,7 +138,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        raise _wrong(rules.WORD, word, f"{field.name}: {word[0]!r} is none: {_wanted(field)}")
+        raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is none: {_wanted(field)}")
     return field.encode(value)
 
 
@@ -148,7 +149,10 @@ def _read(field: Number, text: str) -> Any:
         return SWITCHES.get(text.lower())
     if not _DIGITS.fullmatch(text):
         return None
-    value = int(text, 16) if "x" in text.lower() else int(text)
+    try:
+        value = whole(text, base=16 if "x" in text.lower() else 10)
+    except NumberError:
+        return None
     return value if field.allows(value) else None
 
 

@@ -14,6 +14,7 @@ from axistwin.controllers.commandset import Command, CommandSet, Field
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.digiplan import rules
 from axistwin.controllers.digiplan.step import Fault, Problem, Step
+from axistwin.numbers import HIGHEST, NumberError, clipped, whole
 
 MOST_STEPS = 63
 CANCEL = "#"
@@ -82,7 +83,11 @@ class Written(Field):
         """The value, and whether it is within the range."""
         if not text:
             return None, True
-        return int(text), self.allows(int(text))
+        try:
+            value = whole(text)
+        except NumberError:
+            return HIGHEST, False
+        return value, self.allows(value)
 
 
 @dataclass(frozen=True)
@@ -306,7 +311,7 @@ class _Reader:
             value, in_range = part.read(match[group])
             values.append(value)
             if not in_range:
-                message = f"{match[group]} is out of range: {part}"
+                message = f"{clipped(match[group])} is out of range: {part}"
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:

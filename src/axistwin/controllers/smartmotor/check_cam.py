@@ -60,7 +60,7 @@ class _Cam:
     def _keep(self, number: int, keyword: str, statement: Statement) -> None:
         value = known(statement)
         if keyword == "SIZE=":
-            self.size, self.stale = value, "SIZE"
+            self.size, self.stale = value if value is None or 0 <= value < WORDS else self.size, "SIZE"
         elif keyword == "BASE=":
             self.base, self.stale = value, "BASE"
         elif keyword == "F=":
@@ -94,8 +94,11 @@ class _Cam:
         size = self.size
         if size is None:
             return
-        if not SMALLEST_SIZE <= size < WORDS:
-            self.findings.say(rules.SIZE, number, f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}")
+        if size == 0:
+            self.findings.say(rules.NO_TABLE, number, "SIZE=0: a cam table has at least one interval")
+        elif size < SMALLEST_SIZE:
+            message = f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}, and a smaller one is obeyed"
+            self.findings.say(rules.SIZE, number, message)
         elif self.tabled and self.entries:
             missing = sorted(set(range(size + 1)) - self.entries)
             if missing:

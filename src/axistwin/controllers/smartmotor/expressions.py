@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.smartmotor import class5, rules
 from axistwin.controllers.smartmotor import interpreter as ops
-from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.interpreter import HIGHEST, LOWEST, STACK, combined, evaluate
 from axistwin.controllers.smartmotor.state import HIDDEN, HIDDEN_MOST
 from axistwin.controllers.smartmotor.variables import ARRAY_SIZES, find
@@ -221,6 +221,8 @@ class Reader:
             return Malformed(self.at, "a value is missing at the end")
         if not token or not token[-1].isalnum():
             return Malformed(self.at, f"a value is missing before {self.text[self.at]!r}")
+        if later := class5.value(token):
+            return Malformed(self.at, class5.message(later), rule=rules.LATER, end=self.at + len(token))
         hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
         message = f"there is no variable {token}{hint}"
         return Malformed(self.at, message, rule=rules.VARIABLE, end=self.at + len(token))

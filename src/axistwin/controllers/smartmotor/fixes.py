@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from axistwin.controllers.diagnostics import Edit, Fix, Sent, fixing, put_before, put_behind, replaced
-from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor import class5, rules
 from axistwin.controllers.smartmotor.expressions import Problem
 from axistwin.controllers.smartmotor.findings import Findings
 from axistwin.controllers.smartmotor.language import read
@@ -20,7 +20,16 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
         return fixing("put the equal sign in", put_behind(sent[len(name) - 1], "="))
     if problem.rule is rules.ELEMENTS and read(f"{text}.").problem is None:
         return fixing("end the values with a period", put_behind(sent[-1], "."))
+    if problem.rule is rules.LATER and (later := class5.command(text)) is not None:
+        return _of_class5(sent, later)
     return None
+
+
+def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
+    """The word of 4.76 for one of Class 5, if that can be read."""
+    if any(read(word).problem is not None for word in later.here.split()):
+        return None
+    return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
 
 
 def in_program(findings: Findings, number: int, problem: Problem) -> Fix | None:

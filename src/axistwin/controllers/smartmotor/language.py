@@ -11,8 +11,8 @@ from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.smartmotor import class5, rules
 from axistwin.controllers.smartmotor import interpreter as ops
-from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.expressions import Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.forms import Accept, Form, Instruction
@@ -183,6 +183,8 @@ def _unknown(text: str) -> tuple[Rule, str]:
     if match and (_get(f"{match[1]}=") is not None or values(match[1]) is not None):
         better = f"{match[1]}={text[match.end(1) :]}"
         return rules.EQUAL_SIGN, f"{text}: an assignment needs its equal sign, {better}"
+    if later := class5.command(text):
+        return rules.LATER, class5.message(later)
     if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
         return rules.NO_COMMENT, f"{text[:20]} is no command, and no comment: ' begins one"
     if text.startswith("=") or text.endswith("="):

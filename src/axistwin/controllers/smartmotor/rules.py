@@ -111,6 +111,12 @@ RULES = (
         "Bd is set and the statement is not carried out.",
         "a=b/0",
     ),
+    LATER := Rule(
+        "SM119", "a word of Class 5 motors", E, LEXICAL,
+        "Programs for the later generation do not run on 4.76: the motor sets Bs.  The message names the word of 4.76. "
+        "Numbers of speed and acceleration are others there, as Class 5 samples 8000 times a second.",
+        "PT=1000",
+    ),
     BLOCK := Rule(
         "SM201", "a block without its end, or a part of none", E, FLOW,
         "IF goes with ENDIF, WHILE with LOOP, SWITCH with ENDS, one within another.  What is left over sets Bs.",
@@ -173,8 +179,8 @@ RULES = (
         "SWITCH a CASE 1 " * 5 + "ENDS " * 5,
     ),
     SIZE := Rule(
-        "SM301", "a cam table of an impossible size", E, LIMITATIONS,
-        "SIZE, the highest index of the table, is 4 to 101.",
+        "SM301", "a cam table that is smaller than it should be", W, LIMITATIONS,
+        "SIZE, the highest index of the table, is at least 4.  The motor obeys a smaller one.",
         WIRED + "BASE=800 SIZE=3 MC G",
     ),
     TABLE := Rule(
@@ -216,6 +222,11 @@ RULES = (
         "SM309", "a CI without a new MC", W, ON_THE_FLY,
         "BASE= and SIZE= take effect by MC and then CI.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G BASE=9000 CI",
+    ),
+    NO_TABLE := Rule(
+        "SM310", "a cam table without an interval", E, ON_THE_FLY,
+        "BASE/SIZE is the length of an interval.  With SIZE=0 MC sets Bs and nothing changes.",
+        WIRED + "BASE=800 SIZE=0 MC",
     ),
     LIMITS := Rule(
         "SM401", "a move of a motor without limit switches", W, HARD,

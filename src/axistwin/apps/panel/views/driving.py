@@ -12,6 +12,7 @@ from axistwin.apps.panel.views.keys import keys
 from axistwin.apps.sessions.breaks import Break
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
+from axistwin.numbers import NumberError, real, shortened
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
 """What the slider chooses from; any other number can be typed."""
@@ -212,9 +213,9 @@ async def _go_to(look: Look, moment: float | str) -> None:
 
 def _seconds(moment: float | str) -> float:
     try:
-        return float(moment)
-    except ValueError:
-        raise UsageError(f"{moment!r} is no number of seconds") from None
+        return real(str(moment))
+    except NumberError:
+        raise UsageError(f"{shortened(str(moment))} is no number of seconds") from None
 
 
 # Until, and whenever

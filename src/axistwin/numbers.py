@@ -1,0 +1,96 @@
+"""Numbers in texts: the one reader for scenes, conversations, programs, traces, fault sentences and the command line.
+
+Python reads numbers of any length, slowly, and refuses those of thousands of digits with an error of its own.  Here
+a number has at most `MOST_CHARACTERS` characters, is plain ASCII, finite and within limits; else NumberError says why.
+"""
+
+from collections.abc import Mapping
+from decimal import Decimal, InvalidOperation
+
+from axistwin.errors import UsageError
+
+MOST_CHARACTERS = 100
+"""More than any number needs: 64 bits in binary have 64, the longest float 24."""
+LOWEST, HIGHEST = -(1 << 63), (1 << 63) - 1
+"""Whole numbers have 64 bits, as in TOML, in traces and in Parquet."""
+_SHOWN = 40
+Path = tuple[str | int, ...]
+
+
+class NumberError(UsageError, ValueError):
+    """A text that is no number, or a number outside its limits.  The message is one short line."""
+
+    def __init__(self, message: str, path: Path = ()) -> None:
+        super().__init__(message)
+        self.path = path
+        """Keys and list indexes that lead to the number, where it stands in a table."""
+
+
+def clipped(text: str) -> str:
+    """The text for a message; of a long text, how it begins."""
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
+
+
+def shortened(text: str) -> str:
+    """The same in quotes."""
+    return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
+
+
+def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
+    """A whole number in base 2, 10 or 16; base 0: `0x` and `0b` tell.  Raises NumberError outside `low` to `high`."""
+    words = _bounded(text, "whole number")
+    try:
+        number = int(words, base)
+    except ValueError:
+        raise NumberError(f"{shortened(text)} is no whole number") from None
+    if not low <= number <= high:
+        raise NumberError(f"{shortened(text)} is out of range: expected a whole number from {low} to {high}")
+    return number
+
+
+def real(text: str) -> float:
+    """A finite number.  Raises NumberError."""
+    words = _bounded(text, "number")
+    try:
+        number = float(words)
+    except ValueError:
+        raise NumberError(f"{shortened(text)} is no number") from None
+    if not abs(number) < float("inf"):
+        raise NumberError(f"{shortened(text)} is no number")
+    return number
+
+
+def decimal(text: str) -> Decimal:
+    """A number as it is written, below 1e30 and with at most `MOST_CHARACTERS` decimals.  Raises NumberError."""
+    words = _bounded(text, "number")
+    try:
+        number = Decimal(words)
+    except InvalidOperation:
+        raise NumberError(f"{shortened(text)} is no number") from None
+    if not number.is_finite():
+        raise NumberError(f"{shortened(text)} is no number")
+    exponent = number.as_tuple().exponent
+    assert isinstance(exponent, int), "it is finite"
+    if number.adjusted() >= 30 or not -MOST_CHARACTERS <= exponent <= 30:
+        raise NumberError(f"{shortened(text)} is out of range: expected a number below 1e30")
+    return number
+
+
+def check_values(value: object, path: Path = ()) -> None:
+    """Check numbers that a library has read.  Raises NumberError with the `path` of one that is too large."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            check_values(inner, (*path, key))
+    elif isinstance(value, list):
+        for at, inner in enumerate(value):
+            check_values(inner, (*path, at))
+    elif isinstance(value, int) and not LOWEST <= value <= HIGHEST:
+        raise NumberError("a whole number beyond 64 bits: expected -9223372036854775808 to 9223372036854775807", path)
+
+
+def _bounded(text: str, what: str) -> str:
+    if len(text) > MOST_CHARACTERS:
+        raise NumberError(f"{shortened(text)} is too long for a {what}: expected at most {MOST_CHARACTERS} characters")
+    if not text.isascii():
+        raise NumberError(f"{shortened(text)} is no {what}: expected the digits 0 to 9")
+    return text
