@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 os.environ["AXISTWIN_JIT"] = "off"
-os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path[:0] = [str(HERE), str(ROOT / "src")]

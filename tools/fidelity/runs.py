@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ class Collector:
         self._file, self._test = file, ""
         self.outcomes: dict[str, str] = {}
         self.examples: dict[str, list[Any]] = defaultdict(list)
+        self.sizes: Counter[str] = Counter()
         self.asked: dict[tuple[str, str], set[str]] = defaultdict(set)
 
     def pytest_sessionstart(self) -> None:
@@ -34,6 +35,7 @@ class Collector:
         from fidelity.rows import code
 
         known = {id(c): (f, code(c)) for f, models in MODELS.items() for m in models for c in product(m).commands}
+        self.sizes = Counter(family for family, _ in set(known.values()))
         looked_up = CommandSet.get
 
         def get(table: CommandSet, wanted: str | int) -> Any:
@@ -66,8 +68,8 @@ class Collector:
     def pytest_sessionfinish(self) -> None:
         """Write it all."""
         asked = {f"{family}/{code}": sorted(tests - {""}) for (family, code), tests in self.asked.items()}
-        result = {"outcomes": self.outcomes, "examples": self.examples, "asked": asked}
-        self._file.write_text(json.dumps(result), encoding="utf-8")
+        result = {"outcomes": self.outcomes, "examples": self.examples, "asked": asked, "sizes": self.sizes}
+        self._file.write_text(json.dumps(result, default=str), encoding="utf-8")
 
 
 def _function(nodeid: str) -> str:
@@ -81,21 +83,19 @@ def run(tests: list[str], scratch: Path) -> dict[str, Any]:
     here = [sys.executable, "-c", "from fidelity import runs; runs.main()", str(file), *tests]
     subprocess.run(here, cwd=ROOT, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.DEVNULL, check=False)
     result: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    result["asked"] = _specific(result["asked"])
+    result["asked"] = _specific(result["asked"], result.pop("sizes"))
     return result
 
 
-def _specific(asked: dict[str, list[str]]) -> dict[str, list[str]]:
+def _specific(asked: dict[str, list[str]], sizes: dict[str, int]) -> dict[str, list[str]]:
     """Leave out the tests that give nearly every command of a family."""
     given: dict[tuple[str, str], int] = defaultdict(int)
-    size: dict[str, int] = defaultdict(int)
     for name, tests in asked.items():
         family = name.split("/")[0]
-        size[family] += 1
         for test in tests:
             given[family, test] += 1
     return {
-        name: [test for test in tests if given[name.split("/")[0], test] <= EVERYTHING * size[name.split("/")[0]]]
+        name: [test for test in tests if given[name.split("/")[0], test] <= EVERYTHING * sizes[name.split("/")[0]]]
         for name, tests in asked.items()
     }
 

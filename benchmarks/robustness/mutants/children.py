@@ -83,6 +83,7 @@ class Chosen:
 def run_tests(root: Path, names: Sequence[str], plugin: object) -> int:
     """Run pytest in this process on files or node ids; return its exit code."""
     settings.load_profile("mutation")
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     os.chdir(root)
     return int(pytest.main([*OPTIONS, *names], plugins=[pytest_timeout, _hypothesis_pytestplugin, plugin]))
 

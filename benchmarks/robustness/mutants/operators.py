@@ -177,7 +177,7 @@ def _other_constants(node: ast.Constant, place: _Place) -> Iterator[ast.AST]:
     elif isinstance(value, int | float):
         yield from (ast.Constant(value + 1), ast.Constant(value - 1))
     elif isinstance(value, str) and (len(value) == 1 or _is_unit(node, place)):
-        yield ast.Constant("~" if len(value) == 1 else "furlongs")
+        yield ast.Constant("furlongs" if _is_unit(node, place) else "~")
 
 
 def _is_unit(node: ast.Constant, place: _Place) -> bool:
