@@ -141,7 +141,7 @@ def test_the_distance_of_a_move(code, good, bad):
 @pytest.mark.parametrize(
     ("code", "units"),
     [
-        ("29", {"ms"}), ("2A", {"s"}), ("2B", {"min"}), ("33", {"pulses"}), ("34", {"pulses"}), 
+        ("29", {"ms"}), ("2A", {"s"}), ("2B", {"min"}), ("33", {"pulses"}), ("34", {"pulses"}),
         ("35", {"encoder pulses"}),
         ("36", {"encoder pulses"}), ("38", {"%"}), ("51", {"bytes"}), ("52", {"bytes", "ms"}), ("2E", {"pulses"}),
         ("2F", {"encoder pulses"}),
@@ -150,3 +150,18 @@ def test_the_distance_of_a_move(code, good, bad):
 def test_the_units_of_parameters(code, units):
     """Command definitions: "wait X milliseconds", "X seconds", "X minutes", "X pulses", "X encoder pulses", percent."""
     assert {field.unit for field in table(code).parameters} - {""} == units
+
+
+@pytest.mark.parametrize(
+    ("code", "syntax"),
+    [
+        ("29", "29 time[4]"),
+        ("2A", "2A time[2]"),
+        ("41", "41 sequence"),
+        ("C8", "C8 move ranges velocity[4] acceleration[4] distance[4]"),
+        ("52", "52 base clock divisor alarm[4] update rate[2]"),
+    ],
+)
+def test_the_syntax_that_is_listed(code, syntax):
+    """Command definitions: each parameter with its number of bytes, from the most significant byte to the least."""
+    assert table(code).syntax == syntax

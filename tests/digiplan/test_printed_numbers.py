@@ -70,6 +70,15 @@ def test_backlash_of_20_steps(bench, if1, printed):
     printed("Backlash correction", "B - 20, X 100 B: steps out and back", [120, -20], strokes(if1.axes["X"]))
 
 
+def test_a_reversal_takes_3_ms(bench, if1, printed):
+    """Backlash correction: the motor reverses after "at least 3mS"; here those 3 ms and a period of 1/400 s."""
+    tell(if1, "B - 20")
+    tell(if1, "X 100 B $")
+    settle(bench, if1)
+    at = times(if1.axes["X"])
+    printed("Backlash correction", "from the last step out to the first step back, ms", 5.5, (at[120] - at[119]) / 1e6)
+
+
 def test_a_pulse_of_200_ms(bench, if1, printed):
     """Output switching: "P4, 20 $" "will generate a pulse 200mS long on output 4"."""
     out = edges(if1.pins["output4"])
