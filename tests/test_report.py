@@ -8,41 +8,47 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.fixture
-def report(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "tools"))
-    import report
+@pytest.fixture(scope="module")
+def report():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "tools"))
+        import report
 
-    return report
+        yield report
 
 
-def test_no_row_is_lost(report):
+@pytest.fixture(scope="module")
+def found(report):
+    """Every row, read once."""
+    return report.rows()
+
+
+def test_no_row_is_lost(found):
     kept = (ROOT / "docs" / "report_rows.txt").read_text(encoding="utf-8").splitlines()
     assert kept
-    assert sorted(set(kept) - {row.key for row in report.rows()}) == []
+    assert sorted(set(kept) - {row.key for row in found}) == []
 
 
-def test_each_row_has_a_class_of_evidence_and_a_manual(report):
+def test_each_row_has_a_class_of_evidence_and_a_manual(report, found):
     from fidelity.evidence import Evidence
 
-    found = report.rows()
     assert {row.kind for row in found} == set(report.KINDS)
     assert all(isinstance(row.evidence, Evidence) and row.family in report.MANUALS for row in found)
     assert [row.key for row in found if row.kind in ("decision", "timing") and not row.tests] == []
 
 
 @pytest.mark.parametrize("kind", ["timing", "not modelled", "decision"])
-def test_no_line_of_a_document_is_passed_over(report, kind):
+def test_no_line_of_a_document_is_passed_over(found, kind):
     """A line with a cell too many or too few would be no row."""
     file = {"timing": "timing.md", "not modelled": "not_modelled.md", "decision": "fidelity.md"}[kind]
     lines = (ROOT / "docs" / file).read_text(encoding="utf-8").splitlines()
     heads = [n for n, line in enumerate(lines) if line.startswith("| ---")]
     written = sum(line.startswith("| ") for line in lines) - 2 * len(heads)
-    assert len([row for row in report.rows() if row.kind == kind]) == written
+    assert len([row for row in found if row.kind == kind]) == written
 
 
-def test_the_tests_that_rows_name_exist(report):
-    for row in report.rows():
+def test_the_tests_that_rows_name_exist(found):
+    for row in found:
         for test in row.tests:
             file, name = test.split("[")[0].split("::")
             assert f"def {name}(" in (ROOT / "tests" / file).read_text(encoding="utf-8"), row.key
@@ -83,9 +89,8 @@ def test_a_cell_may_hold_a_bar(report):
     assert cells_of(r"| a | `b|c` | d \| e | |") == ("a", "`b|c`", r"d \| e", "")
 
 
-def test_the_report_is_built_with_every_row(report, tmp_path):
+def test_the_report_is_built_with_every_row(report, found, tmp_path):
     """From a run in which each test passed, two commands were given, and one example was measured."""
-    found = report.rows()
     example = next(row for row in found if row.key.startswith("example/compumotor/"))
     measured = {"section": "G.1", "words": "262,144 <pulses>", "expected": 5, "obtained": 5.1, "within": 0.2}
     outcomes = {test: "passed" for row in found for test in row.tests}
@@ -110,19 +115,16 @@ def test_the_report_is_built_with_every_row(report, tmp_path):
     assert all(f'id="{kind.replace(" ", "-")}"' in page for kind in report.KINDS)
 
 
-def test_a_test_that_fails_makes_the_report_fail(report, tmp_path, capsys):
-    found = [row for row in report.rows() if row.kind == "timing"]
-    outcomes = {test: "passed" for row in found for test in row.tests} | {found[0].tests[0]: "failed"}
-    assert report.write(found, {"outcomes": outcomes, "examples": {}, "asked": {}}, tmp_path) == 1
-    assert f"not passed: {found[0].key}" in capsys.readouterr().err
+def test_a_test_that_fails_makes_the_report_fail(report, found, tmp_path, capsys):
+    timing = [row for row in found if row.kind == "timing"]
+    outcomes = {test: "passed" for row in timing for test in row.tests} | {timing[0].tests[0]: "failed"}
+    assert report.write(timing, {"outcomes": outcomes, "examples": {}, "asked": {}}, tmp_path) == 1
+    assert f"not passed: {timing[0].key}" in capsys.readouterr().err
 
 
-def test_the_words_of_a_run(tmp_path, monkeypatch):
+def test_the_words_of_a_run(report, tmp_path):
     """The collector sees outcomes, printed numbers and the commands that a test gives."""
-    monkeypatch.syspath_prepend(str(ROOT / "tools"))
-    from fidelity import runs
-
-    result = runs.run(["tests/digiplan/test_printed_numbers.py::test_backlash_of_20_steps"], tmp_path)
+    result = report.runs.run(["tests/digiplan/test_printed_numbers.py::test_backlash_of_20_steps"], tmp_path)
     name = "digiplan/test_printed_numbers.py::test_backlash_of_20_steps"
     assert result["outcomes"] == {name: "passed"}
     assert [(row["expected"], row["obtained"]) for row in result["examples"][name]] == [([120, -20], [120, -20])]

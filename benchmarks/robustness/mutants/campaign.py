@@ -72,8 +72,10 @@ def run(
     waiting: list[tuple[Mutant, list[str]]] = []
     for mutant in chosen:
         tests = _tests(mutant, target, texts, traced, uses)
-        if mutant.key in equivalent or not tests:
-            outcomes[mutant] = Outcome(mutant, EQUIVALENT if mutant.key in equivalent else SURVIVED, "no test runs it")
+        if mutant.key in equivalent:
+            outcomes[mutant] = Outcome(mutant, EQUIVALENT)
+        elif not tests:
+            outcomes[mutant] = Outcome(mutant, SURVIVED, "no test runs it")
         else:
             waiting.append((mutant, tests))
     for number, outcome in enumerate(_run_all(target, waiting, traced, workers, scratch), start=1):
@@ -97,18 +99,32 @@ def _result(outcomes: list[Outcome], found: int, traced: Traced, seconds: float)
 def _tests(
     mutant: Mutant, target: Target, texts: dict[Path, str], traced: Traced, uses: dict[str, set[tuple[str, int]]]
 ) -> list[str]:
-    """Return the tests that run the changed line.
+    """Return the tests that run the changed statement.
 
-    Of a line that runs at import: first the tests that run what the line names, then all others.
+    Of one that runs at import: first the tests that run what the line names, then all others.
     """
     path = target.directory / mutant.file
+    file, span = str(path.resolve()), _statement(texts[path], mutant.line)
     inside = mutant.function != "module" and _is_in_function(texts[path], mutant)
-    if inside and not traced.runs_at_import(str(path.resolve()), mutant.line):
-        return traced.covering(str(path.resolve()), mutant.line)
+    if inside and not any(traced.runs_at_import(file, line) for line in span):
+        covering = {test for line in span for test in traced.covering(file, line)}
+        return sorted(covering, key=traced.seconds.__getitem__)
     named = _names(texts[path].splitlines()[mutant.line - 1])
     lines = {place for name in named for place in uses.get(name, ())}
     first = {t for file, line in lines for t in traced.covering(str((target.directory / file).resolve()), line)}
     return sorted(first, key=traced.seconds.__getitem__) + [name for name in traced.all if name not in first]
+
+
+def _statement(text: str, line: int) -> range:
+    """Return the lines of the statement that holds a line; of a block, those of its head."""
+    spans = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.stmt):
+            body = getattr(node, "body", None)
+            last = max(node.lineno, body[0].lineno - 1) if body else node.end_lineno or node.lineno
+            if node.lineno <= line <= last:
+                spans.append(range(node.lineno, last + 1))
+    return min(spans, key=len, default=range(line, line + 1))
 
 
 def _is_in_function(text: str, mutant: Mutant) -> bool:
@@ -126,7 +142,7 @@ def _names(line: str) -> set[str]:
 
 
 def _uses(texts: dict[Path, str]) -> dict[str, set[tuple[str, int]]]:
-    """The first lines of the bodies of functions, by name; and lines in functions that use a name of a module."""
+    """Return lines in functions, by the name of the function, and by the constants of a module that they use."""
     found: dict[str, set[tuple[str, int]]] = {}
     for path, text in texts.items():
         for node in ast.walk(ast.parse(text)):

@@ -1,6 +1,7 @@
 """The changes that can be made to a module: each is one node of its syntax tree, replaced."""
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
@@ -27,7 +28,11 @@ ENTRY_PARTS, ACCEPTED = 5, 4
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change.  `node`: number of the node in the order of `ast.walk`; `variant`: which of its changes."""
+    """One change.
+
+    `node`: number of the node in the syntax tree; `variant`: which of its changes; `occurrence`: counts the same change
+    of the same words in one function.
+    """
 
     file: str
     line: int
@@ -36,25 +41,28 @@ class Mutant:
     after: str
     node: int
     variant: int
+    occurrence: int = 1
 
     @property
     def key(self) -> str:
         """Its name without the line number, so that it lasts when lines move."""
-        return f"{self.file}: {self.function}: {self.before} -> {self.after}"
+        again = f" ({self.occurrence})" if self.occurrence > 1 else ""
+        return f"{self.file}: {self.function}: {self.before} -> {self.after}{again}"
 
     @property
     def name(self) -> str:
         """Its name for people."""
-        return f"{self.file}:{self.line}: {self.function}: {self.before} -> {self.after}"
+        return f"{self.file}:{self.line}: {self.key.partition(': ')[2]}"
 
 
 def mutants(file: str, source: str) -> list[Mutant]:
     """Return every change of a module, in the order of its syntax tree."""
-    found = []
+    found, seen = [], Counter[tuple[str, str, str]]()
     for number, place in enumerate(_places(ast.parse(source))):
         for variant, new in enumerate(_variants(place)):
-            before, after = _text(place.node), _text(new)
-            found.append(Mutant(file, place.node.lineno, place.function, before, after, number, variant))
+            change = place.function, _text(place.node), _text(new)
+            seen[change] += 1
+            found.append(Mutant(file, place.node.lineno, *change, number, variant, seen[change]))
     return found
 
 
