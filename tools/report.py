@@ -119,7 +119,8 @@ def chapters(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
     for line in lines:
         if line["kind"] == "command":
             count = counted[line["family"], line["chapter"]]
-            count.update({"listed": 1, "implemented": line["more"]["implemented"], "tested": line["more"]["tested"]})
+            more = line["more"]
+            count.update(listed=1, implemented=int(more["implemented"]), tested=int(more["tested"]))
     return [
         {"family": family, "chapter": chapter, **count, "seen on real hardware": SEEN_ON_HARDWARE}
         for (family, chapter), count in counted.items()

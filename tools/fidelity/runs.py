@@ -28,15 +28,18 @@ class Collector:
         self.asked: dict[tuple[str, str], set[str]] = defaultdict(set)
 
     def pytest_sessionstart(self) -> None:
-        """Note each look into a command table."""
+        """Note each look into a command table, and each character that a host sends to a Digiplan."""
         from axistwin.bench import product
         from axistwin.controllers.commandset import CommandSet
+        from axistwin.controllers.smartmotor import language
+        from axistwin.sim.serial_port import SerialPort
         from fidelity.rows import FAMILIES as MODELS
         from fidelity.rows import code
 
         known = {id(c): (f, code(c)) for f, models in MODELS.items() for m in models for c in product(m).commands}
         self.sizes = Counter(family for family, _ in set(known.values()))
-        looked_up = CommandSet.get
+        characters = {c.code: known[id(c)] for c in product("if2").commands}
+        looked_up, sent = CommandSet.get, SerialPort.write
 
         def get(table: CommandSet, wanted: str | int) -> Any:
             command = looked_up(table, wanted)
@@ -44,12 +47,21 @@ class Collector:
                 self.asked[known[id(command)]].add(self._test)
             return command
 
-        CommandSet.get = get  # type: ignore[method-assign]
+        def write(port: SerialPort, data: bytes) -> None:
+            if self._test.startswith("digiplan/"):
+                for character in set(data.decode("latin-1")) & set(characters):
+                    self.asked[characters[character]].add(self._test)
+            sent(port, data)
+
+        CommandSet.get, SerialPort.write = get, write  # type: ignore[method-assign]
+        self._forget = (language.command.cache_clear, language.read.cache_clear)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Remember which test runs, with all its parameters as one."""
+        """Remember which test runs, with all its parameters as one; what it gives is read anew."""
         self._test = _function(item.nodeid)
+        for forget in self._forget:
+            forget()
         try:
             return (yield)
         finally:
