@@ -7,6 +7,8 @@ import pytest
 from axistwin.bench import product
 from axistwin.controllers.compumotor.language import Accept
 
+from .talking import position, ready
+
 LIST = Path(__file__).parents[1] / "manual" / "1811_attributes.txt"
 ROWS = [line.split() for line in LIST.read_text().splitlines() if not line.startswith("#")]
 PRINTED = {
@@ -165,3 +167,10 @@ def test_the_units_of_parameters(code, units):
 def test_the_syntax_that_is_listed(code, syntax):
     """Command definitions: each parameter with its number of bytes, from the most significant byte to the least."""
     assert table(code).syntax == syntax
+
+
+@pytest.mark.parametrize("opcode", [0x80, 0x81, 0x82, 0x83])
+@pytest.mark.parametrize("model", ["1810", "1811"])
+def test_positions_are_zero_after_power_up(bench, model, opcode):
+    """82h: "After power up or reset the HOME limit switch position is" where it stands; nothing has moved yet."""
+    assert position(bench, ready(bench, model), opcode) == 0
