@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup check test bench
+.PHONY: setup check test bench report report-rows mutation
 
 setup:                          ## a working copy to develop in
 	$(PYTHON) -m venv $(VENV)
@@ -17,6 +17,16 @@ check: $(BIN)/lint-imports      ## format, lint, strict types, import contracts
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	PYTHONPATH=src $(BIN)/lint-imports
+	$(BIN)/python tools/report.py --check
+
+report: $(BIN)/lint-imports     ## the fidelity report: build/report/fidelity.html and fidelity.json
+	$(BIN)/python tools/report.py
+
+report-rows: $(BIN)/lint-imports ## keep the names of new rows of the report
+	$(BIN)/python tools/report.py --accept
+
+mutation: $(BIN)/lint-imports   ## the mutation score of all families, into benchmarks/robustness/mutation.json
+	$(BIN)/python benchmarks/robustness/mutation.py
 
 test: $(BIN)/lint-imports
 	PYTHONPATH=src $(BIN)/pytest

@@ -13,6 +13,7 @@ from axistwin.bench import product
 from axistwin.controllers.commandset import Command
 
 HEADINGS = ("code", "hex", "name", "syntax", "parameters", "chapter", "implemented")
+REPORT = "Tests and evidence of each: the fidelity report, docs/report.md."
 NARROWEST = 100
 """A terminal of fewer columns has no room for the table: one line per command wraps better."""
 
@@ -25,6 +26,8 @@ def commands(model: str, as_json: bool) -> None:
 
     For each: how it is written (what stands in brackets may be left out), its parameters with range and unit, the
     manual's chapter, and whether it is implemented.  Control characters are shown as <CR>, <LF> and <SP>.
+
+    The tests and the evidence of each command are in the fidelity report: docs/report.md.
 
     \b
     Examples:
@@ -73,3 +76,4 @@ def _print_table(title: str, listed: Iterable[Command]) -> None:
     console = Console()
     console.print(table)
     console.print("All are implemented." if not missing else f"{missing} (struck out) are not implemented.")
+    console.print(REPORT)

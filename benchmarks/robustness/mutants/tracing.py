@@ -1,0 +1,103 @@
+"""Which test runs which line: recorded once per family, with one context of `coverage` for each test."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from pickle import dumps, loads
+from time import process_time
+
+import pytest
+
+from mutants.children import run_tests
+
+SLOWEST_S = 15.0
+"""A test that takes longer, in plain Python and traced, is left out, and named in the result."""
+
+
+@dataclass(frozen=True)
+class Traced:
+    """`lines`: by file and line, the tests, `""` for no test; `seconds`: by test, its processor time."""
+
+    seconds: dict[str, float]
+    lines: dict[str, dict[int, list[str]]]
+    slow: list[str]
+    failed: list[str]
+
+    def covering(self, file: str, line: int) -> list[str]:
+        """Return the tests that run a line, the quickest first."""
+        return sorted(filter(None, self.lines.get(file, {}).get(line, ())), key=self.seconds.__getitem__)
+
+    def runs_at_import(self, file: str, line: int) -> bool:
+        """Return whether a line has run outside of every test."""
+        return "" in self.lines.get(file, {}).get(line, ())
+
+    @property
+    def all(self) -> list[str]:
+        """Return every test, the quickest first."""
+        return sorted(self.seconds, key=self.seconds.__getitem__)
+
+
+class _Recorder:
+    """A pytest plug-in: a context for each test, and how long it takes."""
+
+    def __init__(self, coverage: object, skipped: tuple[str, ...]) -> None:
+        self._coverage, self._skipped = coverage, skipped
+        self.seconds: dict[str, float] = {}
+        self.failed: list[str] = []
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Leave out what is known not to belong."""
+        items[:] = [item for item in items if not item.nodeid.startswith(self._skipped)]
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        """Give the test's name to the lines that run in it."""
+        self._coverage.switch_context(item.nodeid)
+        started = process_time()
+        try:
+            return (yield)
+        finally:
+            self.seconds[item.nodeid] = process_time() - started
+            self._coverage.switch_context("")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """A test that fails without a mutant can kill none."""
+        if report.failed:
+            self.failed.append(report.nodeid)
+
+
+def trace(root: Path, sources: list[Path], tests: tuple[str, ...], skipped: tuple[str, ...], scratch: Path) -> Traced:
+    """Run the tests once in a child, and return which lines of the sources each has run."""
+    result = scratch / "traced"
+    child = os.fork()
+    if child == 0:
+        try:
+            result.write_bytes(dumps(_traced(root, sources, tests, skipped)))
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    return loads(result.read_bytes())
+
+
+def _traced(root: Path, sources: list[Path], tests: tuple[str, ...], skipped: tuple[str, ...]) -> Traced:
+    from coverage import Coverage  # lazy import: only the recording child needs it
+
+    os.dup2(os.open(os.devnull, os.O_RDWR), 1)
+    coverage = Coverage(data_file=None, include=[str(path) for path in sources], config_file=False)
+    recorder = _Recorder(coverage, skipped)
+    coverage.start()
+    run_tests(root, tests, recorder)
+    coverage.stop()
+    data = coverage.get_data()
+    slow = sorted(name for name, seconds in recorder.seconds.items() if seconds > SLOWEST_S)
+    assert recorder.seconds, "pytest has run no test"
+    usable = {n: s for n, s in recorder.seconds.items() if n not in slow and n not in recorder.failed}
+    lines = {
+        str(Path(file).resolve()): {
+            line: [name for name in names if not name or name in usable]
+            for line, names in data.contexts_by_lineno(file).items()
+        }
+        for file in data.measured_files()
+    }
+    return Traced(usable, lines, slow, recorder.failed)

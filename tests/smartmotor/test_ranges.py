@@ -1,0 +1,101 @@
+"""The ranges of the parameters and the places where a command is taken, from the base language and the 4.76 manual."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import Controller, product
+from axistwin.controllers.smartmotor.forms import Accept
+
+from .cam import pass_samples, say, value
+from .talking import load, ready
+
+
+@pytest.fixture
+def motor(bench: Bench) -> Controller:
+    made = ready(bench)
+    pass_samples(bench)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("E", 0, 32000),  # base 4: following error in counts
+        ("TH", 0, 150),  # base 4: degrees
+        ("THD", 0, 65535),  # base 4: samples
+        ("KP", 0, 65535),  # base 13: "Ranges 0…65535" for the tuning
+        ("KI", 0, 65535),
+        ("KD", 0, 65535),
+        ("KL", 0, 65535),
+        ("KV", 0, 65535),
+        ("KA", 0, 65535),
+        ("KG", 0, 65535),
+        ("KS", 1, 255),  # base 13: spacing of the derivative in samples
+        ("F", 0, 255),  # 7.0: the functions are the bits 1 to 128
+        ("SIZE", 0, 101),  # 8.2: aw[0] to aw[101]
+    ],
+)
+def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_not(bench, motor, name, low, high):
+    """Base 4 and 13: a parameter out of its range changes nothing, and the syntax error bit Bs tells it."""
+    for number, beyond in ((low, low - 1), (high, high + 1)):
+        say(bench, motor, f"ZS {name}={number} ")
+        assert value(bench, motor, name) == number
+        assert say(bench, motor, "RBs ") == b"0\r"
+        say(bench, motor, f"{name}={beyond} ")
+        assert value(bench, motor, name) == number
+        assert say(bench, motor, "RBs ") == b"1\r"
+
+
+@pytest.mark.parametrize(("array", "last"), [("ab", 203), ("aw", 101), ("al", 50)])
+def test_the_last_element_of_an_array(bench, motor, array, last):
+    """8.2: one memory of 204 bytes, 102 words or 51 longs; beyond its end the index bit Bu tells it."""
+    say(bench, motor, f"ZS {array}[{last}]=77 ")
+    assert say(bench, motor, f"R{array}[{last}] RBu ") == b"77\r0\r"
+    say(bench, motor, f"{array}[{last + 1}]=78 ")
+    assert say(bench, motor, f"RBu R{array}[{last}] ") == b"1\r77\r"
+
+
+HOST_ONLY = {"LOAD", "UPLOAD", "UP"}
+PROGRAM_ONLY = {"RUN?", "WAIT=", "TWAIT", "!"}
+BLOCKS = {
+    "Cn", "IF", "ELSEIF", "ELSE", "ENDIF", "WHILE", "LOOP", "SWITCH", "CASE", "DEFAULT", "BREAK", "ENDS",
+}  # fmt: skip
+REMOVED = {"ES400", "ES1000", "KGON", "KGOFF", "LIMH", "LIML", "LIMN", "MFRATIO", "RES=", "MD50"}
+
+
+@pytest.mark.parametrize("command", list(product("smartmotor").commands), ids=lambda command: str(command.code))
+def test_where_a_command_is_taken(command):
+    """Base 8: blocks, labels and waits belong to programs; base 15: downloads to hosts; 1.3: removed; others both."""
+    if command.code in HOST_ONLY:
+        wanted = Accept.HOST
+    elif command.code in PROGRAM_ONLY:
+        wanted = Accept.PROGRAM
+    elif command.code in BLOCKS:
+        wanted = Accept.BLOCK
+    elif command.code in REMOVED:
+        wanted = Accept.REMOVED
+    else:
+        wanted = Accept.HOST | Accept.PROGRAM
+    assert command.accepted == wanted
+
+
+@pytest.mark.parametrize(
+    ("code", "units"),
+    [
+        ("P=", {"counts"}), ("V=", {"1/65536 count/sample"}), ("A=", {"1/65536 count/sample²"}), ("E=", {"counts"}),
+        ("T=", {"1/1023"}), ("AMPS=", {"1/1023"}), ("TH=", {"°C"}), ("THD=", {"samples"}), ("CLK=", {"samples"}),
+        ("BASE=", {"master counts"}), ("BAUDn", {"bit/s"}),
+    ],
+)  # fmt: skip
+def test_the_units_of_parameters(code, units):
+    """Base 1: velocity in 1/65536 count per sample, acceleration per sample²; 9.1: BASE in external encoder counts."""
+    command = product("smartmotor").commands.get(code)
+    assert {field.unit for field in command.parameters} == units
+
+
+def test_a_program_may_not_load(bench, motor):
+    """Base 15: LOAD is a host's word: in a program it is a syntax error, and the statement behind it follows."""
+    load(bench, motor, "ZS\nLOAD\na=5\nEND\n")
+    say(bench, motor, "RUN ")
+    bench.run(0.05)
+    assert say(bench, motor, "RBs Ra ") == b"1\r5\r"

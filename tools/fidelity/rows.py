@@ -1,0 +1,169 @@
+"""Every row of the report that is known without running anything: from tables, documents and the texts of tests."""
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from axistwin.apps.conversations.conversation import load
+from axistwin.bench import product
+from axistwin.controllers.commandset import Command
+from fidelity.documents import table_lines
+from fidelity.evidence import Evidence, classify
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS, TESTS = ROOT / "docs", ROOT / "tests"
+FAMILIES = {"compumotor": ("1811", "1810"), "digiplan": ("if2", "if1"), "smartmotor": ("smartmotor",)}
+"""The families by the models whose tables are read, the one with more commands first."""
+MANUALS = {
+    "compumotor": "Compumotor Model 1810/1811 operator's manual, release 4.0, 1984",
+    "digiplan": "Digiplan user information, IF1 & IF2, 1987",
+    "smartmotor": "Animatics SmartMotor firmware 4.76, 2003, and what is known of the base language",
+    "machine": "All families, and the machine around the controllers",
+}
+OF_DOCUMENT = {
+    "Digiplan": "digiplan",
+    "Compumotor": "compumotor",
+    "Animatics": "smartmotor",
+    "The machine": "machine",
+    "All families": "machine",
+}
+TEST = re.compile(r"`?([\w/]+\.py::\w+)`?")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row.  `key` is unique and lasts; `tests`: node ids below `tests/`; `more`: what its table shows besides."""
+
+    key: str
+    kind: str
+    family: str
+    chapter: str
+    what: str
+    evidence: Evidence
+    tests: tuple[str, ...] = ()
+    more: dict[str, Any] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return asdict(self)
+
+
+def rows() -> list[Row]:
+    """Return all rows; each key is there once."""
+    found = [*commands(), *decisions(), *timing(), *not_modelled(), *conversations(), *printed(), *sentences()]
+    keys = [row.key for row in found]
+    twice = sorted({key for key in keys if keys.count(key) > 1}) if len(set(keys)) < len(keys) else []
+    assert not twice, f"rows with the same key: {twice}"
+    return found
+
+
+def commands() -> Iterator[Row]:
+    """Yield each command of each family, with the models that have it."""
+    for family, models in FAMILIES.items():
+        tables = {model: product(model).commands for model in models}
+        for command in tables[models[0]]:
+            having = [model for model in sorted(models) if tables[model].get(command.code) is not None]
+            yield Row(
+                f"command/{family}/{code(command)}", "command", family, command.chapter, command.name,
+                _command_evidence(family, command),
+                more={"code": code(command), "models": having, "implemented": command.implemented},
+            )  # fmt: skip
+
+
+def code(command: Command) -> str:
+    """Return the code of a command as the manual prints it: in hex, or as characters, control codes in words."""
+    given = command.code
+    if isinstance(given, int):
+        return f"{given:02X}h"
+    return {"\n": "<LF>", "\r": "<CR>", " ": "<SP>"}.get(given, given)
+
+
+def _command_evidence(family: str, command: Command) -> Evidence:
+    """The base language of the SmartMotor is known from host programs only; its chapters have no numbers."""
+    return Evidence.HOST if family == "smartmotor" and not command.chapter[0].isdigit() else Evidence.TEXT
+
+
+def decisions() -> Iterator[Row]:
+    """Yield each entry of the fidelity log."""
+    for line in table_lines(DOCS / "fidelity.md", 4):
+        question, evidence, decision, test = line.cells
+        family = next(name for words, name in OF_DOCUMENT.items() if line.headings[0].startswith(words))
+        options = re.findall(r"[Oo]ptions? ((?:`\w+`(?:, | and )?)+)", decision)
+        yield Row(
+            f"decision/{family}/{plain(question)}", "decision", family, line.headings[-1], question, classify(evidence),
+            tuple(TEST.findall(test)),
+            {"evidence": evidence, "decision": decision, "option": ", ".join(re.findall(r"`(\w+)", " ".join(options)))},
+        )  # fmt: skip
+
+
+def timing() -> Iterator[Row]:
+    """Yield each timing figure, with the tolerance that is claimed."""
+    for line in table_lines(DOCS / "timing.md", 6):
+        figure, says, claimed, evidence, option, test = line.cells
+        family = next(name for words, name in OF_DOCUMENT.items() if line.headings[0].startswith(words))
+        more = {"manual": says, "claimed": claimed, "option": option}
+        yield Row(
+            f"timing/{family}/{plain(figure)}", "timing", family, line.headings[0], figure, Evidence(evidence),
+            tuple(TEST.findall(test)), more,
+        )  # fmt: skip
+
+
+def not_modelled() -> Iterator[Row]:
+    """Yield each thing that the devices have and the emulator has not."""
+    for line in table_lines(DOCS / "not_modelled.md", 4):
+        what, manual, instead, evidence = line.cells
+        family = next(name for words, name in OF_DOCUMENT.items() if line.headings[0].startswith(words))
+        yield Row(
+            f"not modelled/{family}/{plain(what)}", "not modelled", family, line.headings[0], what, Evidence(evidence),
+            more={"manual": manual, "instead": instead},
+        )  # fmt: skip
+
+
+def conversations() -> Iterator[Row]:
+    """Yield each golden conversation: what the manual's examples answer, and where they move."""
+    for path in sorted((TESTS / "conversations").glob("*.talk")):
+        text = path.read_text(encoding="utf-8")
+        quoted = re.findall(r'^; .*?"([^"]+)"', text, re.MULTILINE)
+        model = load(path).headers["model"]
+        family = next((name for name, models in FAMILIES.items() if model in models), "smartmotor")
+        expected = [line for line in text.splitlines() if line.startswith(("< ", "= "))]
+        yield Row(
+            f"example/{family}/{path.name}", "example", family, "; ".join(dict.fromkeys(quoted)) or path.stem,
+            path.stem, Evidence.EXAMPLE, (f"test_conversations.py::test_conversation[{path.stem}]",),
+            {"expected": "; ".join(expected), "acts": len(expected)},
+        )  # fmt: skip
+
+
+def printed() -> Iterator[Row]:
+    """Yield each test that compares a number of the manual with the one that comes out (fixture `printed`)."""
+    for family, name, node in _tests():
+        if any(argument.arg == "printed" for argument in node.args.args):
+            words = " ".join((ast.get_docstring(node) or node.name).split())
+            yield Row(
+                f"example/{family}/{name}", "example", family, words.split(":")[0], words, Evidence.EXAMPLE, (name,)
+            )
+
+
+def sentences() -> Iterator[Row]:
+    """Yield each test that quotes a sentence of a manual with its section."""
+    for family, name, node in _tests():
+        words = " ".join((ast.get_docstring(node) or "").split())
+        if '"' in words and ":" in words and not any(argument.arg == "printed" for argument in node.args.args):
+            evidence = Evidence.EXAMPLE if re.search(r"\bexample", words) else Evidence.TEXT
+            yield Row(f"sentence/{family}/{name}", "sentence", family, words.split(":")[0], words, evidence, (name,))
+
+
+def _tests() -> Iterator[tuple[str, str, ast.FunctionDef]]:
+    for family in FAMILIES:
+        for path in sorted((TESTS / family).glob("test_*.py")):
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                    yield family, f"{family}/{path.name}::{node.name}", node
+
+
+def plain(words: str) -> str:
+    """Return a key out of words: without marks of emphasis, in one line."""
+    return " ".join(words.replace("`", "").replace("*", "").split())
