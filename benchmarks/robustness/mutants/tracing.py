@@ -11,7 +11,7 @@ import pytest
 
 from mutants.children import run_tests
 
-SLOWEST_S = 15.0
+SLOWEST_S = 30.0
 """A test that takes longer, in plain Python and traced, is left out, and named in the result."""
 
 
