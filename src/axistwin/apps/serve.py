@@ -6,13 +6,14 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import click
 
 from axistwin.apps import served as what_is
-from axistwin.apps.ending import ending
+from axistwin.apps.ending import ending, fail
 from axistwin.apps.served import Ports
 from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
@@ -228,6 +229,7 @@ def _talk() -> None:
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:
     ended = ending()
+    server.pacer.broken = partial(fail, ended)  # also when somebody at the panel has had it advanced
     try:
         for name, url in wanted:
             await server.open(name, url)
