@@ -33,6 +33,7 @@ from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
@@ -76,6 +77,8 @@ class Controller:
         self.bench: Bench | None = None
         """The bench it stands on."""
         self._device, self._plug = device, plug
+        self.by_hand = ByHand(next(iter(self.pins.values())).clock)
+        """Reports what a person does to it: `power`."""
         self.powered = False
         """Whether it has been switched on."""
         self.given: Mapping[str, Any] = {}
@@ -201,6 +204,7 @@ class Controller:
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  What persists is what the real device keeps."""
+        self.by_hand.tell("power", on)
         self.powered = on
         self._device.power(on)
 

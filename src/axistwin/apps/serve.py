@@ -158,6 +158,11 @@ class _Files:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Write the rest."""
+        self._catch_up.clear()
         self._stack.close()
 
     def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
@@ -246,6 +251,7 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: boo
             await shown.close()
         server.pacer.sync()
         server.close()
+        files.close()  # that it is switched off at the end is no part of what has happened
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

@@ -35,6 +35,8 @@ class Clock(simpy.Environment):
         """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
         self.acting = False
         """Whether somebody outside is doing something right now, of which all that is done meanwhile is part."""
+        self.by_itself = False
+        """Whether what is done to machines right now the bench does by itself: its script, a fault."""
         self._onlookers: list[Callable[[], None]] = []
 
     @property
