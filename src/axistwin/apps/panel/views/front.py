@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from nicegui import ui
 
 from axistwin.apps.panel.look import Look, Refresh
+from axistwin.apps.panel.turns import breathe
 from axistwin.apps.panel.views.parts import Light, Told, called, drawer
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
@@ -114,6 +115,7 @@ def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
 
 
 def _plain(tag: str, text: str) -> None:
+    breathe()
     with ui.element(tag):
         ui.label(text)
 
