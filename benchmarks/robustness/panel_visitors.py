@@ -22,8 +22,7 @@ from asyncio.events import Handle
 from pathlib import Path
 from time import perf_counter, process_time
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "src"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from nicegui import Client
 
@@ -33,6 +32,7 @@ from axistwin.apps.panel.web import Address, Panel
 from axistwin.apps.scenes.scene import Scene
 from axistwin.apps.sessions.session import Session
 
+ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005
 P99_MS, PAGES_MB = 20.0, 64.0
 """A host waits less long in 99 of 100 polls; so much memory visitors leave behind at most."""

@@ -34,6 +34,9 @@ KEPT = 3
 """So many pages without a browser are kept whole; of more, those that have been left for longest are emptied."""
 SCRIPTS = "keys.js", "scope.js"
 """Of views; a browser carries out only those that come with the page itself."""
+BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
+BUILT = 'document.documentElement.classList.remove("building")'
+"""What cannot be touched yet is not to be seen."""
 DRAWN = "await new Promise(requestAnimationFrame)"
 
 
@@ -44,7 +47,7 @@ async def page(enter: Callable[[], Look]) -> None:
     built in pieces, one page at a time, and the bench has its turn between two of them.
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
-    ui.add_head_html('<script>document.documentElement.lang = "en"</script>')
+    ui.add_head_html(f"<script>{BEGIN}</script>")
     for script in SCRIPTS:
         ui.add_head_html(f"<script>{_text('views', script)}</script>")
     ui.add_css(_text("panel.css"))
@@ -57,6 +60,7 @@ async def page(enter: Callable[[], Look]) -> None:
     visits.begin(client, look.person)
     async with visits.building:
         made = await in_turns(partial(_built, client, look))
+    client.run_javascript(BUILT)
     background_tasks.create(_keep_showing(client, look, made), name="panel")
 
 
@@ -173,6 +177,8 @@ async def _keep_showing(client: Client, look: Look, made: list[Refresh]) -> None
     loop = asyncio.get_running_loop()
     deafen = look.people.listen(partial(_tell, client))
     try:
+        with client:
+            await _drawn(client)  # what has been built: terminals have their sizes by then
         while not client.is_deleted and client.elements:
             began_s = loop.time()
             with client:
