@@ -56,7 +56,15 @@ def _words() -> dict[int, str]:
 
 
 MOTION: tuple[Item, ...] = (
-    Word("MODE", "mode", "RMODE", _words(), {state.M_ERROR: FAULT}, doc="The letter that RMODE reports."),
+    Word(
+        "MODE",
+        "mode",
+        "RMODE",
+        _words(),
+        {state.M_ERROR: FAULT},
+        unpowered="no power",
+        doc="The letter that RMODE reports.",
+    ),
     Lamp("BRK", "static brake engaged", "brake", tone=WARNING, doc="The brake's signal is high (5.1)."),
     Reading("@P", "position", "RP", "counts"),
     Reading("@PE", "position error", "RPE", "counts", doc="Commanded less actual."),
