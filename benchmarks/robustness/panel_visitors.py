@@ -41,11 +41,17 @@ TURN_MS = 5.0
 
 
 class Turns:
-    """Processor time of each turn of the loop, in ms, and of each piece of a page."""
+    """Processor time of each turn of the loop, in ms, of each piece of a page, and of Python's garbage collections.
+
+    The time of a collection is no part of the piece in which it happens to be; it is part of a turn and of a poll.
+    """
 
     def __init__(self) -> None:
         self.ms: list[float] = []
         self.pieces_ms: list[float] = []
+        self.collected_ms: list[float] = []
+        self._began = 0.0
+        gc.callbacks.append(self._collecting)
         run, go_on = Handle._run, turns._Work.go_on
 
         def timed_run(handle: Handle) -> None:
@@ -54,13 +60,19 @@ class Turns:
             self.ms.append((process_time() - began) * 1000)
 
         def timed_piece(work: turns._Work[object]) -> bool:
-            began = process_time()
+            began, collected = process_time(), sum(self.collected_ms)
             over = go_on(work)
-            self.pieces_ms.append((process_time() - began) * 1000)
+            self.pieces_ms.append((process_time() - began) * 1000 - (sum(self.collected_ms) - collected))
             return over
 
         Handle._run = timed_run  # type: ignore[method-assign]
         turns._Work.go_on = timed_piece  # type: ignore[method-assign]
+
+    def _collecting(self, phase: str, _: object) -> None:
+        if phase == "start":
+            self._began = process_time()
+        else:
+            self.collected_ms.append((process_time() - self._began) * 1000)
 
 
 async def poll(waits_ms: list[float]) -> None:
@@ -173,6 +185,8 @@ async def main(scene: str, seed: int, visits: int) -> bool:
     pieces = measured.pieces_ms
     print(f"{len(pieces)} pieces of pages: p99 {percentile(pieces, 0.99):.1f}, longest {max(pieces):.1f}"
           f" (goal: p99 < {TURN_MS:g})")  # fmt: skip
+    print(f"collections of garbage: {sum(ms > TURN_MS for ms in measured.collected_ms)} of more than {TURN_MS:g},"
+          f" longest {max(measured.collected_ms, default=0.0):.0f} (told, not judged)")  # fmt: skip
     print(f"{left_mb:.0f} MB are left behind (goal < {PAGES_MB:g}); {kept} pages are kept (goal <= {KEPT})")
     print(f"who fetches a page {'does not drive' if nobody else 'DRIVES'}")
     good = nobody and p99 < P99_MS and percentile(pieces, 0.99) < TURN_MS and left_mb < PAGES_MB and kept <= KEPT
