@@ -61,7 +61,7 @@ async def page(enter: Callable[[], Look]) -> None:
     async with visits.building:
         made = await in_turns(partial(_built, client, look))
     client.run_javascript(BUILT)
-    background_tasks.create(_keep_showing(client, look, made), name="panel")
+    visits.shown(client, background_tasks.create(_keep_showing(client, look, made), name="panel"))
 
 
 class Visits:
@@ -71,18 +71,28 @@ class Visits:
         self.building = asyncio.Lock()
         """Held while a page is built: one at a time."""
         self._left: dict[Client, None] = {}
+        self._frames: dict[Client, asyncio.Task[None] | None] = {}
+        """Who brings each page up to date; None: it is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
         """This page is connected."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
-        client.on_delete(lambda: self._left.pop(client, None))
+        client.on_delete(lambda: self._forget(client))
+        self._frames[client] = None
         person.came()
+
+    def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
+        """It is built, and brought up to date from now on."""
+        if client in self._frames:
+            self._frames[client] = frames
+        else:
+            frames.cancel()
 
     def _back(self, client: Client, person: Person) -> None:
         person.came()
         self._left.pop(client, None)
-        if not client.elements:
+        if client not in self._frames:
             client.run_javascript("location.reload()")
 
     def _gone(self, client: Client, person: Person) -> None:
@@ -90,8 +100,14 @@ class Visits:
         self._left[client] = None
         if len(self._left) > KEPT:
             oldest = next(iter(self._left))
-            del self._left[oldest]
-            oldest.remove_all_elements()
+            self._forget(oldest)
+            oldest.layout.clear()  # and all that is on it
+
+    def _forget(self, client: Client) -> None:
+        self._left.pop(client, None)
+        frames = self._frames.pop(client, None)
+        if frames is not None:
+            frames.cancel()
 
 
 def rehearse(look: Look, request: Request) -> None:
@@ -179,7 +195,7 @@ async def _keep_showing(client: Client, look: Look, made: list[Refresh]) -> None
     try:
         with client:
             await _drawn(client)  # what has been built: terminals have their sizes by then
-        while not client.is_deleted and client.elements:
+        while not client.is_deleted:
             began_s = loop.time()
             with client:
                 await _show(look, made)

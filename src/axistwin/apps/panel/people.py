@@ -48,6 +48,7 @@ class People:
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
+        self._came = 0
         self._listeners: list[Callable[[str], None]] = []
         self.driver: Person | None = None
 
@@ -55,7 +56,8 @@ class People:
         """Whoever has this key; somebody who is new is welcome, and the first to come drives."""
         self._forget()
         if key not in self._all:
-            self._all[key] = Person(key, self._free_name())
+            self._came += 1
+            self._all[key] = Person(key, f"visitor {self._came}")
         person = self._all[key]
         if self.driver is None or (self.driver is not person and self.driver.gone):
             self.driver = person
@@ -70,11 +72,6 @@ class People:
                 del self._all[person.key]
                 if self.driver is person:
                     self.driver = None
-
-    def _free_name(self) -> str:
-        taken = {person.name for person in self._all.values()}
-        numbered = (f"visitor {number}" for number in range(1, len(taken) + 2))
-        return next(name for name in numbered if name not in taken)
 
     @property
     def there(self) -> list[Person]:
