@@ -25,6 +25,7 @@ def clock(monkeypatch):
         return now[0]
 
     monkeypatch.setattr(turns, "perf_counter", look)
+    monkeypatch.setattr(turns, "TURN_S", 0.003)
     return now
 
 
