@@ -42,6 +42,7 @@ class Scopes:
             screen = person.settings["scope"] = Screen(self.recorder)
             screen.names = tuple(first_choice(list(self.recorder.signals.values())))
         self._pages[screen] = self._pages.get(screen, 0) + 1
+        breathe()
         try:
             screen.show(screen.names)
         except AxistwinError:  # the others look at so much
