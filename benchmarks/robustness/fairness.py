@@ -12,11 +12,10 @@ import gc
 import sys
 from time import process_time
 
-from fuzz import BAUD_RATES, PORTS, SEED, garbage, motors
-
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.clock import Clock
+from fuzz import BAUD_RATES, PORTS, SEED, garbage, motors
 
 BYTES = 1000
 LONGEST_STEP_S, LONGEST_WAIT_S = 0.005, 0.050

@@ -36,6 +36,7 @@ from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, connect
@@ -81,6 +82,8 @@ class Controller:
         self.bench: Bench | None = None
         """The bench it stands on."""
         self._device, self._plug = device, plug
+        self.by_hand = ByHand(next(iter(self.pins.values())).clock)
+        """Reports what a person does to it: `power`."""
         self.powered = False
         """Whether it has been switched on."""
         self.given: Mapping[str, Any] = {}
@@ -214,6 +217,7 @@ class Controller:
         Where a procedure of the controller itself asks for it, such as by an edge that somebody watches, the switch
         turns as soon as that procedure waits for something, in the same nanosecond.
         """
+        self.by_hand.tell("power", on)
         device = self._device
         if isinstance(device, ProceduralDevice) and device.clock.active_process in device.procedures:
             device.clock.soon(partial(self._switch, on))

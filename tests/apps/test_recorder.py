@@ -7,6 +7,7 @@ from axistwin import Bench
 from axistwin.apps.conversations.conversation import Conversation, Do, Expect, Hear, parse, write
 from axistwin.apps.conversations.player import play
 from axistwin.apps.conversations.recorder import recording
+from axistwin.apps.scenes.scene import Scene
 
 
 def replayed(conversation: Conversation) -> object:
@@ -127,3 +128,112 @@ def test_with_two_controllers_each_line_says_which():
 @given(st.lists(st.one_of(st.binary(max_size=12), st.sampled_from([b"X50$\r", b"E\r", b"#\r", b"N\r"])), max_size=6))
 def test_whatever_a_host_says_can_be_replayed(messages):
     assert replayed(recorded(*READY, *map(write_bytes, messages))) is None
+
+
+def of_a_machine(made, *doings):
+    """What is recorded while these things are done with `made(bench)`, half a second apart; it plays again."""
+    bench, again = Bench(), Bench()
+    controller = made(bench)
+    made(again)
+    with recording(bench) as recorder:
+        for doing in doings:
+            bench.run(0.5)
+            doing(controller)
+        bench.run(0.5)
+    text = write(recorder.conversation().acts)
+    assert play(parse(text), again) is None
+    assert again.now == bench.now
+    return [f"{act.target} {act.value}" for act in recorder.conversation().acts if isinstance(act, Do)], bench, again
+
+
+def test_power_is_recorded():
+    acts, _bench, again = of_a_machine(
+        lambda bench: bench.add("if1"),
+        lambda if1: if1.power(False),
+        lambda if1: if1.power(True),
+        lambda if1: if1.power_cycle(),
+    )
+    assert acts == ["power low", "power high", "power low", "power high"]
+    assert again["if1"].powered
+
+
+def test_what_is_done_to_a_stepper_is_recorded():
+    axis = {"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 400}}
+    acts, bench, again = of_a_machine(
+        lambda bench: bench.add("if1", X=axis),
+        lambda if1: if1.axes["X"].jam(True),
+        lambda if1: if1.axes["X"].jam(False),
+        lambda if1: if1.axes["X"].load(0.0001),
+        lambda if1: if1.axes["X"].encoder.displace(-40),
+    )
+    assert acts == ["X.jam high", "X.jam low", "X.load 0.0001", "X.push -40"]
+    assert again["if1"].axes["X"].encoder.count == bench["if1"].axes["X"].encoder.count == -40
+    assert again["if1"].axes["X"].outside_torque == 0.0001
+
+
+def test_what_is_done_to_a_motor_is_recorded():
+    acts, bench, again = of_a_machine(
+        lambda bench: bench.add("smartmotor", shaft={"motor": "frame23"}),
+        lambda motor: motor.axes["shaft"].load(0.25),
+        lambda motor: motor.axes["shaft"].encoder.displace(12),
+        lambda motor: motor.axes["shaft"].jam(),
+        lambda motor: setattr(motor, "ambient", 41.5),
+        lambda motor: motor.master.move(-4000, 0.25),
+        lambda motor: motor.pins["A"].drive(2.5),
+        lambda motor: motor.pins["index"].drive(True),
+    )
+    assert acts == [
+        "shaft.load 0.25", "shaft.push 12", "shaft.jam high", "ambient 41.5", "master -4000 in 0.25", "A 2.5V",
+        "index high",
+    ]  # fmt: skip
+    for one in (bench, again):
+        motor = one["smartmotor"]
+        assert (motor.ambient, motor.master.count, motor.axes["shaft"].jammed) == (41.5, -4000, True)
+    assert again["smartmotor"].axes["shaft"].position == bench["smartmotor"].axes["shaft"].position
+
+
+def test_a_joystick_is_recorded():
+    acts, _bench, _again = of_a_machine(
+        lambda bench: bench.add("1811"),
+        lambda board: board.joystick.deflect(-100),
+        lambda board: board.joystick.deflect(0),
+    )
+    assert acts == ["joystick -100", "joystick 0"]
+
+
+def test_a_lead_that_changes_nothing_yet_is_recorded():
+    """Later it keeps the input where it is."""
+    acts, _bench, _again = of_a_machine(
+        lambda bench: bench.add("if1"),
+        lambda if1: if1.pins["input1"].drive(False),
+        lambda if1: if1.pins["input1"].drive(False),
+        lambda if1: if1.pins["input1"].set(True),
+        lambda if1: if1.pins["input1"].release(),
+    )
+    assert acts == ["input1 low", "input1 release"]
+
+
+def test_what_a_fault_does_is_told_as_the_fault_only():
+    axis = {"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 400}}
+    acts, _bench, again = of_a_machine(
+        lambda bench: bench.add("if1", X=axis),
+        lambda if1: if1.bench.faults.add("push", "if1.X", counts=7),
+        lambda if1: if1.bench.faults.add("power_cut", "if1"),
+        lambda if1: if1.bench.faults.mend("power_cut"),
+    )
+    assert [act.split()[0] for act in acts] == ["fault", "fault", "mend"]
+    assert again["if1"].axes["X"].encoder.count == 7
+    assert again["if1"].powered
+
+
+def test_what_a_scene_does_by_itself_is_left_to_the_scene():
+    scene = {
+        "controller": [{"model": "if1", "axes": {"X": {"encoder": {}}}}],
+        "script": [{"at": 0.5, "on": "if1", "do": ["X.push 40", "power off", "power on", "input1 high"]}],
+    }
+    bench, again = (Scene.given(scene).build() for _ in range(2))
+    with recording(bench) as recorder:
+        bench.run(1)
+    assert not [act for act in recorder.conversation().acts if isinstance(act, Do) and act.target != "input1"]
+    assert play(parse(write(recorder.conversation().acts)), again) is None
+    assert again["if1"].axes["X"].encoder.count == 40

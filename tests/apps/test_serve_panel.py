@@ -6,10 +6,12 @@ import signal
 import socket
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from urllib.parse import urlsplit
 
 import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
 PATIENCE_S = 40
 PROGRAM = [sys.executable, "-c", "from axistwin.apps.cli import main; main()", "serve"]
@@ -143,3 +145,33 @@ def test_state_speed_and_ports_are_as_without_a_panel(tmp_path):
                     answers.append(host.recv(16))
             assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
             assert ended(program, signal.SIGTERM)[0] == 0
+
+
+@contextmanager
+def page_socket(address):
+    """What the page of a browser has: a websocket on which socket.io is spoken."""
+    client = re.search(r"client_id\W+([\w-]+)", get(address)[2])[1]
+    query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
+    with connect(f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}") as page:
+        page.recv(PATIENCE_S)
+        page.send("40")
+        yield page
+
+
+@pytest.mark.parametrize(
+    "message",
+    ['42["connect","x"]', '42["event"]', '42["handshake",{}]', '42["ack",[]]', '42["event",' + "[" * 3000, "45", b"\0"],
+    ids=lambda message: repr(message[:20]),
+)
+def test_a_bad_message_to_the_panel_ends_nothing(serving, message):
+    program, address = serving
+    with page_socket(address) as page, suppress(ConnectionClosed):
+        page.send(message)
+    assert get(address)[0] == 200
+    assert program.poll() is None
+
+
+@pytest.fixture(scope="module")
+def serving():
+    with started("if1", "--panel", 0) as served:
+        yield served

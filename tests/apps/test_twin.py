@@ -289,3 +289,47 @@ def test_what_is_wrong_with_a_scene_in_a_dict_is_told_with_its_keys(changed, wor
     """There is no file and no line."""
     with pytest.raises(axistwin.AxistwinError, match=f"^{words}"):
         axistwin.serve({"controller": [{"model": "1811"}, {"model": "if1", **changed}]})
+
+
+@pytest.fixture
+def resting():
+    """A bench on which nothing happens, at real time, by a wall clock that stands; what sets that forward by 5 s."""
+    with axistwin.serve(axistwin.Bench(), speed=1.0) as twin:
+        loop, pacer = twin._service.loop._loop, twin._service.server.pacer
+        wall_s = loop.time()
+
+        def set_clock(seconds):
+            loop.time = lambda: wall_s + seconds
+
+        twin.do(lambda: (set_clock(0), setattr(pacer, "speed", 1.0)))
+        yield twin, lambda: set_clock(5)
+        del loop.time
+
+
+def test_what_is_done_to_a_resting_bench_is_done_now(resting):
+    twin, five_seconds_later = resting
+    began_ns = twin.do(lambda: twin.bench.now)
+    five_seconds_later()
+    assert twin.do(lambda: twin.bench.now) == began_ns + 5_000_000_000
+
+
+def test_the_clock_of_a_resting_bench_goes(resting):
+    twin, five_seconds_later = resting
+    began_ns = twin.clock.now
+    five_seconds_later()
+    assert twin.clock.now == began_ns + 5_000_000_000
+    assert twin.clock.seconds == twin.bench.seconds
+
+
+def test_threads_that_let_time_pass_do_it_one_after_the_other(twin):
+    threads = [threading.Thread(target=twin.advance, args=(0.25,)) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE_S)
+    assert twin.clock.now == 2_000_000_000
+
+
+def test_a_host_does_not_let_time_pass_itself(twin):
+    with pytest.raises(UsageError, match="a host cannot let time pass"):
+        twin.call(twin.advance, 1)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Self
 import click
 
 from axistwin.apps import served as what_is
-from axistwin.apps.ending import ending
+from axistwin.apps.ending import ending, fail
 from axistwin.apps.served import Ports
 from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
@@ -163,6 +163,11 @@ class _Files:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Write the rest."""
+        self._catch_up.clear()
         self._stack.close()
 
     def write(self, *writers: AbstractContextManager[Callable[[], None] | None]) -> None:
@@ -240,6 +245,7 @@ def _talk() -> None:
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:
     ended = ending()
+    server.pacer.broken = partial(fail, ended)  # also when somebody at the panel has had it advanced
     try:
         for name, url in wanted:
             await server.open(name, url)
@@ -257,6 +263,7 @@ async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: boo
             await shown.close()
         server.pacer.sync()
         server.close()
+        files.close()  # that it is switched off at the end is no part of what has happened
         for controller in server.bench.controllers.values():
             controller.power(False)
         if late := server.pacer.report():

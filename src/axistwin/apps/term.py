@@ -3,9 +3,11 @@
 import asyncio
 import os
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
 import click
 
@@ -82,26 +84,29 @@ def term(
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
         raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2, whose manual tells what national keyboards send")
     if target.lower() in FAMILIES:
-        bench = Bench()
-        bench.add(target, state=state, line=line, **read_options(options))
-        return asyncio.run(_virtual(bench, read_speed(speed), ENDS[end], keyboard, initialise=not no_init))
+        made = partial(_bench, target, state=state, line=line, **read_options(options))
+        return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, initialise=not no_init))
     if wrong := [name for name, given in local.items() if given]:
         raise UsageError(f"--{wrong[0].replace('_', '-')} is for a virtual controller, not for a port")
     return asyncio.run(_port(target, line, ENDS[end], keyboard))
 
 
-async def _virtual(bench: Bench, speed: float | None, end: bytes, keyboard: str, initialise: bool) -> int:
-    from axistwin.apps.terminal.virtual import BoardEnd, SerialEnd, VirtualEnd
+def _bench(model: str, **options: Any) -> Bench:
+    bench = Bench()
+    bench.add(model, **options)
+    return bench
 
-    screen, (controller,) = _screen(keyboard), bench.controllers.values()
+
+async def _virtual(build: Callable[[], Bench], speed: float | None, end: bytes, keyboard: str, initialise: bool) -> int:
+    from axistwin.apps.sessions.session import Session
+    from axistwin.apps.terminal.virtual import BoardEnd, SerialEnd
+
+    session = Session(build, speed)
+    screen, (controller,) = _screen(keyboard), session.bench.controllers.values()
     _greet(controller.product.title)
     if initialise and FAMILIES[controller.product.model] == "digiplan":
-        _initialise(bench, controller, screen)
-    other: VirtualEnd
-    if on_a_bus(controller):
-        other = BoardEnd(bench, controller, speed, screen.tell)
-    else:
-        other = SerialEnd(bench, controller, speed, screen.heard)
+        _initialise(session.bench, controller, screen)
+    other = BoardEnd(session, screen.tell) if on_a_bus(controller) else SerialEnd(session, screen.heard)
     try:
         return await _talk(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
     finally:

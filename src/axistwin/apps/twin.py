@@ -175,6 +175,7 @@ class Twin:
         """
         thread = HostThread(function, arguments, keywords)
         self.clock.add(thread)
+        thread.start()
         return HostCall(self.clock, thread)
 
     def call(self, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
@@ -183,9 +184,13 @@ class Twin:
         return result
 
     def do(self, action: Callable[[], T]) -> T:
-        """Do something with the bench in the thread that it belongs to, and let happen what is due then."""
+        """Do something with the bench in the thread that it belongs to, now: at a number as speed, by the wall clock.
+
+        What is due by then has happened before, what is due because of it happens at once.
+        """
 
         def act() -> T:
+            service.server.pacer.sync()
             result = action()
             service.server.pacer.work()
             return result

@@ -35,8 +35,10 @@ class Lamp:
     doc: str = ""
     """What else one should know."""
 
-    def shows(self, value: int) -> bool:
-        """Whether it is lit by this level or value."""
+    def shows(self, value: int | None) -> bool:
+        """Whether it is lit by this level or value.  Without power (None) it is dark."""
+        if value is None:
+            return False
         on = value != 0 if self.bit is None else value >> self.bit & 1 == 1
         return on is self.lit
 
@@ -52,10 +54,12 @@ class Word:
     """By value; what is not among them is told as it is."""
     tones: Mapping[Any, Tone] = field(default_factory=dict)
     doc: str = ""
+    unpowered: str = ""
+    """What is told without power."""
 
-    def shows(self, value: int | str) -> str:
-        """This value."""
-        return self.words.get(value, str(value))
+    def shows(self, value: int | str | None) -> str:
+        """This value; None: there is no power."""
+        return self.unpowered if value is None else self.words.get(value, str(value))
 
 
 @dataclass(frozen=True)
@@ -71,9 +75,9 @@ class Reading:
     """Behind the decimal point."""
     doc: str = ""
 
-    def shows(self, value: int) -> str:
-        """This value, without its unit."""
-        return f"{value * self.scale:.{self.digits}f}"
+    def shows(self, value: int | None) -> str:
+        """This value, without its unit.  Without power (None) there is none."""
+        return "" if value is None else f"{value * self.scale:.{self.digits}f}"
 
 
 Item = Lamp | Word | Reading

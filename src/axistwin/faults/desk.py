@@ -18,6 +18,7 @@ from axistwin.faults.chance import Chance
 from axistwin.faults.kinds import PLACES, THINGS, kind_of
 from axistwin.faults.places import Spot, World
 from axistwin.faults.table import Case, Kind, Mend, On
+from axistwin.sim.by_hand import by_itself
 from axistwin.units import to_ns, to_seconds
 
 Listener = Callable[["Fault", str], None]
@@ -88,7 +89,8 @@ class Fault:
             if self._mend is None:  # by somebody who is told what it does as it begins
                 self._faults.world.clock.soon(self.mend)
                 return
-            self._mend()
+            with by_itself(self._faults.world.clock):
+                self._mend()
             self._faults._tell(self, "ends")
         self.state = State.OVER
 
@@ -103,7 +105,8 @@ class Fault:
         self.state, self.began_ns = State.ON, clock.now
         self._faults._tell(self, "begins")
         lasts = duration_ns is not None
-        self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, lasts, self._over, self._others))
+        with by_itself(clock):
+            self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, lasts, self._over, self._others))
         if self.kind.at_once:
             self._over()
         elif duration_ns is not None:

@@ -7,7 +7,8 @@ slow a machine: a host's time to think is no virtual time.
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from axistwin.errors import LinkError, UsageError
@@ -20,6 +21,7 @@ from axistwin.units import to_ns, to_seconds
 SILENT_S = 10.0
 """A host that waits for so long by its own clock, with nothing to come, waits for ever."""
 LOOK_S = 0.01
+A_HOST = "a host cannot let time pass: it passes while the host waits for an answer, or for the end of a sleep"
 
 
 class ServedClock:
@@ -30,7 +32,9 @@ class ServedClock:
 
     @property
     def now(self) -> int:
-        """Virtual time in nanoseconds."""
+        """Virtual time in nanoseconds, brought to now by the wall clock where that paces it."""
+        if self._pacer.running:
+            self._loop.do(self._bring_to_now)
         return self._pacer.clock.now
 
     @property
@@ -61,7 +65,7 @@ class ServedClock:
 
         unwatch = self._loop.do(lambda: self._pacer.watch(look))
         try:
-            self._loop.do(look)
+            self._loop.do(lambda: self._pacer.look(look))
             found = over.wait(timeout)
         finally:
             self._loop.do(unwatch)
@@ -79,14 +83,24 @@ class ServedClock:
     def add(self, host: HostThread) -> None:
         """A host that has its turn before time passes."""
 
+    def _bring_to_now(self) -> None:
+        self._pacer.sync()
+        self._pacer.work()
+
 
 class ManualClock(ServedClock):
-    """Virtual time that passes in these calls only."""
+    """Virtual time that passes in these calls only; calls of several threads pass theirs one after the other."""
 
     def __init__(self, loop: LoopThread, pacer: ManualPacer) -> None:
         super().__init__(loop, pacer)
         self._by_hand = pacer
         self._hosts: list[HostThread] = []
+        self._turn = threading.RLock()
+
+    @property
+    def now(self) -> int:
+        """Virtual time in nanoseconds."""
+        return self._by_hand.clock.now
 
     def add(self, host: HostThread) -> None:
         """A host that has its turn before time passes."""
@@ -96,10 +110,11 @@ class ManualClock(ServedClock):
         """Let virtual time pass.  What hosts have sent before is heard first."""
         if not 0 <= seconds < math.inf:
             raise UsageError(f"time runs forwards only, and not for ever: advance({seconds!r})")
-        end_ns = self._pacer.clock.later(to_ns(seconds))
-        self._settle()
-        while not self._pass(end_ns):
+        with self._alone():
+            end_ns = self._pacer.clock.later(to_ns(seconds))
             self._settle()
+            while not self._pass(end_ns):
+                self._settle()
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Let time pass until `condition()` is true or `timeout` virtual seconds have passed; tells which.
@@ -108,25 +123,39 @@ class ManualClock(ServedClock):
         """
         if not timeout < math.inf:  # nor nan
             raise UsageError(f"one cannot wait for ever: run_until(…, timeout={timeout!r})")
-        end_ns = self._pacer.clock.later(to_ns(timeout))
-        over = False
-        while not over:
-            self._settle()
-            if condition():
-                return True
-            over = self._pass(end_ns, condition)
-        return bool(condition())
+        with self._alone():
+            end_ns = self._pacer.clock.later(to_ns(timeout))
+            over = False
+            while not over:
+                self._settle()
+                if condition():
+                    return True
+                over = self._pass(end_ns, condition)
+            return bool(condition())
 
     def attend(self, host: HostThread, timeout: float) -> Any:
         """Let time pass until a host is done.  Returns what it has returned, raises what it has raised.
 
         Raises LinkError if it waits though nobody has said anything for `timeout` virtual seconds.
         """
-        while self._still_at_work(host):
-            seen = self._words
-            if self._pass(self.now + to_ns(timeout)) and self._words == seen:
-                self._wait_for_word(host, timeout)
+        with self._alone():
+            while self._still_at_work(host):
+                seen = self._words
+                if self._pass(self.now + to_ns(timeout)) and self._words == seen:
+                    self._wait_for_word(host, timeout)
         return host.outcome()
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Nobody else lets time pass meanwhile.
+
+        Raises UsageError in the bench's own thread, and in that of a host, whose turn is over before time passes.
+        """
+        self._loop.check_outside()
+        if any(host.current for host in self._hosts):
+            raise UsageError(A_HOST)
+        with self._turn:
+            yield
 
     @property
     def _words(self) -> tuple[int, int]:

@@ -18,19 +18,27 @@ REACTION_S = 0.02
 
 
 class HostThread:
-    """Calls a function of a host in a thread of its own."""
+    """Calls a function of a host in a thread of its own, from `start` on."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
         self._outcome: Any = None
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
         self._thread.start()
 
     @property
     def done(self) -> bool:
         """Whether it has come to its end."""
-        return not self._thread.is_alive()
+        return self._thread.ident is not None and not self._thread.is_alive()
+
+    @property
+    def current(self) -> bool:
+        """True within the host's function."""
+        return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
         """What it has returned; what it has raised is raised."""
@@ -47,6 +55,8 @@ class HostThread:
         """Whether it waits for something at this moment, or has come to its end."""
         if self.done:
             return True
+        if self._thread.native_id is None:  # it is just beginning
+            return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
         except FileNotFoundError:  # it has just ended, or this is not Linux

@@ -78,6 +78,8 @@ class Pacer:
 
         None: that is raised.
         """
+        self.broken: Callable[[Exception], None] | None = None
+        """Called with an error that the bench has raised while it was advanced, a defect; then it is raised."""
         self.agenda_ns = 0
         """As fast as it goes, it goes on at least up to here, though nothing happens by itself."""
         self._speed = speed
@@ -228,6 +230,10 @@ class Pacer:
                 pass
             while plan != self._plan and not self._done(self._finish):
                 pass
+        except Exception as error:
+            if self.broken is not None:
+                self.broken(error)
+            raise
         finally:
             self.advancing = False
         if plan != self._plan:

@@ -33,6 +33,11 @@ class LoopThread:
             raise UsageError(INSIDE if inside else OVER)
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
+    def check_outside(self) -> None:
+        """Raises UsageError within itself, where nobody can wait for it."""
+        if threading.current_thread() is self._thread:
+            raise UsageError(INSIDE)
+
     def do(self, action: Callable[[], T]) -> T:
         """Call it there."""
         if threading.current_thread() is self._thread:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from axistwin.errors import UsageError
+from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S
@@ -37,6 +38,8 @@ class Joystick:
         self._at_zero, self._step, self._direction = (
             pins[name] for name in (inputs.at_zero, inputs.step, inputs.direction)
         )
+        self.by_hand = ByHand(clock)
+        """Reports how a person holds the stick: `joystick`."""
         self.rate = 0
         """Pulses per second, negative: counter-clockwise; 0: the stick is at rest."""
         self._out = self._plugged_in = False
@@ -45,6 +48,7 @@ class Joystick:
         """Hold the stick so that it gives so many pulses per second; 0: let it go.  Raises UsageError."""
         if abs(rate) > FASTEST:
             raise UsageError(f"joystick {rate}: give pulses per second, from {-FASTEST} to {FASTEST}")
+        self.by_hand.tell("joystick", rate)
         if not self._plugged_in:
             self._plug_in()
         self.rate = rate

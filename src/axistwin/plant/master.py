@@ -7,6 +7,7 @@ from math import floor
 from typing import Protocol
 
 from axistwin.errors import UsageError
+from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock
 from axistwin.units import to_ns
 
@@ -80,6 +81,8 @@ class Master:
         self._unwatch: Callable[[], object] = lambda: None
         self.plugged = False
         """True from the first run on: until then nothing is wired to A and B."""
+        self.by_hand = ByHand(clock)
+        """Reports how a person turns it: `master`, counts and seconds."""
         self.before_change: list[Callable[[], None]] = []
         """Called before its course changes, while `at` still tells the old one."""
         self.on_change: list[Callable[[], None]] = []
@@ -127,6 +130,7 @@ class Master:
             raise UsageError(f"move({counts!r}, …): give a whole number of counts")
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
+        self.by_hand.tell("master", counts, seconds)
         count = self.count
         self._unwatch()
         self._unwatch = lambda: None

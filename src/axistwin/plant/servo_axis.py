@@ -14,6 +14,7 @@ from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.layers import Layers
 from axistwin.plant.master import Followed, Master
+from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -178,6 +179,8 @@ class ServoAxis:
         self.on_supply: list[Callable[[], None]] = []
         """Called when the supply voltage has changed."""
         self._ambient = Layers(AMBIENT, self._replan, self._catch_up)
+        self.by_hand = ByHand(clock)
+        """Reports what a person does to it: `load`, `jam`, `push`, `ambient`."""
         self.master = Master(clock, self)
         """What is wired to pins A and B."""
         self.encoder = EncoderView(self)
@@ -290,6 +293,7 @@ class ServoAxis:
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
             raise UsageError(f"ambient={celsius!r}: give a temperature from {COLDEST:g} to {HOTTEST:g} °C")
+        self.by_hand.tell("ambient", celsius)
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
@@ -308,6 +312,7 @@ class ServoAxis:
 
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
+        self.by_hand.tell("load", newton_metres)
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -316,6 +321,7 @@ class ServoAxis:
 
     def jam(self, on: bool = True) -> None:
         """A shaft that cannot turn, while the trajectory goes on."""
+        self.by_hand.tell("jam", bool(on))
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
@@ -370,6 +376,7 @@ class ServoAxis:
 
     def push(self, counts: int) -> None:
         """Somebody turns the shaft by so many counts."""
+        self.by_hand.tell("push", counts)
         self._source.catch_up()
         self._source.push(counts)
         self.left_window()

@@ -13,6 +13,7 @@ from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.layers import Layers
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
+from axistwin.sim.by_hand import ByHand
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import SensedPin
 
@@ -39,6 +40,7 @@ class EncoderView:
 
     def displace(self, counts: int) -> None:
         """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
+        self._axis.by_hand.tell("push", counts)
         self._encoder.displace(counts)
         self._moved()
 
@@ -118,6 +120,8 @@ class StepperAxis:
         """Called when a stroke begins or takes another course."""
         self.on_push: list[Callable[[], None]] = []
         """Called when the load has been pushed."""
+        self.by_hand = ByHand(clock)
+        """Reports what a person does to it: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
         self._outside = Layers(0.0, self._reconsider)
@@ -282,6 +286,7 @@ class StepperAxis:
 
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
+        self.by_hand.tell("load", newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -290,6 +295,7 @@ class StepperAxis:
 
     def jam(self, on: bool = True) -> None:
         """A shaft that cannot turn, while pulses go on."""
+        self.by_hand.tell("jam", on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:

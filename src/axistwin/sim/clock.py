@@ -41,6 +41,8 @@ class Clock(simpy.Environment):
         """Whether somebody outside is doing something right now, of which all that is done meanwhile is part."""
         self.interrupted: set[Process] = set()
         """Procedures with an interrupt on its way."""
+        self.by_itself = False
+        """Whether what is done to machines right now the bench does by itself: its script, a fault."""
         self._onlookers: list[Callable[[], None]] = []
 
     @property

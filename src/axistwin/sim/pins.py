@@ -47,6 +47,7 @@ class Pin:
         self._driven: bool | None = None
         self._holds: list[_Held] = []
         self._watchers: list[Callable[[Pin], None]] = []
+        self._lead_watchers: list[Callable[[], None]] = []
         self._changed: Event | None = None
         self._flash_ns = 0
         self._flash_from = 0
@@ -87,12 +88,14 @@ class Pin:
 
     def drive(self, level: bool) -> None:
         """Force the terminal from outside, whatever is connected to it."""
-        before, self._driven = self.level, bool(level)
+        before = self.level
+        self._put_lead(bool(level))
         self._settle(before)
 
     def release(self) -> None:
         """Take the test lead away: the terminal goes back to what is connected to it."""
-        before, self._driven = self.level, None
+        before = self.level
+        self._put_lead(None)
         self._settle(before)
 
     def hold(self, level: bool) -> Callable[[], None]:
@@ -127,6 +130,28 @@ class Pin:
         if self._flash_ns and len(self._watchers) == 1:
             self.clock.process(self._flashing())
         return lambda: self._watchers.remove(watcher)
+
+    def watch_lead(self, watcher: Callable[[], None]) -> Callable[[], None]:
+        """Call `watcher()` when a test lead is put on, put at another level or taken away, whatever that changes.
+
+        Returns what ends the watching.
+        """
+        self._lead_watchers.append(watcher)
+        return lambda: self._lead_watchers.remove(watcher)
+
+    @property
+    def lead(self) -> bool | float | None:
+        """The level, or the voltage of a `UserPin`, at which a test lead forces it; None: there is none."""
+        return self._driven
+
+    def _put_lead(self, level: bool | None) -> None:
+        if level is not self._driven:
+            self._driven = level
+            self._tell_lead()
+
+    def _tell_lead(self) -> None:
+        for watcher in tuple(self._lead_watchers):
+            watcher()
 
     def changed(self) -> Event:
         """An event that happens at the next change of level."""
@@ -260,11 +285,25 @@ class UserPin(Pin):
 
         Raises UsageError for a voltage that no TTL terminal survives.
         """
-        self._decide("_lead", _volts(level))
+        self._attach(_volts(level))
 
     def release(self) -> None:
         """Take the test lead away."""
-        self._decide("_lead", None)
+        self._attach(None)
+
+    @property
+    def lead(self) -> float | None:
+        """The voltage at which a test lead forces it; None: there is none."""
+        return self._lead
+
+    def _attach(self, volts: float | None) -> None:
+        """A test lead is reported before it acts, also where it changes nothing."""
+        if volts == self._lead:
+            return
+        level, before = self.level, self.volts
+        self._lead = volts
+        self._tell_lead()
+        self._find_volts(level, before)
 
     def set(self, level: bool | float | None) -> None:
         """What is wired to the terminal from outside, a switch or a wire, is at this level or voltage; None: open."""

@@ -127,3 +127,31 @@ def test_no_two_items_of_a_group_are_called_the_same(model):
     for group in product(model).front:
         labels = [item.label or item.name for item in group.items]
         assert len(labels) == len(set(labels))
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_without_power_lamps_are_dark_and_readings_absent(model):
+    def play(visit):
+        visit.run(2)
+        visit.bench[model].power(False)
+        for pin in ("input1", "trigger1", "A"):
+            if pin in visit.bench[model].pins:
+                visit.bench[model].pins[pin].drive(True)
+        visit.frame()
+        for group in product(model).front:
+            for item in group.items:
+                mark = f"{model} {item.label or item.name} {group.title}".replace(" ", "-")
+                if isinstance(item, Lamp):
+                    assert not visit.lit(mark), mark
+                else:
+                    assert visit.found(mark).text in ("", "no power"), mark
+        visit.bench[model].power(True)
+        visit.run(2)
+        assert any(
+            visit.lit(f"{model} {item.label or item.name} {group.title}".replace(" ", "-"))
+            for group in product(model).front
+            for item in group.items
+            if isinstance(item, Lamp)
+        )
+
+    show(bench_of(model), of(model), play)

@@ -5,9 +5,10 @@ from functools import partial
 
 from nicegui.testing.user_simulation import user_simulation
 
+from axistwin.apps.panel import page as page_module
 from axistwin.apps.panel import people
 from axistwin.apps.panel.look import Common, Look
-from axistwin.apps.panel.page import page
+from axistwin.apps.panel.page import Visits, page
 from axistwin.apps.panel.people import People
 from axistwin.apps.sessions.session import Session
 
@@ -77,17 +78,96 @@ def test_names_can_be_changed_but_not_to_nothing():
     assert len(person.name) == people.LONGEST_NAME
 
 
+def test_people_who_left_are_forgotten(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+    those = People()
+    first, second = those["a"], those["b"]
+    second.came()
+    first.left_s = 0.0
+    now[0] = people.FORGOTTEN_S + 1
+    assert [those["c"].name, those["b"].name, those["a"].name] == ["visitor 3", "visitor 2", "visitor 4"]
+    assert those["a"] is not first
+    assert those["b"] is second
+
+
+def test_of_very_many_who_left_the_latest_are_remembered(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+    those = People()
+    for number in range(people.REMEMBERED + 50):
+        now[0] = 0.1 * number
+        those[str(number)].left_s = now[0]
+    now[0] += people.GONE_S + 1
+    _ = those["new"]
+    assert list(those._all) == [*map(str, range(50, people.REMEMBERED + 50)), "new"]
+
+
+class Visited:
+    """A page for one visit after the other, of people with these keys."""
+
+    def __init__(self, keys):
+        self.session, self.people, self._keys = Session(bench_of("if1"), None), People(), iter(keys)
+        self.common, self.entered = Common(self.session), 0
+
+    def enter(self):
+        self.entered += 1
+        return Look(self.common, self.people, self.people[next(self._keys)])
+
+    async def until(self, came_true):
+        for _ in range(2000):
+            if came_true():
+                return
+            await asyncio.sleep(0)
+        raise AssertionError("it never came true")
+
+
+async def disconnect(client):
+    (socket,) = client._socket_to_document_id
+    client.handle_disconnect(socket)
+
+
 def test_somebody_is_there_as_long_as_a_page_is_connected():
     """A page that has lost its connection waits for it for a while; its visitor is away at once."""
+    visited = Visited("a")
 
-    async def visited():
-        session, those = Session(bench_of("if1"), None), People()
-        async with user_simulation(partial(page, Look(Common(session), those, those["a"]))) as user:
+    async def play():
+        async with user_simulation(partial(page, visited.enter)) as user:
             await user.open("/")
-            there = [those["a"].pages]
-            client = user.client
-            (socket,) = client._socket_to_document_id
-            client.handle_disconnect(socket)
-            return [*there, those["a"].pages]
+            await visited.until(lambda: visited.people.there)
+            there = visited.people["a"].pages
+            await disconnect(user.client)
+            return there, visited.people["a"].pages
 
-    assert asyncio.run(visited()) == [1, 0]
+    assert asyncio.run(play()) == (1, 0)
+
+
+def test_who_only_fetches_the_page_is_nobody_and_does_not_drive():
+    visited = Visited("a")
+
+    async def play():
+        async with user_simulation(partial(page, visited.enter)) as user:
+            answer = await user.http_client.get("/")
+            for _ in range(100):
+                await asyncio.sleep(0)
+            return answer.status_code, visited.entered, visited.people.driver
+
+    assert asyncio.run(play()) == (200, 0, None)
+
+
+def test_of_many_pages_that_are_left_the_latest_are_kept_whole(monkeypatch):
+    monkeypatch.setattr(page_module, "KEPT", 2)
+    visited = Visited("aaaa")
+
+    async def play():
+        left = []
+        async with user_simulation(partial(page, visited.enter)) as user:
+            for number in range(4):
+                await user.open("/")
+                await visited.until(lambda number=number: visited.people["a"].pages and len(user.client.elements) > 100)
+                left.append(user.client)
+                async with visited.common(Visits).building:  # it is built by then
+                    await disconnect(user.client)
+            return [len(client.elements) > 100 for client in left]
+
+    assert asyncio.run(play()) == [False, False, True, True]

@@ -270,3 +270,35 @@ def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_comes_aft
 def watch(bench, order):
     for name in ("input1", "input2", "input3"):
         bench["if1"].pins[name].watch(lambda pin, name=name: order.append(f"{name} {pin.level}"))
+
+
+def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):
+    """By its script, and by a conversation of one of its hosts; another of the same name stays what it is."""
+    for place, far in (("here", 100), ("elsewhere", 250)):
+        (tmp_path / place).mkdir()
+        (tmp_path / place / "x.if1").write_text(f"X{far}$\n")
+    (tmp_path / "elsewhere" / "y.if1").write_text("Y70$\n")
+    (tmp_path / "here" / "first.talk").write_text("+4\n! load ../elsewhere/y.if1  ; instead of the first\n")
+    (tmp_path / "here" / "s.toml").write_text(
+        '[[controller]]\nmodel = "if1"\nname = "a"\nhost = "x.if1"\n\n'
+        '[[controller]]\nmodel = "if1"\nname = "b"\nhost = "first.talk"\n\n'
+        '[[script]]\nat = 5.0\non = "a"\ndo = "load ../elsewhere/x.if1"\n'
+    )
+
+    async def main():
+        session = await session_of(Scene.load(tmp_path / "here" / "s.toml"))
+        session.run()
+        await asyncio.sleep(10)
+        session.pause()
+        files = session.save()
+        assert sorted(files) == ["first.talk", "scene.toml", "x-2.if1", "x.if1", "y.if1"]
+        assert 'do = "load x-2.if1"' in files["scene.toml"]
+        assert files["first.talk"] == "+4\n! load y.if1  ; instead of the first\n"
+        for place in ("here", "elsewhere"):
+            (tmp_path / place).rename(tmp_path / f"no longer {place}")
+        run_again(tmp_path / "saved", files, session.bench.now)
+        again = Scene.load(tmp_path / "saved" / "scene.toml").build()
+        again.run(10)
+        assert [again["a"].axes["X"].position, again["b"].axes["Y"].position] == [350, 70]
+
+    drive(main())

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from axistwin.apps.conversations import partners
-from axistwin.apps.conversations.machine import on_a_bus
+from axistwin.apps.conversations.machine import in_words, lead_in_words, on_a_bus
 from axistwin.bench import Bench, Controller
 from axistwin.faults.desk import Fault
 from axistwin.faults.words import write as written
+from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.registers import RegisterPort
@@ -83,7 +84,17 @@ class Failed:
     words: str
 
 
-Event = Said | Heard | Changed | Turned | Broke | Failed
+@dataclass(frozen=True, slots=True)
+class Handled:
+    """A person has done something to a machine: `! act value` does it in a conversation."""
+
+    time_ns: int
+    controller: str
+    act: str
+    value: str
+
+
+Event = Said | Heard | Changed | Turned | Broke | Failed | Handled
 Sink = Callable[[Event], None]
 
 
@@ -97,6 +108,7 @@ def observing(bench: Bench, sink: Sink) -> Iterator[None]:
             else:
                 _observe_port(bench, name, bench.port(name), sink, stack)
         for controller in bench.controllers.values():
+            _observe_person(bench, controller, sink, stack)
             _observe_pins(bench, controller, sink, stack)
         stack.callback(bench.faults.watch(partial(_failed, bench, sink)))
         yield
@@ -108,6 +120,29 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
         sink(Failed(bench.now, where, "fault", written(fault)))
     elif fault.on:  # and is mended
         sink(Failed(bench.now, where, "mend", fault.name))
+
+
+def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
+    """Test leads, power, and what can be done to axes, a joystick, an external encoder."""
+
+    def handled(target: str, *values: float) -> None:
+        sink(Handled(bench.now, controller.name, target, in_words(target, *values)))
+
+    def led(name: str, pin: Pin) -> None:
+        sink(Handled(bench.now, controller.name, name, lead_in_words(pin)))
+
+    def at_axis(name: str, act: str, *values: float) -> None:
+        handled(act if act == "ambient" else f"{name}.{act}", *values)
+
+    for name, pin in controller.pins.items():
+        stack.callback(pin.watch_lead(partial(led, name, pin)))
+    stack.callback(controller.by_hand.watch(handled))
+    if controller.product.joystick is not None:
+        stack.callback(controller.joystick.by_hand.watch(handled))
+    for name, axis in controller.axes.items():
+        stack.callback(axis.by_hand.watch(partial(at_axis, name)))
+        if isinstance(axis, ServoAxis):
+            stack.callback(axis.master.by_hand.watch(handled))
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:

@@ -11,6 +11,7 @@ from axistwin.apps.conversations.conversation import Do, Say
 from axistwin.apps.conversations.machine import BUS_ACTS, act_at
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
+from axistwin.sim.by_hand import by_itself
 
 LOAD = "load"
 Load = Callable[[str, str], Callable[[], object]]
@@ -23,13 +24,21 @@ def no_programs(who: str, file: str) -> Callable[[], object]:
 
 
 class Hands:
-    """Does acts on one bench.  `load`: where programs come from."""
+    """Does acts on one bench.  `load`: where programs come from.  `own`: the bench does them by itself, in a scene."""
 
-    def __init__(self, bench: Bench, load: Load = no_programs) -> None:
-        self.bench, self._load = bench, load
+    def __init__(self, bench: Bench, load: Load = no_programs, *, own: bool = False) -> None:
+        self.bench, self._load, self._own = bench, load, own
 
     def prepare(self, act: Say | Do) -> Callable[[], object]:
         """The act as something to call; what cannot be done is found now.  Raises AxistwinError."""
+        do = self._prepared(act)
+        return partial(self._do_by_itself, do) if self._own else do
+
+    def _do_by_itself(self, do: Callable[[], object]) -> None:
+        with by_itself(self.bench.clock):
+            do()
+
+    def _prepared(self, act: Say | Do) -> Callable[[], object]:
         match act:
             case Say():
                 return partial(self._say, act.controller, act.data)

@@ -17,7 +17,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, Pin, UserPin
+from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import Flow, SerialPort
 from axistwin.units import to_ns
@@ -101,6 +101,30 @@ def motor_of(controller: Controller) -> ServoAxis | None:
 def voltage(volts: float) -> str:
     """How a voltage is written."""
     return f"{volts:g}V"
+
+
+def lead_in_words(pin: Pin) -> str:
+    """What `! PIN …` would say of its test lead: a level, a voltage, that there is none."""
+    lead = pin.lead
+    if lead is None:
+        return "release"
+    if not isinstance(pin, UserPin):
+        return level_name(bool(lead))
+    return {0.0: "low", PULLED_UP_VOLTS: "high"}.get(lead, voltage(lead))
+
+
+def in_words(target: str, *values: float) -> str:
+    """What follows `! target` for what a person has done, exactly."""
+    if target == "master":
+        counts, seconds = values
+        return f"{counts} in {_exact(seconds)}"
+    (value,) = values
+    return level_name(bool(value)) if target == "power" or target.endswith(".jam") else _exact(value)
+
+
+def _exact(value: float) -> str:
+    """Without an exponent."""
+    return f"{Decimal(repr(value)):f}"
 
 
 def on_a_bus(controller: Controller) -> bool:

@@ -14,14 +14,13 @@ from pathlib import Path
 
 from axistwin.apps.conversations import partners
 from axistwin.apps.conversations.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
-from axistwin.apps.conversations.events import Broke, Changed, Event, Failed, Heard, Said, Turned, observing
-from axistwin.apps.conversations.machine import level_name, voltage
+from axistwin.apps.conversations.events import Broke, Changed, Event, Failed, Handled, Heard, Said, observing
+from axistwin.apps.conversations.machine import level_name
 from axistwin.apps.conversations.visible import CHARACTERS, Codec
 from axistwin.bench import Bench, line_format
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.pins import PULLED_UP_VOLTS, UserPin
 from axistwin.units import MS, S
 
 log = getLogger("axistwin.apps")
@@ -65,7 +64,6 @@ class Recorder:
         self._speaker = ""
         self._words = bytearray()
         self._last_ns = 0
-        self._forced: set[tuple[str, str]] = set()
         self._formats: dict[str, UartFormat] = {
             name: self._usual_format(name, headers.get("line") or None)
             for name in partners.names(bench)
@@ -84,13 +82,11 @@ class Recorder:
                 seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
                 self._act(event.time_ns, event.controller, self._with_the_line(event.controller, "break", seconds))
             case Failed():
-                self._told()
-                self._wait_until(event.time_ns)
-                self._add(Do(event.act, event.words, controller=self._name(event.controller)))
+                self._done(event.time_ns, event.controller, event.act, event.words)
+            case Handled():
+                self._done(event.time_ns, event.controller, event.act, event.value)
             case Changed():
                 self._changed(event)
-            case Turned():
-                self._turned(event)
 
     def shows(self, controller: str, subject: str, value: str) -> None:
         """From now on something can be seen, such as a control line of the controller."""
@@ -161,37 +157,18 @@ class Recorder:
             self._told_ns = max(time_ns, self._told_ns)
 
     def _changed(self, event: Changed) -> None:
-        """What somebody does to a terminal is an act, what the controller does to it is not."""
-        controller = self.bench.controllers.get(event.controller)  # None: at the host's end of a line
-        if controller is not None and isinstance(controller.pins.get(event.pin), UserPin):
-            return  # its voltage tells it
-        released = self._let_go(event)
-        if event.driven or released or event.pin.startswith("host."):
-            self._do(event, "release" if released else level_name(event.level))
-
-    def _turned(self, event: Turned) -> None:
-        """The same with a terminal that has a voltage."""
-        released = self._let_go(event)
-        if event.driven or released:
-            level = {0.0: "low", PULLED_UP_VOLTS: "high"}.get(event.volts, voltage(event.volts))
-            self._do(event, "release" if released else level)
-
-    def _let_go(self, event: Changed | Turned) -> bool:
-        """Whether somebody has forced the terminal until now, and does not any more."""
-        key = event.controller, event.pin
-        released = key in self._forced and not event.driven
-        if event.driven:
-            self._forced.add(key)
-        self._forced -= {key} if released else set()
-        return released
-
-    def _do(self, event: Changed | Turned, value: str) -> None:
-        self._told()
-        self._wait_until(event.time_ns)
+        """What a controller does to a terminal is no act; what the host does to its lines is."""
         if event.pin.startswith("host."):
-            self._add(self._with_the_line(event.controller, event.pin.removeprefix("host."), value))
-        else:
-            self._add(Do(event.pin, value, controller=self._name(event.controller)))
+            self._told()
+            self._wait_until(event.time_ns)
+            target = event.pin.removeprefix("host.")
+            self._add(self._with_the_line(event.controller, target, level_name(event.level)))
+
+    def _done(self, time_ns: int, controller: str, target: str, value: str) -> None:
+        """Somebody has done something to a machine."""
+        self._told()
+        self._wait_until(time_ns)
+        self._add(Do(target, value, controller=self._name(controller)))
 
     def _with_the_line(self, controller: str, target: str, value: str) -> Act:
         """What the host does with its end of the line, beside saying something."""

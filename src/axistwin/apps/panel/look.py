@@ -1,6 +1,7 @@
 """Somebody who looks at the bench: one page in one browser."""
 
 from collections.abc import Awaitable, Callable
+from logging import getLogger
 from typing import TypeVar, cast
 
 from nicegui import ui
@@ -10,9 +11,29 @@ from axistwin.apps.sessions.session import Session
 from axistwin.bench import Bench
 from axistwin.errors import AxistwinError
 
+log = getLogger("axistwin.apps")
+
 Thing = TypeVar("Thing")
 Refresh = Callable[[], None]
 """Brings a view up to date."""
+
+
+def careful(view: Refresh) -> Refresh:
+    """The same view; a defect in it is reported, once until it is mended, and the page's other views go on."""
+    failing = False
+
+    def refresh() -> None:
+        nonlocal failing
+        try:
+            view()
+        except Exception:
+            if not failing:
+                log.exception("a view of the panel cannot be brought up to date")
+            failing = True
+        else:
+            failing = False
+
+    return refresh
 
 
 def together(*views: Refresh) -> Refresh:

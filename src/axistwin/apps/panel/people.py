@@ -6,6 +6,8 @@ from time import monotonic
 
 GONE_S = 10.0
 """Whoever drives and has been away for so long may be replaced without a word."""
+FORGOTTEN_S, REMEMBERED = 600.0, 100
+"""Whoever has been away for so long is forgotten; and of more than so many who are away, those who left first."""
 LONGEST_NAME = 30
 
 
@@ -46,17 +48,30 @@ class People:
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
+        self._came = 0
         self._listeners: list[Callable[[str], None]] = []
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Whoever has this key; somebody who is new is welcome."""
+        """Whoever has this key; somebody who is new is welcome, and the first to come drives."""
+        self._forget()
         if key not in self._all:
-            self._all[key] = Person(key, f"visitor {len(self._all) + 1}")
+            self._came += 1
+            self._all[key] = Person(key, f"visitor {self._came}")
         person = self._all[key]
         if self.driver is None or (self.driver is not person and self.driver.gone):
             self.driver = person
         return person
+
+    def _forget(self) -> None:
+        """Those who are not coming back."""
+        away = sorted((each for each in self._all.values() if each.gone), key=lambda each: each.left_s)
+        surplus = len(away) - REMEMBERED
+        for number, person in enumerate(away):
+            if number < surplus or monotonic() - person.left_s > FORGOTTEN_S:
+                del self._all[person.key]
+                if self.driver is person:
+                    self.driver = None
 
     @property
     def there(self) -> list[Person]:

@@ -1,6 +1,7 @@
 """The panel on its own port, in the event loop that paces the bench."""
 
 import asyncio
+import gc
 import secrets
 import socket
 from contextlib import AbstractContextManager, nullcontext
@@ -13,8 +14,8 @@ from nicegui import app, ui
 
 from axistwin.apps.panel.gate import Gate, is_loopback
 from axistwin.apps.panel.look import Common, Look
-from axistwin.apps.panel.page import page
-from axistwin.apps.panel.people import People
+from axistwin.apps.panel.page import page, rehearse
+from axistwin.apps.panel.people import People, Person
 from axistwin.apps.panel.talk import Talk
 from axistwin.apps.sessions.session import Session
 from axistwin.errors import LinkError, UsageError
@@ -25,6 +26,7 @@ RECONNECT_S = 30.0
 """So long a page that has lost its connection finds everything as it was."""
 GOODBYE_S = 1
 LOOK_S = 0.01
+NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,9 @@ class Panel:
         while not self._server.started and not self._task.done():
             await asyncio.sleep(LOOK_S)
         host, port = sock.getsockname()[:2]
+        rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
+        gc.collect()
+        gc.freeze()  # what there is now stays: to look through it again and again would keep hosts waiting
         token = "" if self.address.token is None else f"?token={self.address.token}"
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
 
@@ -104,7 +109,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
     @ui.page("/")
     async def visit(request: Request) -> None:
-        await page(Look(panel.common, panel.people, panel.people[request.scope["person"]]))
+        await page(lambda: Look(panel.common, panel.people, panel.people[request.scope["person"]]))
 
     ui.run_with(
         application,

@@ -68,7 +68,7 @@ class Builder:
         self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()
         load = hosting.loader(self.bench, lambda file: self._text(str(self._beside(Path(file)))))
-        self._hands = Hands(self.bench, load)
+        self._hands = Hands(self.bench, load, own=True)
 
     def build(self) -> Bench:
         """All of it; the controllers have just been switched on."""

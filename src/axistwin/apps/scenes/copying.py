@@ -4,17 +4,23 @@ The text stays as it is, with its comments; of its controllers the keys `host`, 
 others, and the script becomes longer.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from axistwin.apps.conversations.hands import LOAD
 from axistwin.apps.scenes import toml_places
-from axistwin.apps.scenes.hosting import program_text
+from axistwin.apps.scenes.hosting import TALK, program_text
 from axistwin.apps.scenes.source import Source
 from axistwin.apps.scenes.tables import SceneFile, shared_lines
 from axistwin.apps.scenes.toml_text import table_text, tables, toml_value
 from axistwin.bench import Bench
 from axistwin.storage import FileStore
+
+_LOAD = re.compile(rf"(\s*{LOAD}\s+)(.*\S)\s*")
+_LOAD_LINE = re.compile(rf"^([ \t]*(?:[\w.-]+:[ \t]+)?![ \t]*{LOAD}[ \t]+)([^;\n]*[^;\s])", re.MULTILINE)
+"""What loads a program, up to its name, and the name: in a script, in a conversation."""
 
 Where = tuple[str, int]
 """A table of a scene: ("controller", 0)."""
@@ -83,6 +89,10 @@ class Copy:
                 found["state"] = [str(table.state)]
             changed = {key: value for key, value in wanted.items() if value != found[key]}
             yield ("controller", number), {key: _one_or_more(value, key) for key, value in changed.items()}
+        for number, entry_ in enumerate(contents.script):
+            acts = [self._local_act(source, act) for act in entry_.do]
+            if acts != list(entry_.do):
+                yield ("script", number), {"do": acts if len(acts) > 1 else acts[0]}
         for _, name, line, path in shared_lines(contents):
             own = [] if served and line.ports else line.host
             hosts = [self._copied(source, file) for file in own] + self._hosts.get(name, [])
@@ -93,7 +103,23 @@ class Copy:
         """A program beside the copy, under its own name if it can be."""
         path = source.file.parent / file
         text = self.read.get(str(path))
-        return self.files.add(_local(file), program_text(path) if text is None else text)
+        text = program_text(path) if text is None else text
+        name = _local(file)
+        if path.suffix.lower() == TALK:
+            moved = _LOAD_LINE.sub(lambda line: line[1] + self._loaded(source, line[2]), text)
+            if moved != text and self.files.texts.get(name) == text:
+                del self.files.texts[name]  # as it was
+            text = moved
+        return self.files.add(name, text)
+
+    def _local_act(self, source: Source, act: str) -> str:
+        """An act of the script: what it loads from elsewhere, it loads from beside the copy."""
+        found = _LOAD.fullmatch(act)
+        return act if found is None else found[1] + self._loaded(source, found[2])
+
+    def _loaded(self, source: Source, file: str) -> str:
+        """The name of a program in the copy."""
+        return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
         """What a controller had kept before, so that it is found again."""

@@ -47,7 +47,7 @@ def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], han
     suffix, clock = _kind(bench, name, file), bench.clock
     text = read(file)
     if suffix == TALK:
-        talker = _Talker(bench, name, _conversation(bench, name, file, text), hands or Hands(bench))
+        talker = _Talker(bench, name, _conversation(bench, name, file, text), hands or Hands(bench, own=True))
         return lambda: clock.process(talker.converse())
     controller = bench[name]
     if KINDS[suffix] == "digiplan":

@@ -87,8 +87,7 @@ class LocalCommands:
         return self._virtual
 
     def _drive(self, target: str, value: str) -> None:
-        end = self._need()
-        end.change(machine.action(end.controller, target, value.strip()))
+        self._need().do(target, value.strip())
 
 
 def _seconds(words: str) -> float:

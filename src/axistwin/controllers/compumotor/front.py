@@ -31,7 +31,7 @@ FRONT = (
             "The red lamp at the board's edge: the processor has failed, or the test has ended; it must be reset.")),
         Lamp("INT", "interrupt line", "interrupt", tone=Tone.WARNING, doc="To the host, over the bus."),
         Word("", "mode", "mode", MODES),
-        Word("", "motion", "phase", PHASES),
+        Word("", "motion", "phase", PHASES, unpowered="no power"),
         Reading("", "commands waiting", "queue", doc="Taken from the IDB and not obeyed yet."),
         Word("IDB", "input data buffer", "input", {"": "empty"}),
         Word("ODB", "output data buffer", "output", {"": "empty"}),

@@ -10,6 +10,7 @@ from axistwin.controllers.digiplan.terminals import TERMINALS
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 OFF = "off"
+STATES = {state.value: state.value for state in State} | {OFF: "no power"}
 BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", "": "no answer yet", OFF: "off"}
 CONFIGURING, INSTALLATION, LINES = "Configuring the interface", "Installation", "The RS232C control lines"
 CLOSED = "Normally closed: it must be held at +24 V."
@@ -29,7 +30,7 @@ FRONT = (
         Lamp("LED", "fault lamp", "led", tone=Tone.FAULT, doc=(
             "On for about a second after power-up; flashes twice per second until the data format has come; then on "
             "while there is a fault, a limit or an emergency stop, until K or Q has been read and the cause is gone.")),
-        Word("", "state", "state", {state.value: state.value for state in State} | {OFF: "no power"}),
+        Word("", "state", "state", STATES, unpowered="no power"),
         Word("E", "busy status", "E", BUSY, {"F": Tone.FAULT, "[": Tone.WARNING}, doc="What the command E reports."),
         Reading("O", "step of the sequence", "O", doc="What the command O reports: 1 to 63; 0 before there was one."),
         Reading("N", "steps since the last index or run began", "N", "steps", doc="What the command N reports."),

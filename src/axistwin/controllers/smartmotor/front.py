@@ -63,6 +63,7 @@ MOTION: tuple[Item, ...] = (
         "RMODE",
         _words(),
         {state.M_ERROR: FAULT},
+        unpowered="no power",
         doc="With the letter that RMODE reports; a servo that holds or stops reports that of what the next G starts.",
     ),
     Lamp("BRK", "static brake engaged", "brake", tone=WARNING, doc="The brake's signal is high (5.1)."),

@@ -2,12 +2,13 @@
 
 import io
 import zipfile
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 
 from nicegui import events, ui
 
 from axistwin.apps.panel.look import Look, Refresh, together
 from axistwin.apps.panel.sentences import stems
+from axistwin.apps.panel.turns import breathe
 from axistwin.apps.panel.views.keys import keys
 from axistwin.apps.sessions.breaks import Break
 from axistwin.errors import UsageError
@@ -29,12 +30,19 @@ SELDOM = 10
 def driving(look: Look) -> Refresh:
     """The bar with which one drives."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
-        views = [_run(look), _speed(look), _state(look)]
+        views = list(_made(look, _run, _speed, _state))
     with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
-        views += [_timeline(look), _until(look), _breaks(look)]
+        views += _made(look, _timeline, _until, _breaks)
         _save(look)
+        breathe()
         keys(lambda key: _key(look, key))
     return together(*views)
+
+
+def _made(look: Look, *views: Callable[[Look], Refresh]) -> Iterator[Refresh]:
+    for view in views:
+        yield view(look)
+        breathe()
 
 
 # Running

@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterable
 from nicegui import ui
 
 from axistwin.apps.panel.look import Look, Refresh
+from axistwin.apps.panel.turns import breathe
 from axistwin.apps.panel.views.parts import Light, Told, called, drawer
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
 
-Show = Callable[[int | str], None]
+Show = Callable[[int | str | None], None]
+"""Shows a value; None: there is no power."""
 SELDOM = 5
 """Registers in a long list are brought up to date in one frame of so many."""
 
@@ -54,14 +56,17 @@ class _Source:
     def __init__(self, look: Look, who: str, name: str) -> None:
         self._look, self._who, self._name = look, who, name
         self._terminal = name in look.bench[who].terminals
-        self._known: int | str | None = None
+        self._known: int | str | object | None = self  # nothing has been shown yet
         self.shows: list[Show] = []
 
     def refresh(self) -> None:
         """Look; show it if it is another."""
         controller = self._look.bench.controllers[self._who]
-        if self._terminal:
-            value: int | str = controller.terminals[self._name].level
+        value: int | str | None = None
+        if not controller.powered:
+            pass
+        elif self._terminal:
+            value = controller.terminals[self._name].level
         else:
             value = controller.registers[self._name].read()
         if value != self._known:
@@ -93,13 +98,17 @@ def _item(who: str, item: Item, group: Group) -> Show:
     mark = f"{who} {item.label or item.name} {group.title}".replace(" ", "-")
     if isinstance(item, Lamp):
         lamp, light = item, called(Light(item.label, item.name, item.tone, tip), mark)
-        return lambda value: light.show(lamp.shows(int(value)))
+        return lambda value: light.show(lamp.shows(_number(value)))
     told = called(Told(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
     if isinstance(item, Word):
         word = item
         return lambda value: told.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
     reading = item
-    return lambda value: told.show(reading.shows(int(value)))
+    return lambda value: told.show(reading.shows(_number(value)))
+
+
+def _number(value: int | str | None) -> int | None:
+    return None if value is None else int(value)
 
 
 def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
@@ -114,12 +123,13 @@ def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
 
 
 def _plain(tag: str, text: str) -> None:
+    breathe()
     with ui.element(tag):
         ui.label(text)
 
 
 def _plainly(told: Told) -> Show:
-    return lambda value: told.show(str(value))
+    return lambda value: told.show("" if value is None else str(value))
 
 
 def _registers(look: Look, name: str) -> Refresh:

@@ -1,9 +1,10 @@
 """Driving by keys, and a dialog that tells them."""
 
 from collections.abc import Callable
-from importlib import resources
 
 from nicegui import events, ui
+
+from axistwin.apps.panel.turns import breathe
 
 KEYS = {
     " ": "run or pause", "e": "step to the next event", "s": "step to the next statement",
@@ -17,10 +18,10 @@ ELSEWHERE = {
 
 def keys(press: Callable[[str], object]) -> None:
     """`press(key)` is called with each key but `?`, which opens the dialog, and so does the button that is put here."""
-    ui.add_head_html(f"<script>{(resources.files(__package__) / 'keys.js').read_text()}</script>")
     with ui.dialog().mark("keys") as dialog, ui.card():
         ui.label("Keys").classes("title")
         for key, what in (KEYS | ELSEWHERE).items():
+            breathe()
             with ui.row():
                 ui.label("space" if key == " " else key).classes("key")
                 ui.label(what)

@@ -7,13 +7,15 @@ from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from axistwin.apps.panel.look import Look
+from axistwin.apps.panel.turns import breathe
 from axistwin.controllers.front import Tone
 
 Thing = TypeVar("Thing", bound=ui.element)
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Let tests find it, with a browser and without."""
+    """Let tests find it, with a browser and without; here the page may pause while it is built."""
+    breathe()
     element.props["data-test"] = name
     element.mark(name)
     return element

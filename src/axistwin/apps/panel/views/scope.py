@@ -3,7 +3,6 @@
 import asyncio
 import json
 from collections.abc import Callable
-from importlib import resources
 from math import isfinite
 from typing import Any
 
@@ -15,6 +14,7 @@ from axistwin.apps.panel.scope import frames
 from axistwin.apps.panel.scope.recorder import Recorder
 from axistwin.apps.panel.scope.saving import PICTURES, TRACES, exact_ns, saved
 from axistwin.apps.panel.scope.screen import PIXELS, Screen, first_choice
+from axistwin.apps.panel.turns import breathe
 from axistwin.apps.panel.views import scope_controls as controls
 from axistwin.apps.sessions.session import Session
 from axistwin.errors import AxistwinError
@@ -42,6 +42,7 @@ class Scopes:
             screen = person.settings["scope"] = Screen(self.recorder)
             screen.names = tuple(first_choice(list(self.recorder.signals.values())))
         self._pages[screen] = self._pages.get(screen, 0) + 1
+        breathe()
         try:
             screen.show(screen.names)
         except AxistwinError:  # the others look at so much
@@ -57,10 +58,10 @@ class Scopes:
 
 def scope(look: Look) -> Refresh:
     """An oscilloscope for whoever looks."""
-    ui.add_head_html(f"<script>{(resources.files(__package__) / 'scope.js').read_text()}</script>")
     all_ = look.common(Scopes)
     screen = all_.come(look.person)
     ui.context.client.on_delete(lambda: all_.go(screen))
+    breathe()
     with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
         return _Scope(screen, all_).refresh
 
@@ -74,10 +75,14 @@ class _Scope:
         self._pixels, self._seen = screen.pixels, True
         self._drawn: object = None
         self._frames = 0
-        self._views: list[Refresh] = [controls.head(self), controls.choice(self), controls.trigger(self)]
+        self._views: list[Refresh] = []
+        for control in (controls.head, controls.choice, controls.trigger):
+            self._views.append(control(self))
+            breathe()
         self.plot = ui.echart({"series": []}).classes("scope-plot").mark("scope-plot")
         self.plot.props(f'tabindex=0 role=application aria-label="Oscilloscope. {HELP}" data-test=scope-plot')
         ui.label(HELP).classes("hint")
+        breathe()
         self._views.append(controls.readout(self))
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")

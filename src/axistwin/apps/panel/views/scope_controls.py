@@ -14,6 +14,7 @@ from axistwin.apps.panel.scope.saving import PICTURES, TRACES
 from axistwin.apps.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
 from axistwin.apps.panel.scope.tracks import Words
 from axistwin.apps.panel.scope.triggers import MODES, OFF, SINGLE, SLOPES
+from axistwin.apps.panel.turns import breathe
 from axistwin.apps.traces.signals import split
 from axistwin.units import to_seconds
 
@@ -45,11 +46,14 @@ def head(card: Card) -> Refresh:
         ui.label("Oscilloscope").classes("scope-title")
         pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
         pause.props("dense no-caps data-test=scope-pause").mark("scope-pause")
+        breathe()
         refresh_time = _time_base(screen)
+        breathe()
         all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='all that is known'")
         all_.mark("scope-all").tooltip("All that is known")
         lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
         refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
+        breathe()
         _save_menu(card)
         state = ui.label().classes("scope-state").props("role=status").mark("scope-state")
 
@@ -105,6 +109,7 @@ def _save_menu(card: Card) -> None:
     ):
         for whole, what in ((False, "what is seen"), (True, "all that is known")):
             for suffix in (*TRACES, *PICTURES):
+                breathe()
                 item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: card.save(s, w))
                 item.props("role=menuitem").mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
 
@@ -119,6 +124,7 @@ def choice(card: Card) -> Refresh:
     with ui.row().classes("scope-row"):
         wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
         wanted.props("dense data-test=scope-signals").classes("scope-wanted").mark("scope-signals")
+        breathe()
         ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
         with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
             _list(card)
@@ -144,6 +150,7 @@ def _list(card: Card) -> None:
     def found() -> None:
         signals = searched(list(screen.recorder.signals.values()), search.value or "")
         for signal in signals[:MOST_FOUND]:
+            breathe()
             box = ui.checkbox(signal.full, value=signal.full in screen.names)
             box.on_value_change(lambda event, name=signal.full: set_shown(name, bool(event.value)))
             box.props("dense").mark(f"scope-box-{signal.full}")
@@ -174,6 +181,7 @@ def trigger(card: Card) -> Refresh:
         signal.props("dense options-dense").classes("scope-on").mark("scope-trigger-signal")
         slope = ui.select(list(SLOPES), label="edge", value=set_.slope)
         slope.props("dense options-dense").mark("scope-slope")
+        breathe()
         value = ui.number("at", value=set_.value).props("dense").mark("scope-value")
         ui.label("place").classes("hint")
         place = ui.slider(min=0, max=1, step=0.05, value=set_.place).props("aria-label='place of the edge'")

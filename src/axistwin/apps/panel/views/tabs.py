@@ -29,9 +29,12 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
                 made[kind] = kinds[kind]()
 
     bar.on_value_change(lambda event: show(event.value))
-    show(first)
+    if first != wanted:
+        show(first)
 
     def refresh() -> None:
+        if str(bar.value) not in made:  # the page is drawn by now, and a terminal finds its size
+            show(str(bar.value))
         made[str(bar.value)]()
 
     return refresh
