@@ -23,10 +23,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import tracing
 
 from axistwin import Bench
-from axistwin.apps.panel.views import scope
-from axistwin.apps.panel.web import Address, Panel
-from axistwin.apps.sessions.session import Session
 from axistwin.bench import Controller
+from axistwin.panel.views import scope
+from axistwin.panel.web import Address, Panel
+from axistwin.sessions.session import Session
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 

@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.controllers.smartmotor import jit
+from axistwin.controllers.smartmotor.kernel import jit
 
 RUNS = 3
 ENDLESS_MOVES = b"A=100 MV V=%d G "

@@ -31,7 +31,7 @@ async def main():
 
 asyncio.run(main())
 """
-SERVE = "import sys; from axistwin.apps.cli import main; main(sys.argv[1:])"
+SERVE = "import sys; from axistwin.cli.main import main; main(sys.argv[1:])"
 TWIN_COMMAND = [sys.executable, "-c", SERVE, "serve", "if1", "--speed", "max", "--line", "instant"]
 ECHO_COMMAND = [sys.executable, "-c", ECHO]
 

@@ -12,9 +12,9 @@ from time import perf_counter
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
-from axistwin.apps.traces.signals import EVERYTHING
-from axistwin.apps.traces.trace import tracing
 from axistwin.bench import Controller
+from axistwin.traces.signals import EVERYTHING
+from axistwin.traces.trace import tracing
 
 SECONDS, RUNS = 60, 3
 GOAL = 3.0

@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.apps.traces.trace import tracing
-from axistwin.controllers.smartmotor import jit, kernel
-from axistwin.controllers.smartmotor.core import _Engine
+from axistwin.controllers.smartmotor.kernel import jit, kernel
+from axistwin.controllers.smartmotor.kernel.core import _Engine
 from axistwin.links.pacing import Pacer
 from axistwin.sim.pins import connect
+from axistwin.traces.trace import tracing
 from axistwin.units import S
 
 from .links.fake_loop import Loop

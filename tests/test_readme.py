@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from axistwin.apps.cli import axistwin
+from axistwin.cli.main import axistwin
 
 README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
 
@@ -25,7 +25,7 @@ def test_the_consoles_show_what_is_printed(tmp_path, monkeypatch):
         program, *arguments = shlex.split(command)
         if program == "cat":
             Path(arguments[0]).write_text(shown, encoding="utf-8")
-        elif arguments[0] != "serve":  # that one is seen in tests/apps/test_serve.py
+        elif arguments[0] != "serve":  # that one is seen in tests/cli/test_serve.py
             assert CliRunner().invoke(axistwin, arguments).stdout == shown
             ran += 1
     assert ran == 4

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 import axistwin
-from axistwin.apps.hosts import lines
 from axistwin.bench import Bench
+from axistwin.cli.hosts import lines
 from axistwin.links.urls import PortUrl
 
 HOME = Path(__file__).resolve().parents[1]
@@ -45,7 +45,7 @@ def printed(command, directory):
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(HOME / "src"),
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # ours is named instead, as this copy need not be the installed one
-        "PYTEST_ADDOPTS": "-p axistwin.pytest_plugin -p no:cacheprovider",
+        "PYTEST_ADDOPTS": "-p axistwin.testing.pytest_plugin -p no:cacheprovider",
         "COLUMNS": "80",
     }
     for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST"):
@@ -130,7 +130,7 @@ def test_what_ci_does_is_done_here(tmp_path):
     project = tomllib.loads((HOME / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert install == f"pip install {project['name']} pytest"
     assert "fast" in project["optional-dependencies"]
-    assert project["entry-points"]["pytest11"] == {"axistwin": "axistwin.pytest_plugin"}
+    assert project["entry-points"]["pytest11"] == {"axistwin": "axistwin.testing.pytest_plugin"}
     lay_out(page("pyserial"), tmp_path)
     (tmp_path / "test_wrong.py").unlink()
     assert printed(f"{test} -qq", tmp_path) == dict(acts(page("pyserial")))["pytest -qq"]

@@ -74,7 +74,7 @@ def compare(keys: set[str], file: Path, *, accept: bool = False, drop: bool = Fa
 
 def tests_of(found: list[Row]) -> list[str]:
     """Return the folders and tests that the rows name, as pytest takes them."""
-    folders = {f"tests/{family}" for family in FAMILIES} | {"tests/test_conversations.py"}
+    folders = {f"tests/{family}" for family in FAMILIES} | {"tests/conversations/test_golden.py"}
     named = {f"tests/{test}" for row in found for test in row.tests}
     return sorted(folders | {name for name in named if not name.startswith(tuple(folders))})
 

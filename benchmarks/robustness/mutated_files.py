@@ -28,12 +28,12 @@ from zlib import crc32
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
-from axistwin.apps import cli
-from axistwin.apps.drawing.trace_chart import of_trace
-from axistwin.apps.served import scene as served_scene
-from axistwin.apps.traces.reading import read as read_trace
-from axistwin.apps.traces.trace import tracing
+from axistwin.cli import main as cli
+from axistwin.cli.served import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
+from axistwin.plots.trace_chart import of_trace
+from axistwin.traces.reading import read as read_trace
+from axistwin.traces.trace import tracing
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0
@@ -360,7 +360,7 @@ def editing(path: Path) -> int:
     """What the language server does with a text that has been opened."""
     from pygls.workspace import TextDocument
 
-    from axistwin.apps.editing.server import Text
+    from axistwin.editor.server import Text
 
     source = path.read_bytes().decode("utf-8", "replace")
     text = Text(TextDocument(path.as_uri(), source))

@@ -27,8 +27,8 @@ from mutants.campaign import Target, preload, run  # noqa: E402
 RESULT, EQUIVALENT = HERE / "mutation.json", HERE / "equivalent.txt"
 GOAL, SIZE, SEED = 85.0, 400, 20
 CONTROLLERS = ROOT / "src" / "axistwin" / "controllers"
-CHECKER = ("check", "fixes", "rules")
-"""Modules of the checker and of the display: no device behaviour, and no table."""
+CHECKER = ("checker", "rules")
+"""The checker: no device behaviour, and no table."""
 
 
 def _target(family: str, left_out: tuple[str, ...], tests: tuple[str, ...], skipped: tuple[str, ...] = ()) -> Target:
@@ -41,15 +41,12 @@ def _target(family: str, left_out: tuple[str, ...], tests: tuple[str, ...], skip
 TARGETS = {
     target.name: target
     for target in (
-        _target("compumotor", ("front", "listing", "words", "host"), ()),
-        _target("digiplan", ("check_sequence", "front", "listing"), ("tests/test_conversations.py",)),
+        _target("compumotor", ("front", "listing", "host"), ()),
+        _target("digiplan", ("front", "listing"), ("tests/conversations/test_golden.py",)),
         _target(
             "smartmotor",
-            (
-                "check_cam", "check_flow", "check_migration", "findings", "front", "listing", "words",
-                "jit", "log", "registers", "core",
-            ),
-            ("tests/test_conversations.py", "tests/test_bench_motors.py"),
+            ("front", "listing", "vocabulary", "class5", "jit", "log", "registers", "core"),
+            ("tests/conversations/test_golden.py", "tests/bench/test_bench_motors.py"),
             ("tests/smartmotor/test_jit.py", "tests/smartmotor/test_overheat.py::test_a_winding_warms_slowly"),
         ),
     )

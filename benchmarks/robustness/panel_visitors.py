@@ -26,11 +26,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from nicegui import Client
 
-from axistwin.apps.panel import turns
-from axistwin.apps.panel.page import KEPT
-from axistwin.apps.panel.web import Address, Panel
-from axistwin.apps.scenes.scene import Scene
-from axistwin.apps.sessions.session import Session
+from axistwin.panel import turns
+from axistwin.panel.page import KEPT
+from axistwin.panel.web import Address, Panel
+from axistwin.scenes.scene import Scene
+from axistwin.sessions.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005

@@ -24,8 +24,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.errors import UsageError
-from axistwin.faults import KINDS
-from axistwin.faults.table import Kind, On, Parameter, Sort
+from axistwin.fault_injection import KINDS
+from axistwin.fault_injection.table import Kind, On, Parameter, Sort
 from axistwin.plant.axes import Axis
 from axistwin.sim.pins import Pin
 from axistwin.units import MS

@@ -14,11 +14,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from axistwin.apps.scenes.scene import Scene
-    from axistwin.apps.twin import serve
     from axistwin.bench import Bench
     from axistwin.errors import AxistwinError
-    from axistwin.faults.desk import Fault
+    from axistwin.fault_injection.injector import Fault
+    from axistwin.scenes.scene import Scene
+    from axistwin.testing.twin import serve
 
 __all__ = ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
 __version__ = "0.1.0"
@@ -26,9 +26,9 @@ __version__ = "0.1.0"
 _HOMES = {
     "AxistwinError": "axistwin.errors",
     "Bench": "axistwin.bench",
-    "Fault": "axistwin.faults.desk",
-    "Scene": "axistwin.apps.scenes.scene",
-    "serve": "axistwin.apps.twin",
+    "Fault": "axistwin.fault_injection.injector",
+    "Scene": "axistwin.scenes.scene",
+    "serve": "axistwin.testing.twin",
 }
 """Where each name lives; imported when it is asked for: a pytest plug-in must cost nothing to who does not use it."""
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.apps.conversations.events import terminals
+from axistwin.bench.events import terminals
 from axistwin.errors import UsageError
 from axistwin.plant.switches import PositionSwitch, in_series
 

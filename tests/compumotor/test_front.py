@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.units import US
 
-from ..fronts import lamps, shown  # noqa: TID252
+from ..fronts import lamps, shown
 from .driving import cruise
 from .talking import CONTROL, ENABLE, ready, tell, write
 

@@ -3,8 +3,8 @@
 import pytest
 
 from axistwin.bench import product
+from axistwin.controllers.compumotor.checker.texts import LAYOUTS, SPECIAL, Words, explain_message, name_of
 from axistwin.controllers.compumotor.language import Opcode
-from axistwin.controllers.compumotor.words import LAYOUTS, SPECIAL, Words, explain_message, name_of
 from axistwin.errors import ProgramError
 
 WORDS = Words(product("1811").commands)

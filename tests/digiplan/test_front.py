@@ -6,7 +6,7 @@ import pytest
 
 from axistwin import Bench
 
-from ..fronts import lamps, shown  # noqa: TID252
+from ..fronts import lamps, shown
 from .talking import ask, find, initialise, ready, tell
 
 K, F = "Motion status K", "Communication status F"

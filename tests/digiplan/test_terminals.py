@@ -7,10 +7,10 @@ from typing import get_args
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.terminal.keyboards import KEYBOARDS
+from axistwin.controllers.digiplan.chapters.terminals import CABLES, LINKS, TERMINALS
 from axistwin.controllers.digiplan.options import Wiring
-from axistwin.controllers.digiplan.terminals import CABLES, LINKS, TERMINALS
 from axistwin.errors import UsageError
+from axistwin.terminal.keyboards import KEYBOARDS
 
 from .helpers import edges, number, settle, times
 from .talking import ask, ready, tell

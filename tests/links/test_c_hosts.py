@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from axistwin.host import C_FILES
+from axistwin.bus_hosts import C_FILES
 
 from . import appendix_d
 from .serving import Served

@@ -4,16 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.links.comport import (
-    ComPort,
-    Control,
-    Purge,
-    SetBreak,
-    SetFlow,
-    SetFormat,
-    SetLines,
-    Suspend,
-)
+from axistwin.links.comport import ComPort, Control, Purge, SetBreak, SetFlow, SetFormat, SetLines, Suspend
 from axistwin.sim.frames import LineError, UartFormat
 
 WILL, WONT, DO, DONT = (bytes((0xFF, verb)) for verb in (0xFB, 0xFC, 0xFD, 0xFE))

@@ -1,8 +1,8 @@
 """From the reference to the processor's arrays: which slot shows what, and the kernel run on them."""
 
-from axistwin.controllers.smartmotor import interpreter as ops
-from axistwin.controllers.smartmotor import jit, kernel, machine, state
-from axistwin.controllers.smartmotor.program import Program
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel import jit, kernel, machine, state
+from axistwin.controllers.smartmotor.language.program import Program
 
 from .reference_motor import FLAGS, PINS
 from .reference_program import no_value

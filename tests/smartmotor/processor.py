@@ -2,9 +2,9 @@
 
 from array import array
 
-from axistwin.controllers.smartmotor import jit, state
-from axistwin.controllers.smartmotor.interpreter import FETCH, HELD, STACK, TRAP, statement
-from axistwin.controllers.smartmotor.program import Program
+from axistwin.controllers.smartmotor.kernel import jit, state
+from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
+from axistwin.controllers.smartmotor.language.program import Program
 
 
 class Processor:

@@ -2,8 +2,8 @@
 
 from math import pi
 
-from axistwin.controllers.smartmotor import machine, servo, servo_law, state
-from axistwin.controllers.smartmotor.trajectory import approach
+from axistwin.controllers.smartmotor.kernel import machine, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel.trajectory import approach
 from axistwin.plant.servo import ServoLoad
 
 SAMPLE_S = 245_760e-9
@@ -89,7 +89,7 @@ class Rig:
 def _compiled(rig):
     import numpy as np
 
-    from axistwin.controllers.smartmotor import jit
+    from axistwin.controllers.smartmotor.kernel import jit
 
     rig.i, rig.f = np.array(rig.i), np.array(rig.f)
     return [jit.best(function) for function in FUNCTIONS]

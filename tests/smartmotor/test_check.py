@@ -5,10 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.controllers.diagnostics import Sent, Session
-from axistwin.controllers.smartmotor import class5, rules
-from axistwin.controllers.smartmotor.check import check
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
-from axistwin.controllers.smartmotor.language import read
+from axistwin.controllers.smartmotor.language import class5
+from axistwin.controllers.smartmotor.language.language import read
 
 from .test_program import FAULT_HANDLING
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.controllers.smartmotor import machine, state
+from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.plant.servo import FRAME17
 
 from .cam import course, pass_samples, say, start, turn_to

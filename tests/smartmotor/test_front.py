@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 
-from ..fronts import lamps, shown  # noqa: TID252
+from ..fronts import lamps, shown
 from .talking import ask, clear, load, ready, send, tell
 
 WORD, CHANNELS, MOTOR, PINS = "Status word W", "Channels", "Motor", "User pins"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor import jit, state
+from axistwin.controllers.smartmotor.kernel import jit, state
 
 from .processor import Processor
 

@@ -7,7 +7,7 @@ from types import FunctionType
 
 import pytest
 
-from axistwin.controllers.smartmotor import jit, servo
+from axistwin.controllers.smartmotor.kernel import jit, servo
 from axistwin.errors import MissingExtraError, UsageError
 
 needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not there")

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor import jit, state
-from axistwin.controllers.smartmotor.interpreter import STACK, evaluate
-from axistwin.controllers.smartmotor.kernel import ALL_DONE, TRAJECTORY
+from axistwin.controllers.smartmotor.kernel import jit, state
+from axistwin.controllers.smartmotor.kernel.interpreter import STACK, evaluate
+from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, TRAJECTORY
 
 from . import inventing
 from .bridge import Kernel
@@ -138,7 +138,7 @@ def test_both_give_up_where_they_should(text, flag):
 @pytest.mark.skipif(not jit.available(), reason="Numba is not there")
 def test_there_is_room_for_the_longest_expression():
     """Numba does not look after the ends of arrays; the reader does."""
-    from axistwin.controllers.smartmotor.expressions import Malformed, Reader
+    from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
     deep = "a+(" * 20 + "a" + ")" * 20
     code = Reader(deep).expression().code

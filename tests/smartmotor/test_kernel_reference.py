@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor import interpreter, jit, state
+from axistwin.controllers.smartmotor.kernel import interpreter, jit, state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
 from . import inventing

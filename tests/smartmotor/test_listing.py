@@ -7,9 +7,9 @@ from random import Random
 import pytest
 
 from axistwin import Bench
-from axistwin.apps.traces.trace import tracing
 from axistwin.bench import Controller
-from axistwin.controllers.smartmotor import state
+from axistwin.controllers.smartmotor.kernel import state
+from axistwin.traces.trace import tracing
 
 from .interrupts import samples, wired
 from .inventing import program as invented

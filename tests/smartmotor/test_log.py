@@ -4,9 +4,9 @@ import ast
 import inspect
 
 from axistwin import Bench
-from axistwin.controllers.smartmotor import jit, log, state
-from axistwin.controllers.smartmotor.core import SAMPLE_NS
-from axistwin.controllers.smartmotor.interpreter import COMPUTED, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.kernel import jit, log, state
+from axistwin.controllers.smartmotor.kernel.core import SAMPLE_NS
+from axistwin.controllers.smartmotor.kernel.interpreter import COMPUTED, SLOT, VARIABLE
 from axistwin.controllers.smartmotor.registers import numbers
 
 SAMPLES = 600

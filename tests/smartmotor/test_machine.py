@@ -6,7 +6,7 @@ from math import exp, inf
 
 import pytest
 
-from axistwin.controllers.smartmotor import machine, state
+from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
 

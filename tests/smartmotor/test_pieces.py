@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor import jit
+from axistwin.controllers.smartmotor.kernel import jit
 
 from .pieces import Day, by_chance, watched, whole
 

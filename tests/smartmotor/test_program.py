@@ -2,8 +2,8 @@
 
 import pytest
 
-from axistwin.controllers.smartmotor import state
-from axistwin.controllers.smartmotor.program import Program
+from axistwin.controllers.smartmotor.kernel import state
+from axistwin.controllers.smartmotor.language.program import Program
 
 from .processor import Processor
 

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller, product
-from axistwin.controllers.smartmotor.forms import Accept
+from axistwin.controllers.smartmotor.language.forms import Accept
 
 from .cam import pass_samples, say, value
 from .talking import load, ready

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.apps.traces.trace import tracing
+from axistwin.traces.trace import tracing
 
 from .talking import ready, tell
 

@@ -5,7 +5,7 @@ from math import exp, log
 
 import pytest
 
-from axistwin.controllers.smartmotor import jit, machine, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
 from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 

@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from axistwin.controllers.smartmotor import jit, machine, state
+from axistwin.controllers.smartmotor.kernel import jit, machine, state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
 from .reference import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo

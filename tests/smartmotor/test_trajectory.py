@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.controllers.smartmotor.trajectory import approach, fastest, way_to_stop
+from axistwin.controllers.smartmotor.kernel.trajectory import approach, fastest, way_to_stop
 
 SAMPLE_NS = 245_760
 

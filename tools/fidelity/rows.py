@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from axistwin.apps.conversations.conversation import load
 from axistwin.bench import product
 from axistwin.controllers.commandset import Command
+from axistwin.conversations.conversation import load
 from fidelity.documents import table_lines
 from fidelity.evidence import Evidence, classify
 
@@ -132,7 +132,7 @@ def conversations() -> Iterator[Row]:
         expected = [line for line in text.splitlines() if line.startswith(("< ", "= "))]
         yield Row(
             f"example/{family}/{path.name}", "example", family, "; ".join(dict.fromkeys(quoted)) or path.stem,
-            path.stem, Evidence.EXAMPLE, (f"test_conversations.py::test_conversation[{path.stem}]",),
+            path.stem, Evidence.EXAMPLE, (f"conversations/test_golden.py::test_conversation[{path.stem}]",),
             {"expected": "; ".join(expected), "acts": len(expected)},
         )  # fmt: skip
 

@@ -31,7 +31,7 @@ class Collector:
         """Note each look into a command table, and each character that a host sends to a Digiplan."""
         from axistwin.bench import product
         from axistwin.controllers.commandset import CommandSet
-        from axistwin.controllers.smartmotor import language
+        from axistwin.controllers.smartmotor.language import language
         from axistwin.sim.serial_port import SerialPort
         from fidelity.rows import FAMILIES as MODELS
         from fidelity.rows import code

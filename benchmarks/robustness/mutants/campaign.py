@@ -40,7 +40,15 @@ class Target:
     @property
     def sources(self) -> list[Path]:
         """The files that are changed, in order."""
-        return [path for path in sorted(self.directory.glob("*.py")) if path.stem not in (*self.left_out, "__init__")]
+        return [path for path in sorted(self.directory.rglob("*.py")) if not self._is_left_out(path)]
+
+    def _is_left_out(self, path: Path) -> bool:
+        folders = path.relative_to(self.directory).parent.parts
+        return bool({path.stem, *folders} & {*self.left_out, "__init__"})
+
+    def name_of(self, path: Path) -> str:
+        """Return the name of a source in results: its path in the package."""
+        return path.relative_to(self.directory).as_posix()
 
 
 @dataclass(frozen=True)
@@ -61,13 +69,13 @@ def run(
 ) -> dict[str, Any]:
     """Run a seeded sample, and return the result as it is written into the file."""
     texts = {path: path.read_text(encoding="utf-8") for path in target.sources}
-    found = [mutant for path, text in texts.items() for mutant in operators.mutants(path.name, text)]
+    found = [mutant for path, text in texts.items() for mutant in operators.mutants(target.name_of(path), text)]
     chosen = operators.sample(found, size, Random(f"{seed} {target.name}"))
     tell(f"{target.name}: {len(chosen)} of {len(found)} mutants")
     started = time.monotonic()
     traced = trace(target.root, target.sources, target.tests, target.skipped, scratch)
     tell(f"{target.name}: {len(traced.seconds)} tests traced in {time.monotonic() - started:.0f} s")
-    uses = _uses(texts)
+    uses = _uses({target.name_of(path): text for path, text in texts.items()})
     outcomes: dict[Mutant, Outcome] = {}
     waiting: list[tuple[Mutant, list[str]]] = []
     for mutant in chosen:
@@ -141,19 +149,19 @@ def _names(line: str) -> set[str]:
     return set(words.split())
 
 
-def _uses(texts: dict[Path, str]) -> dict[str, set[tuple[str, int]]]:
+def _uses(texts: dict[str, str]) -> dict[str, set[tuple[str, int]]]:
     """Return lines in functions, by the name of the function, and by the constants of a module that they use."""
     found: dict[str, set[tuple[str, int]]] = {}
-    for path, text in texts.items():
+    for name_of_file, text in texts.items():
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                found.setdefault(node.name, set()).add((path.name, node.body[-1].lineno))
+                found.setdefault(node.name, set()).add((name_of_file, node.body[-1].lineno))
                 for part in ast.walk(node):
                     name = (
                         part.id if isinstance(part, ast.Name) else part.attr if isinstance(part, ast.Attribute) else ""
                     )
                     if name.isupper():
-                        found.setdefault(name, set()).add((path.name, part.lineno))
+                        found.setdefault(name, set()).add((name_of_file, part.lineno))
     return found
 
 
@@ -185,7 +193,8 @@ def _start(target: Target, mutant: Mutant, seconds: dict[str, float], result: Pa
     child = os.fork()
     if child == 0:
         tree = operators.apply(path.read_text(encoding="utf-8"), mutant)
-        survive(Changed(f"{target.package}.{path.stem}", path, tree), target.root, seconds, result)
+        module = ".".join((target.package, *path.relative_to(target.directory).with_suffix("").parts))
+        survive(Changed(module, path, tree), target.root, seconds, result)
     return child
 
 

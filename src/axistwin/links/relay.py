@@ -24,7 +24,8 @@ from logging import getLogger
 from threading import Thread
 from typing import TYPE_CHECKING
 
-from axistwin.bench import Bench, SharedLine
+from axistwin.bench import Bench
+from axistwin.bench.bench import SharedLine
 from axistwin.errors import LinkError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK

@@ -10,23 +10,23 @@ from typing import Any
 import simpy
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.compumotor import selftest
-from axistwin.controllers.compumotor.courses import Speed
-from axistwin.controllers.compumotor.events import Events, Happening
-from axistwin.controllers.compumotor.home import HomeDefinition
-from axistwin.controllers.compumotor.joystick import Joystick, Shutdown
+from axistwin.controllers.compumotor.chapters import selftest
+from axistwin.controllers.compumotor.chapters.events import Events, Happening
+from axistwin.controllers.compumotor.chapters.home import HomeDefinition
+from axistwin.controllers.compumotor.chapters.joystick import Joystick, Shutdown
+from axistwin.controllers.compumotor.chapters.limits import Limits
+from axistwin.controllers.compumotor.chapters.moves import Library, Motion, Move
+from axistwin.controllers.compumotor.chapters.outputs import Outputs
+from axistwin.controllers.compumotor.chapters.profiles import Speed
+from axistwin.controllers.compumotor.chapters.pulses import Phase, PulseGenerator
+from axistwin.controllers.compumotor.chapters.sequence import Sequencer, Sequences, Stored
+from axistwin.controllers.compumotor.chapters.singular import Owner
+from axistwin.controllers.compumotor.chapters.stop import Triggers
+from axistwin.controllers.compumotor.chapters.streaming import Stream
+from axistwin.controllers.compumotor.chapters.tracking import ClosedLoop
 from axistwin.controllers.compumotor.language import Accept, Opcode, decode
-from axistwin.controllers.compumotor.limits import Limits
-from axistwin.controllers.compumotor.moves import Library, Motion, Move
 from axistwin.controllers.compumotor.options import Options
-from axistwin.controllers.compumotor.outputs import Outputs
-from axistwin.controllers.compumotor.pulses import Phase, PulseGenerator
 from axistwin.controllers.compumotor.registers import Handshake
-from axistwin.controllers.compumotor.sequence import Sequencer, Sequences, Stored
-from axistwin.controllers.compumotor.singular import Owner
-from axistwin.controllers.compumotor.stop import Triggers
-from axistwin.controllers.compumotor.streaming import Stream
-from axistwin.controllers.compumotor.tracking import ClosedLoop
 from axistwin.controllers.product import PulseAxis
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.pins import Pin

@@ -5,17 +5,17 @@ from functools import lru_cache, partial
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
-from axistwin.controllers.compumotor.check import check
+from axistwin.controllers.compumotor.chapters.events import ALARMS
+from axistwin.controllers.compumotor.chapters.requests import move_bits
+from axistwin.controllers.compumotor.checker.program import check
+from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
-from axistwin.controllers.compumotor.events import ALARMS
 from axistwin.controllers.compumotor.front import FRONT
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.registers import JUMPERS
-from axistwin.controllers.compumotor.requests import move_bits
 from axistwin.controllers.compumotor.rules import RULES
-from axistwin.controllers.compumotor.words import Words
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms

@@ -5,7 +5,7 @@ from functools import partial
 
 from axistwin import units
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.compumotor import (
+from axistwin.controllers.compumotor.chapters import (
     closed_loop,
     events,
     home,
@@ -18,6 +18,7 @@ from axistwin.controllers.compumotor import (
     stop,
     streaming,
 )
+from axistwin.controllers.compumotor.chapters.pulses import Phase
 from axistwin.controllers.compumotor.language import (
     Accept,
     DontCare,
@@ -33,7 +34,6 @@ from axistwin.controllers.compumotor.language import (
     u32,
 )
 from axistwin.controllers.compumotor.options import Options
-from axistwin.controllers.compumotor.pulses import Phase
 
 # SINGULAR, INDEXER, STREAMING, in and during a SEQUENCE, during streaming, while DEFINING, ENCODER: 1811 only
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741

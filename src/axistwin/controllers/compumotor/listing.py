@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
-from axistwin.controllers.compumotor.words import Words
+from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.product import Listing
 
 SEQUENCES = tuple(f"sequence {number}" for number in range(1, 16))

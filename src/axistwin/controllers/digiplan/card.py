@@ -3,21 +3,21 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from axistwin.controllers.digiplan.battery_backup import Retained
-from axistwin.controllers.digiplan.check import check
+from axistwin.controllers.digiplan.chapters.battery_backup import Retained
+from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
+from axistwin.controllers.digiplan.chapters.initialise import State
+from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
+from axistwin.controllers.digiplan.chapters.outputs import Outputs
+from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
+from axistwin.controllers.digiplan.chapters.terminals import CABLES
+from axistwin.controllers.digiplan.checker.program import check
 from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.faults import ALARMS, CLOSED, DRIVES
 from axistwin.controllers.digiplan.front import FRONT
-from axistwin.controllers.digiplan.initialise import State
 from axistwin.controllers.digiplan.interface import Interface
 from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
-from axistwin.controllers.digiplan.motion import DIRECTIONS
 from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.outputs import Outputs
-from axistwin.controllers.digiplan.report import busy_letter, communication_bits, motion_bits, steps
 from axistwin.controllers.digiplan.rules import RULES
-from axistwin.controllers.digiplan.terminals import CABLES
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process

@@ -3,10 +3,10 @@
 from functools import partial
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.digiplan import index, interpolation, lockout, outputs, report, run, sequence
-from axistwin.controllers.digiplan.initialise import only_at_initialisation
+from axistwin.controllers.digiplan.chapters import index, interpolation, lockout, outputs, report, run, sequence
+from axistwin.controllers.digiplan.chapters.initialise import only_at_initialisation
+from axistwin.controllers.digiplan.chapters.speed import setting
 from axistwin.controllers.digiplan.language import Accept, Direction, Instruction, Lines, Order, Written, written
-from axistwin.controllers.digiplan.speed import setting
 from axistwin.controllers.digiplan.step import RANGES
 
 # Where a command may stand

@@ -4,9 +4,9 @@ Chapters Configuring the interface, Installation, The RS232C control lines, Repo
 conditions.
 """
 
-from axistwin.controllers.digiplan.initialise import State
-from axistwin.controllers.digiplan.motion import DIRECTIONS
-from axistwin.controllers.digiplan.terminals import TERMINALS
+from axistwin.controllers.digiplan.chapters.initialise import State
+from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
+from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 OFF = "off"

@@ -11,18 +11,15 @@ from functools import lru_cache, partial
 from simpy import Interrupt
 
 from axistwin.controllers.commandset import Command
-from axistwin.controllers.digiplan import initialise
-from axistwin.controllers.digiplan.battery_backup import MessageFormat, Retained
-from axistwin.controllers.digiplan.commands import COMMANDS
-from axistwin.controllers.digiplan.faults import CLOSED, DRIVES, LIMITS, Faults, LineFault, MotionFault
-from axistwin.controllers.digiplan.initialise import State
-from axistwin.controllers.digiplan.interpolation import out_of_range
-from axistwin.controllers.digiplan.language import Accept, Message, parse
-from axistwin.controllers.digiplan.motion import RampGenerator
-from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.outputs import Outputs
-from axistwin.controllers.digiplan.sequence import perform, sequence
-from axistwin.controllers.digiplan.serial_data import (
+from axistwin.controllers.digiplan.chapters import initialise
+from axistwin.controllers.digiplan.chapters.battery_backup import MessageFormat, Retained
+from axistwin.controllers.digiplan.chapters.faults import CLOSED, DRIVES, LIMITS, Faults, LineFault, MotionFault
+from axistwin.controllers.digiplan.chapters.initialise import State
+from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
+from axistwin.controllers.digiplan.chapters.motion import RampGenerator
+from axistwin.controllers.digiplan.chapters.outputs import Outputs
+from axistwin.controllers.digiplan.chapters.sequence import perform, sequence
+from axistwin.controllers.digiplan.chapters.serial_data import (
     CR,
     LF,
     Frame,
@@ -31,7 +28,10 @@ from axistwin.controllers.digiplan.serial_data import (
     Transmitter,
     uart_format,
 )
-from axistwin.controllers.digiplan.speed import too_fast
+from axistwin.controllers.digiplan.chapters.speed import too_fast
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.language import Accept, Message, parse
+from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.step import RAMP_SETTINGS, EndOfWork, Fault, Parameters, Step
 from axistwin.controllers.product import PulseAxis, Store
 from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill

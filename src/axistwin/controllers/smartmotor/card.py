@@ -4,19 +4,19 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from axistwin.controllers.product import Follower, Listing, Order, Product, Register, Store
-from axistwin.controllers.smartmotor import jit
-from axistwin.controllers.smartmotor.check import check
+from axistwin.controllers.smartmotor.chapters.faults import ALARMS, trouble
+from axistwin.controllers.smartmotor.chapters.inputs import EncoderPin, IndexLine
+from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
-from axistwin.controllers.smartmotor.core import prepare
-from axistwin.controllers.smartmotor.faults import ALARMS, trouble
 from axistwin.controllers.smartmotor.front import FRONT
-from axistwin.controllers.smartmotor.inputs import EncoderPin, IndexLine
+from axistwin.controllers.smartmotor.kernel import jit
+from axistwin.controllers.smartmotor.kernel.core import prepare
+from axistwin.controllers.smartmotor.kernel.state import USER_PINS
 from axistwin.controllers.smartmotor.listing import PROGRAM_NAME, Lines
 from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
 from axistwin.controllers.smartmotor.rules import RULES
-from axistwin.controllers.smartmotor.state import USER_PINS
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms

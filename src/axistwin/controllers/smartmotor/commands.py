@@ -7,7 +7,7 @@ keyword with what stands behind it at once: `G`, `A=`, `GOSUBn`, `PRINT()`.
 from functools import partial
 
 from axistwin.controllers.commandset import CommandSet, Field
-from axistwin.controllers.smartmotor import (
+from axistwin.controllers.smartmotor.chapters import (
     brakes,
     eeprom,
     faults,
@@ -16,14 +16,13 @@ from axistwin.controllers.smartmotor import (
     io,
     limits,
     modes,
-    program_store,
     reports,
-    serial_data,
-    state,
     variables,
 )
-from axistwin.controllers.smartmotor.forms import Accept, Form, Instruction
-from axistwin.controllers.smartmotor.interpreter import HIGHEST, LOWEST
+from axistwin.controllers.smartmotor.kernel import state
+from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
+from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
+from axistwin.controllers.smartmotor.serial import program_store, serial_data
 
 # From where a command is accepted
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED

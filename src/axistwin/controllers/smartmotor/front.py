@@ -5,8 +5,8 @@ those of the base language.
 """
 
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
-from axistwin.controllers.smartmotor import state
-from axistwin.controllers.smartmotor.reports import LETTERS
+from axistwin.controllers.smartmotor.chapters.reports import LETTERS
+from axistwin.controllers.smartmotor.kernel import state
 
 FAULT, WARNING, PLAIN = Tone.FAULT, Tone.WARNING, Tone.PLAIN
 

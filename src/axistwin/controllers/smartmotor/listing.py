@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Listing
-from axistwin.controllers.smartmotor.program import Program
-from axistwin.controllers.smartmotor.state import DEPTH, NOTHING_YET, PC, PROGRAM, RETURNS, STATEMENT, STOPPED
+from axistwin.controllers.smartmotor.kernel.state import DEPTH, NOTHING_YET, PC, PROGRAM, RETURNS, STATEMENT, STOPPED
+from axistwin.controllers.smartmotor.language.program import Program
 from axistwin.sim.progress import Progress
 
 if TYPE_CHECKING:

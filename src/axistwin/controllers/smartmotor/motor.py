@@ -9,25 +9,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from axistwin.controllers.product import Store
-from axistwin.controllers.smartmotor import (
-    brakes,
-    faults,
-    flow,
-    host_mode,
-    io,
-    limits,
-    machine,
-    modes,
-    program_store,
-)
-from axistwin.controllers.smartmotor.brakes import Control
-from axistwin.controllers.smartmotor.channel import Channel, ChannelError
-from axistwin.controllers.smartmotor.core import Core
-from axistwin.controllers.smartmotor.faults import LATCHED
-from axistwin.controllers.smartmotor.functions import CALL_C2, CHANNEL_1, CLEAR_INTEGRAL
-from axistwin.controllers.smartmotor.host_mode import Reception
-from axistwin.controllers.smartmotor.inputs import IndexLine, Inputs
-from axistwin.controllers.smartmotor.kernel import (
+from axistwin.controllers.smartmotor.chapters import brakes, faults, flow, io, limits, modes
+from axistwin.controllers.smartmotor.chapters.brakes import Control
+from axistwin.controllers.smartmotor.chapters.faults import LATCHED
+from axistwin.controllers.smartmotor.chapters.functions import CALL_C2, CHANNEL_1, CLEAR_INTEGRAL
+from axistwin.controllers.smartmotor.chapters.inputs import IndexLine, Inputs
+from axistwin.controllers.smartmotor.chapters.nonvolatile import Nonvolatile
+from axistwin.controllers.smartmotor.kernel import host_mode, machine
+from axistwin.controllers.smartmotor.kernel.core import Core
+from axistwin.controllers.smartmotor.kernel.host_mode import Reception
+from axistwin.controllers.smartmotor.kernel.kernel import (
     CALL_WAITS,
     ERROR,
     GO_EDGE,
@@ -44,14 +35,10 @@ from axistwin.controllers.smartmotor.kernel import (
     TRAJECTORY,
     VALUE_WAITS,
 )
-from axistwin.controllers.smartmotor.language import Statement, command
-from axistwin.controllers.smartmotor.machine import MACHINE
-from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
-from axistwin.controllers.smartmotor.options import Options
-from axistwin.controllers.smartmotor.position import actual_position
-from axistwin.controllers.smartmotor.program import Program
-from axistwin.controllers.smartmotor.servo_law import clear_integral
-from axistwin.controllers.smartmotor.state import (
+from axistwin.controllers.smartmotor.kernel.machine import MACHINE
+from axistwin.controllers.smartmotor.kernel.position import actual_position
+from axistwin.controllers.smartmotor.kernel.servo_law import clear_integral
+from axistwin.controllers.smartmotor.kernel.state import (
     ALONE,
     AMPS,
     ARRAY_BASE,
@@ -118,6 +105,11 @@ from axistwin.controllers.smartmotor.state import (
     E,
     F,
 )
+from axistwin.controllers.smartmotor.language.language import Statement, command
+from axistwin.controllers.smartmotor.language.program import Program
+from axistwin.controllers.smartmotor.options import Options
+from axistwin.controllers.smartmotor.serial import program_store
+from axistwin.controllers.smartmotor.serial.channel import Channel, ChannelError
 from axistwin.plant.servo_axis import IDEAL_COUNTS_PER_REV, ServoAxis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin

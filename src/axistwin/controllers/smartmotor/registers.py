@@ -11,11 +11,11 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Register
-from axistwin.controllers.smartmotor import log, state
-from axistwin.controllers.smartmotor.interpreter import AT_STATEMENT, COMPUTED, MODE_TOLD, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.chapters.variables import NOTHING, TABLE
+from axistwin.controllers.smartmotor.kernel import log, state
+from axistwin.controllers.smartmotor.kernel.interpreter import AT_STATEMENT, COMPUTED, MODE_TOLD, SLOT, VARIABLE
+from axistwin.controllers.smartmotor.kernel.state import USER_PINS
 from axistwin.controllers.smartmotor.listing import LINE, Lines
-from axistwin.controllers.smartmotor.state import USER_PINS
-from axistwin.controllers.smartmotor.variables import NOTHING, TABLE
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:

@@ -1,0 +1,378 @@
+"""What a conversation can do to a controller and ask of it, by the names people use.
+
+Pins and axes; of a SmartMotor also voltages, the temperature around it and its external encoder (`master`); and what
+the host's end of a line can do, whether it leads to one controller or is shared by motors.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from decimal import Decimal, localcontext
+from functools import partial
+
+from axistwin.bench.bench import Bench, Controller, line_format
+from axistwin.errors import ProgramError, UsageError
+from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shortened
+from axistwin.plant.axes import Axis
+from axistwin.plant.joystick import FASTEST
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
+from axistwin.sim.registers import RegisterPort
+from axistwin.sim.serial_port import Flow, SerialPort
+from axistwin.units import to_ns
+
+LEVELS = {"high": True, "on": True, "low": False, "off": False}
+FAULT_ACTS = ("fault", "mend")
+BUS_ACTS = ("init", "read", "write")
+LINE_ACTS = ("dtr", "rts", "break", "line", "flow", "hold", "drop")
+ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
+SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature")
+_VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V", re.ASCII)
+_READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
+_WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
+MOST_AT_ONCE = 256
+"""Times that a register is read."""
+MOST_COUNTS = 1 << 53
+"""Pulses or counts that a person moves something by."""
+_RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
+
+Value = bool | int | float | Decimal
+
+
+def level_name(level: bool) -> str:
+    """How a level is written."""
+    return "high" if level else "low"
+
+
+def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    """What `! target value` does, when called.  Raises ProgramError if there is no such thing."""
+    if target in controller.pins:
+        return _pin_action(controller.pins[target], value)
+    if target in FAULT_ACTS:
+        return fault_action(controller.bench, controller.name, target, value)
+    axis, _, what = target.partition(".")
+    if axis in controller.axes and what in ("jam", "load", "push"):
+        return _axis_action(controller.axes[axis], what, value)
+    if target == "power":
+        return partial(controller.power, _level(value))
+    if target == "joystick" and controller.product.joystick is not None:
+        return partial(controller.joystick.deflect, _count(value, FASTEST))
+    if motor_of(controller) is not None and target in ("ambient", "master"):
+        return _motor_action(controller, target, value)
+    return _bus_action(controller, target, value) if on_a_bus(controller) else _line_action(controller, target, value)
+
+
+def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
+    """The same for whoever is called so: a controller, its second channel, a line that motors share; of a fault, any.
+
+    Raises ProgramError or UsageError if there is no such thing.
+    """
+    if target in FAULT_ACTS:
+        return fault_action(bench, who, target, value)
+    if who in bench.controllers:
+        return action(bench[who], target, value)
+    return port_action(bench.port(who), target, value)
+
+
+def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
+    """What `! fault lose 3` and `! mend lose` do; `here`: whose things need not be named.  Raises ProgramError."""
+    assert bench is not None, "a controller that is talked to stands on a bench"
+    if target == "mend":
+        return partial(bench.faults.mend, value.strip("\"'"))
+    from axistwin.fault_injection import sentences  # late: few conversations have any
+
+    try:
+        return sentences.read(value, bench.faults, here)
+    except UsageError as error:
+        raise ProgramError(str(error)) from None
+
+
+def attributes(axis: Axis) -> tuple[str, ...]:
+    """What can be asked of an axis."""
+    return SERVO_ATTRIBUTES if isinstance(axis, ServoAxis) else ATTRIBUTES
+
+
+def motor_of(controller: Controller) -> ServoAxis | None:
+    """Its servo axis, if it is a motor."""
+    return next((axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)), None)
+
+
+def voltage(volts: float) -> str:
+    """How a voltage is written."""
+    return f"{volts:g}V"
+
+
+def lead_in_words(pin: Pin) -> str:
+    """What `! PIN …` would say of its test lead: a level, a voltage, that there is none."""
+    lead = pin.lead
+    if lead is None:
+        return "release"
+    if not isinstance(pin, UserPin):
+        return level_name(bool(lead))
+    return {0.0: "low", PULLED_UP_VOLTS: "high"}.get(lead, voltage(lead))
+
+
+def in_words(target: str, *values: float) -> str:
+    """What follows `! target` for what a person has done, exactly."""
+    if target == "master":
+        counts, seconds = values
+        return f"{counts} in {_exact(seconds)}"
+    (value,) = values
+    return level_name(bool(value)) if target == "power" or target.endswith(".jam") else _exact(value)
+
+
+def _exact(value: float) -> str:
+    """Without an exponent."""
+    return f"{Decimal(repr(value)):f}"
+
+
+def on_a_bus(controller: Controller) -> bool:
+    """Whether it has registers on a bus instead of a serial port."""
+    return controller.product.attend is not None
+
+
+def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    """What a host does with the registers by hand: `write 0 33 00`, `read 0 16`, `init on`."""
+    bus = controller.bus
+    match target:
+        case "init":
+            return bus.init if _level(value) else lambda: None
+        case "read":
+            offset, count = _register(value)
+            return lambda: [bus.read(offset) for _ in range(count)]
+        case "write":
+            offset, data = _contents(value)
+            return partial(_write, bus, offset, data)
+    raise _nothing_called(target, targets(controller))
+
+
+def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
+    for byte in data:
+        bus.write(offset, byte)
+
+
+def _register(value: str) -> tuple[int, int]:
+    """Which register is read, and how often."""
+    found = _READ.fullmatch(value)
+    if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
+        raise ProgramError(f"{value!r} is no register: write 0 or 1, and how often, like 0 16")
+    return int(found["offset"]), int(found["count"] or 1)
+
+
+def _contents(value: str) -> tuple[int, bytes]:
+    """Which register is written, and with what."""
+    found = _WRITTEN.fullmatch(value)
+    if found is None:
+        raise ProgramError(f"{value!r} cannot be written: give a register, 0 or 1, and hex bytes, like 0 33 00")
+    return int(found["offset"]), bytes.fromhex(found["data"])
+
+
+def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
+    if value == "release":
+        return pin.release
+    if not isinstance(pin, UserPin):
+        return partial(pin.drive, _level(value, "release"))
+    if value in LEVELS:
+        return partial(pin.drive, LEVELS[value])
+    found = _VOLTS.fullmatch(value)
+    if found is None:
+        raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, 'release'))} and voltages like 2.5V")
+    volts = _real(found["volts"])
+    if not LEAST_VOLTS <= volts <= MOST_VOLTS:
+        raise ProgramError(f"{value} would destroy the pin: it takes 0 to 5 V")
+    return partial(pin.drive, volts)
+
+
+def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    """The temperature around a motor, and its external encoder: `ambient 40`, `master 4000 in 2`."""
+    if target == "ambient":
+        return partial(setattr, controller, "ambient", _real(value))
+    found = _RUN.fullmatch(value)
+    if found is None:
+        raise ProgramError(f"{value!r} is no run of an encoder: write counts and seconds, like 4000 in 2")
+    return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
+
+
+def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
+    port = controller.ports.get(controller.name)
+    if port is not None and target in _line_targets(port):
+        return port_action(port, target, value)
+    raise _nothing_called(target, targets(controller))
+
+
+def targets(controller: Controller) -> tuple[str, ...]:
+    """What `!` can do something to; AXIS stands for each of its axes."""
+    port = controller.ports.get(controller.name)
+    lines = () if port is None else _line_targets(port)
+    motor = ("ambient", "master") if motor_of(controller) else ()
+    stick = ("joystick",) if controller.product.joystick else ()
+    host = (*BUS_ACTS, *stick) if on_a_bus(controller) else (*lines, *motor, *stick)
+    return (*controller.pins, "power", *host, "AXIS.jam", "AXIS.load", "AXIS.push", *FAULT_ACTS)
+
+
+def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
+    """What `! target value` does at the host's end of a serial line.  Raises ProgramError if there is no such thing."""
+    if target not in _line_targets(port):
+        raise _nothing_called(target, _line_targets(port))
+    match target:
+        case "dtr":
+            return partial(port.host.dtr_line.set, _level(value))
+        case "rts":
+            return partial(port.host.rts_line.set, _level(value))
+        case "break":
+            return partial(port.send_break, _duration(value, above_zero=True))
+        case "flow":
+            return partial(setattr, port, "flow", _flow(value))
+        case "hold":
+            return partial(setattr, port, "held", _level(value))
+        case "drop":
+            return _dropping(port, value)
+    return partial(setattr, port.host, "format", _line(value, port))
+
+
+def _line_targets(port: SerialPort) -> tuple[str, ...]:
+    return LINE_ACTS if port.handshake else LINE_ACTS[2:]
+
+
+def _flow(value: str) -> Flow:
+    try:
+        return Flow(value)
+    except ValueError:
+        raise ProgramError(
+            f"{value!r} is no flow control: there are {', '.join(flow.value for flow in Flow)}"
+        ) from None
+
+
+def _dropping(port: SerialPort, value: str) -> Callable[[], object]:
+    if value != "pending":
+        raise ProgramError(f"{value!r} cannot be dropped: there is what is pending")
+    return port.drop_pending
+
+
+def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
+    return ProgramError(f"nothing called {name!r} here: there are {', '.join(known)}")
+
+
+def question(controller: Controller, subject: str) -> Callable[[], Value]:
+    """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
+    if subject in controller.pins:
+        return lambda: controller.pins[subject].level
+    if subject in _lines(controller):
+        port = controller.bus if on_a_bus(controller) else controller.serial
+        return lambda: bool(getattr(port, subject))
+    name, _, attribute = subject.partition(".")
+    if name in controller.axes and attribute in attributes(controller.axes[name]):
+        return _axis_question(controller.axes[name], attribute)
+    motor = motor_of(controller)
+    if motor is not None and subject == "ambient":
+        return lambda: controller.ambient
+    if motor is not None and subject == "master":
+        return lambda: controller.master.count
+    if name in controller.pins and attribute == "volts" and isinstance(pin := controller.pins[name], UserPin):
+        return lambda: pin.volts
+    raise _nothing_called(subject, subjects(controller))
+
+
+def subjects(controller: Controller) -> tuple[str, ...]:
+    """What `=` can look at; PIN stands for each of its pins."""
+    axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
+    others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
+    return ("clock", *controller.pins, *_lines(controller), *others, *axes)
+
+
+def _lines(controller: Controller) -> tuple[str, ...]:
+    """Control lines that can be asked for."""
+    if on_a_bus(controller):
+        return ("interrupt",)
+    port = controller.ports.get(controller.name)
+    return ("dtr", "rts") if port is not None and port.handshake else ()
+
+
+def agrees(value: Value, wanted: str) -> bool:
+    """Whether a value is what is wanted: a level, a whole number, or a number to as many decimals as are written."""
+    if isinstance(value, bool):
+        return value is _level(wanted)
+    number = _number(wanted)
+    with localcontext(prec=3 * MOST_CHARACTERS):  # no value and no wish is that long
+        return round(Decimal(value), _decimals(number)) == number
+
+
+def shown(value: Value) -> str:
+    """A value as it would be written in a conversation."""
+    if isinstance(value, bool):
+        return level_name(value)
+    return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
+
+
+def _axis_action(axis: Axis, what: str, value: str) -> Callable[[], object]:
+    if what == "jam":
+        return partial(axis.jam, _level(value))
+    if what == "load":
+        return partial(axis.load, _real(value))
+    return partial(axis.encoder.displace, _count(value))
+
+
+def _axis_question(axis: Axis, attribute: str) -> Callable[[], Value]:
+    if attribute == "encoder":
+        return partial(getattr, axis.encoder, "count")
+    return partial(getattr, axis, attribute)
+
+
+def _level(value: str, *others: str) -> bool:
+    try:
+        return LEVELS[value]
+    except KeyError:
+        raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, *others))}") from None
+
+
+def _duration(text: str, *, above_zero: bool = False) -> float:
+    """A number of seconds that a bench can see."""
+    seconds = _real(text)
+    if above_zero and seconds <= 0:
+        raise ProgramError(f"{text} is not above zero")
+    try:
+        to_ns(seconds)
+    except UsageError as error:
+        raise ProgramError(str(error)) from None
+    return seconds
+
+
+def _count(text: str, most: int = MOST_COUNTS) -> int:
+    """A number of pulses or counts, up to `most` in either direction; what stands behind its point does not count."""
+    number = _number(text)
+    if abs(number) > most:
+        raise ProgramError(f"{shortened(text)} is out of range: expected {-most} to {most}")
+    return int(number)
+
+
+def _number(text: str) -> Decimal:
+    with _told():
+        return decimal(text)
+
+
+def _real(text: str) -> float:
+    with _told():
+        return real(text)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """What is wrong with a number is wrong with the line in which it stands."""
+    try:
+        yield
+    except NumberError as error:
+        raise ProgramError(str(error)) from None
+
+
+def _decimals(number: Decimal) -> int:
+    exponent = number.as_tuple().exponent
+    assert isinstance(exponent, int), "finite, as _number has seen to"
+    return max(0, -exponent)
+
+
+def _line(text: str, port: SerialPort) -> UartFormat:
+    try:
+        return line_format(text, port.host.format)[0]
+    except UsageError as error:
+        raise ProgramError(str(error)) from None

@@ -1,0 +1,535 @@
+"""A bench: a world with its own clock, and the controllers and machines on it.  Seconds outside, nanoseconds inside."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, partial
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from axistwin.controllers.product import (
+    AlarmDevice,
+    BusDevice,
+    BusHost,
+    BusyDevice,
+    Device,
+    FollowedDevice,
+    Follower,
+    HandshakeDevice,
+    HintingDevice,
+    Listing,
+    ProceduralDevice,
+    Product,
+    ProgrammedDevice,
+    Register,
+    RegisteredDevice,
+    Rs485Device,
+    SerialDevice,
+    TroubledDevice,
+)
+from axistwin.errors import UsageError
+from axistwin.motion.train import HISTORY
+from axistwin.numbers import shortened, whole
+from axistwin.plant.axes import Axis
+from axistwin.plant.joystick import Joystick
+from axistwin.plant.master import Master
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.sim.by_hand import ByHand
+from axistwin.sim.clock import Clock, Process
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.pins import Pin, connect
+from axistwin.sim.progress import Line, LineWatcher
+from axistwin.sim.registers import RegisterPort
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.wirings import Wiring, daisy_chain, direct, shared_pair
+from axistwin.storage import FileStore, MemoryStore
+from axistwin.units import to_ns, to_seconds
+
+if TYPE_CHECKING:
+    from axistwin.fault_injection.injector import Faults
+
+LINE = re.compile(
+    r"(?P<baudrate>[1-9]\d{0,8})? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?", re.ASCII
+)
+FAMILIES = {
+    "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
+}  # fmt: skip
+"""Each model's package in `axistwin.controllers`, imported when the model is first asked for."""
+
+
+def product(model: str) -> Product:
+    """The product of this model name.  Raises UsageError if there is none."""
+    try:
+        family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
+    except KeyError:
+        raise UsageError(f"no model {model!r}: choose one of {', '.join(FAMILIES)}") from None
+    found: Product = family.PRODUCTS[model.lower()]
+    return found
+
+
+class Controller:
+    """A controller on a bench, with its plug, its terminals and its axes."""
+
+    def __init__(
+        self, name: str, made: Product, device: Device, axes: Mapping[str, Axis], plug: "_Plug | None" = None
+    ) -> None:
+        self.name, self.product = name, made
+        self.axes: Mapping[str, Axis] = axes
+        self.pins: Mapping[str, Pin] = device.pins
+        self.bench: Bench | None = None
+        """The bench it stands on."""
+        self._device, self._plug = device, plug
+        self.by_hand = ByHand(next(iter(self.pins.values())).clock)
+        """Reports what a person does to it: `power`."""
+        self.powered = False
+        """Whether it has been switched on."""
+        self.given: Mapping[str, Any] = {}
+        """The options it was added with; where it keeps its state is not among them."""
+        self.store: MemoryStore | FileStore = MemoryStore()
+        """What it keeps without power."""
+        self._second = _second_port(device, plug)
+        self._asked_for_second = False
+        self._lines: dict[str, str] = {}  # which of its channels, serial or rs485, are on which shared line
+        self._bus = device.bus if isinstance(device, BusDevice) else None
+        self.alarms = device.alarms if isinstance(device, AlarmDevice) else None
+        """Where it tells its fault flags."""
+        self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
+
+    def __repr__(self) -> str:
+        return f"<Controller {self.name}: {self.product.model}>"
+
+    @property
+    def serial(self) -> SerialPort:
+        """The host's end of its serial port.  Raises UsageError if it has none of its own."""
+        if self._plug is None:
+            raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
+        if "serial" in self._lines:
+            raise UsageError(
+                f"{self.name} is in the daisy chain {self._lines['serial']!r}: talk to the port that `chain` returned"
+            )
+        return self._plug.port
+
+    @property
+    def rs485(self) -> SerialPort:
+        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has none of its own."""
+        if "rs485" in self._lines:
+            raise UsageError(
+                f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
+            )
+        if self._second is None:
+            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+        self._asked_for_second = True
+        return self._second
+
+    @property
+    def bus(self) -> RegisterPort:
+        """Its registers as the host finds them on the bus.  Raises UsageError if it has none."""
+        if self._bus is None:
+            raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
+        return self._bus
+
+    @property
+    def ports(self) -> dict[str, SerialPort]:
+        """Serial ports of its own that a host talks to, by name; the second channel when somebody has asked for it."""
+        found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
+        if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
+            found[f"{self.name}.rs485"] = self._second
+        return found
+
+    @cached_property
+    def terminals(self) -> Mapping[str, Pin]:
+        """All that has a level: its pins, the control lines of its plug as it finds them, its interrupt on the bus."""
+        if self._bus is not None:
+            return {**self.pins, "interrupt": self._bus.interrupt_line}
+        if not isinstance(self._device, HandshakeDevice):
+            return self.pins
+        lines = self._device.lines
+        return {**self.pins, "dtr": lines.dtr, "rts": lines.rts, "dsr": lines.dsr, "cts": lines.cts}
+
+    @cached_property
+    def joystick(self) -> Joystick:
+        """The joystick that is connected to it.  Raises UsageError if it takes none."""
+        if self.product.joystick is None:
+            raise UsageError(f"{self.name} takes no joystick")
+        assert self.bench is not None, "it stands on a bench"
+        return Joystick(self.bench.clock, self.pins, self.product.joystick)
+
+    @cached_property
+    def registers(self) -> Mapping[str, Register]:
+        """Numbers and texts that it keeps, for those who look into it; traces can follow them."""
+        return self._device.registers() if isinstance(self._device, RegisteredDevice) else {}
+
+    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
+        """Have `follower` told of each change of these registers, late, if it computes ahead of the clock.
+
+        Returns what ends it; None: they change at events only, so that who looks on sees them.
+        """
+        return self._device.follow(names, follower) if isinstance(self._device, FollowedDevice) else None
+
+    @property
+    def programs(self) -> Mapping[str, Listing]:
+        """The programs or sequences that it keeps, by name, each with the line that is being carried out now."""
+        return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
+
+    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the very moment at which a line of a stored program begins.
+
+        `index` is from 0; `only`: just this program and index, which may cost much less.  The watcher may look at
+        everything and must change nothing there and then.  Returns what ends it.  Where there are no programs, nothing
+        ever comes.
+        """
+        return self._device.watch_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
+
+    @property
+    def ambient(self) -> float:
+        """The temperature around its motor, in °C.  Raises UsageError if it is not a motor."""
+        return self._motor("is no motor and has no `ambient`").ambient
+
+    @ambient.setter
+    def ambient(self, celsius: float) -> None:
+        self._motor("is no motor and has no `ambient`").ambient = celsius
+
+    @property
+    def master(self) -> Master:
+        """The external encoder wired to its pins A and B.  Raises UsageError if it takes none."""
+        return self._motor("is no motor and has no `master`").master
+
+    @property
+    def trouble(self) -> str:
+        """In a line, what keeps it from moving and what helps; empty if nothing does, or if it cannot tell."""
+        return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
+
+    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when `trouble` has something new to tell.  Returns what ends it."""
+        return self._device.watch_trouble(watcher) if isinstance(self._device, HintingDevice) else lambda: None
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is at work with what a host has asked for; False where it does not tell."""
+        return isinstance(self._device, BusyDevice) and self._device.busy
+
+    def power(self, on: bool) -> None:
+        """Switch it on or off.  What persists is what the real device keeps.
+
+        Where a procedure of the controller itself asks for it, such as by an edge that somebody watches, the switch
+        turns as soon as that procedure waits for something, in the same nanosecond.
+        """
+        self.by_hand.tell("power", on)
+        device = self._device
+        if isinstance(device, ProceduralDevice) and device.clock.active_process in device.procedures:
+            device.clock.soon(partial(self._switch, on))
+        else:
+            self._switch(on)
+
+    def power_cycle(self) -> None:
+        """Off and on again."""
+        self.power(False)
+        self.power(True)
+
+    def _switch(self, on: bool) -> None:
+        self.powered = on
+        self._device.power(on)
+        if not on:
+            self.store.end()
+
+    def _motor(self, complaint: str) -> ServoAxis:
+        if self._servo is None:
+            raise UsageError(f"{self.name} {complaint}: that is for SmartMotors")
+        return self._servo
+
+    def _rs485_uart(self) -> Uart:
+        if not isinstance(self._device, Rs485Device):
+            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+        return self._device.rs485
+
+    def _serial_uart(self) -> Uart:
+        if not isinstance(self._device, SerialDevice) or isinstance(self._device, HandshakeDevice):
+            raise UsageError(f"{self.name} cannot be in a daisy chain: that is for SmartMotors")
+        return self._device.uart
+
+
+@dataclass(frozen=True)
+class _Plug:
+    """A controller's serial connection, and how it was made."""
+
+    port: SerialPort
+    format: UartFormat
+    instant: bool
+
+
+def _second_port(device: Device, plug: _Plug | None) -> SerialPort | None:
+    """The host's end of a second channel, if there is one: a pair of wires of its own."""
+    if not isinstance(device, Rs485Device):
+        return None
+    assert plug is not None, "a second channel is beside a first"
+    return SerialPort(plug.port.clock, shared_pair([device.rs485], instant=plug.instant), line=plug.format)
+
+
+@dataclass(frozen=True)
+class SharedLine:
+    """A daisy chain or an RS-485 line: its host's end, and the motors on it in order."""
+
+    port: SerialPort
+    motors: tuple[Controller, ...]
+
+
+class Bench:
+    """Controllers and machines in one virtual time, from 0 ns."""
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.controllers: dict[str, Controller] = {}
+        self.lines: dict[str, SharedLine] = {}
+        """Daisy chains and RS-485 lines by name."""
+        self.origin: dict[str, str] = {}
+        """What it was made from, for those who want to know later: `scene` (its name and hash), `seed`."""
+        self.agenda_ns = 0
+        """Until then somebody has something to do here by himself, such as the script of a scene."""
+        self.attendants: dict[str, BusHost] = {}
+        """Hosts that speak to boards on a bus in whole commands, by the names of the boards; each has one at a time."""
+        self.senders: dict[str, Process] = {}
+        """Hosts that send what has been loaded, by the names of the controllers."""
+        self._faults: Faults | None = None
+
+    @property
+    def faults(self) -> "Faults":
+        """What goes wrong here: `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
+        if self._faults is None:
+            from axistwin.fault_injection.injector import Faults  # late: most benches have none
+
+            self._faults = Faults(self)
+        return self._faults
+
+    @property
+    def now(self) -> int:
+        """Virtual time in nanoseconds."""
+        return self.clock.now
+
+    @property
+    def seconds(self) -> float:
+        """Virtual time in seconds."""
+        return to_seconds(self.clock.now)
+
+    def __getitem__(self, name: str) -> Controller:
+        """The controller of this name."""
+        try:
+            return self.controllers[name]
+        except KeyError:
+            known = ", ".join((*self.controllers, *self.lines))
+            raise UsageError(f"no controller {name!r} here: there are {known}") from None
+
+    @property
+    def ports(self) -> dict[str, SerialPort]:
+        """Every serial port that a host may talk to, by name: the controllers' own, then those of shared lines."""
+        own = {name: port for controller in self.controllers.values() for name, port in controller.ports.items()}
+        return own | {name: line.port for name, line in self.lines.items()}
+
+    def port(self, name: str) -> SerialPort:
+        """The host's end of a controller (`motor`), its second channel (`motor.rs485`) or a shared line (`chain`).
+
+        Raises UsageError if there is none of this name.
+        """
+        if name in self.lines:
+            return self.lines[name].port
+        controller, dot, channel = name.rpartition(".")
+        if dot and channel == "rs485" and controller in self.controllers:
+            return self[controller].rs485
+        return self[name].serial
+
+    def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
+        """Call `happens` each time this comes true, at that very nanosecond: "table.X passes 1000", "motor raises Be".
+
+        The sentences are those that a fault may wait for.  `here`: the controller whose things need not be written with
+        its name.  Returns what ends it.  Raises UsageError if there is no such thing.
+        """
+        from axistwin.fault_injection import triggers  # late: most benches need none
+
+        return triggers.read(sentence, self, self.faults, here)(happens)
+
+    def run(self, seconds: float) -> None:
+        """Advance virtual time; everything due by then, inclusive, has happened.
+
+        Raises UsageError for a negative time, and for one after the end of virtual time (292 years).
+        """
+        if seconds < 0:
+            raise UsageError(f"time runs forwards only: run({seconds!r})")
+        self.clock.run_to(self.clock.later(to_ns(seconds)))
+
+    def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
+        """Advance until `condition()` is true or `timeout` seconds have passed; tells which.
+
+        It is asked at every event (an edge, a character, the beginning or end of a motion) and, while a servo moves, at
+        every sample.  Single pulses are no events, so a condition on a stepper's position within a move is seen at the
+        next one.  Raises UsageError for a time-out after the end of virtual time (292 years).
+        """
+        deadline_ns = self.clock.later(to_ns(timeout))
+        servos = [controller._servo for controller in self.controllers.values() if controller._servo is not None]
+        while not condition():
+            samples_ns = (servo.next_sample_ns() for servo in servos)
+            due_ns = min((ns for ns in (self.clock.next_event_ns(), *samples_ns) if ns is not None), default=None)
+            if due_ns is None or due_ns > deadline_ns:
+                self.clock.run_to(deadline_ns)
+                return bool(condition())
+            if due_ns == self.clock.next_event_ns():
+                self.clock.step()
+            else:
+                self.clock.run_to(due_ns)
+        return True
+
+    def add(
+        self,
+        model: str,
+        name: str | None = None,
+        *,
+        state: str | Path | None = None,
+        line: str | UartFormat | None = None,
+        history: int = HISTORY,
+        **options: Any,
+    ) -> Controller:
+        """Put a controller on the bench; it has just been switched on.
+
+        `state`: directory for what it keeps without power (None: kept as long as the bench).  `line`: the host's
+        UART format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: strokes per axis to
+        remember (of a servo, ten samples with motion for each).  An axis name takes that axis's options
+        (`limits`, `home`, `encoder`, `motor`, `load`); everything else is an option of the model.
+        """
+        made = product(model)
+        name = name or self._free_name(made.model)
+        self._check_name(name)
+        given = {key: value for key, value in {**options, "line": line}.items() if value is not None}
+        axis_options = {axis: _table(axis, options.pop(axis, None) or {}) for axis in made.axes}
+        own_options = _options(made, options)
+        if type(history) is not int or history < 2:
+            raise UsageError(f"history={history!r}: give a number of strokes, 2 or more")
+        if line is not None and made.line is None:
+            raise UsageError(f"{made.model} has no serial port: leave out `line`")
+        axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
+        store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
+        device = made.build(self.clock, axes, own_options, store)
+        _fit_switches(made, device, axes, axis_options)
+        plug = _plug(self.clock, device, line, made.line) if isinstance(device, SerialDevice) else None
+        controller = Controller(name, made, device, axes, plug)
+        controller.bench, controller.given, controller.store = self, given, store
+        self.controllers[name] = controller
+        controller.power(True)
+        return controller
+
+    def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
+        """The host's end of an RS232 daisy chain: host, first motor, …, last motor, host.
+
+        What a motor transmits goes to the next one, so each must echo what is to reach the others (`ECHO`).  The
+        chain takes the place of the motors' own `serial` ports, in the format of the first.
+        """
+        return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
+
+    def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
+        """The host's end of an RS485 line: one pair of wires on which everybody hears everybody.
+
+        Two that talk at once garble each other's characters.  It takes the place of the motors' own `rs485` ports.
+        """
+        return self._share("rs485", "rs485", shared_pair, [motor._rs485_uart() for motor in motors], motors, name)
+
+    def _share(
+        self,
+        channel: str,
+        kind: str,
+        wiring: Callable[..., Wiring],
+        uarts: list[Uart],
+        motors: tuple[Controller, ...],
+        name: str | None,
+    ) -> SerialPort:
+        """Put a channel of these motors on a line of its own."""
+        if not motors:
+            raise UsageError(f"{kind}() joins motors: name at least one")
+        for motor in motors:
+            if self.controllers.get(motor.name) is not motor:
+                raise UsageError(f"{motor.name} is not on this bench: {kind}() joins motors of one bench")
+            if channel in motor._lines or motors.count(motor) > 1:
+                raise UsageError(f"{motor.name} is on {motor._lines.get(channel, 'this line')!r} already: name it once")
+        name = name or self._free_name(kind)
+        self._check_name(name)
+        plug = motors[0]._plug
+        assert plug is not None, "motors with channels have a plug"
+        port = SerialPort(self.clock, wiring(uarts, instant=plug.instant), line=plug.format)
+        for motor in motors:
+            motor._lines[channel] = name
+        self.lines[name] = SharedLine(port, motors)
+        return port
+
+    def _check_name(self, name: str) -> None:
+        if name in self.controllers or name in self.lines:
+            kind = "a controller" if name in self.controllers else "a line"
+            raise UsageError(f"there is {kind} {name!r} already: choose another name")
+
+    def _free_name(self, model: str) -> str:
+        taken = self.controllers.keys() | self.lines.keys()
+        candidates = (model if n == 1 else f"{model}-{n}" for n in range(1, len(taken) + 2))
+        return next(name for name in candidates if name not in taken)
+
+
+def _plug(clock: Clock, device: SerialDevice, line: str | UartFormat | None, usual: UartFormat | None) -> _Plug:
+    """The host's end.  Where there are control lines, its DTR goes to the device's DSR, its RTS to the device's CTS."""
+    assert usual is not None, "a product with a serial port names its usual format"
+    fmt, instant = line_format(line, usual)
+    wiring = direct(device.uart, instant=instant)
+    if not isinstance(device, HandshakeDevice):
+        return _Plug(SerialPort(clock, wiring, line=fmt), fmt, instant)
+    port = SerialPort(clock, wiring, device.dtr, device.rts, line=fmt)
+    connect(port.host.dtr_line, device.dsr)
+    connect(port.host.rts_line, device.cts)
+    return _Plug(port, fmt, instant)
+
+
+def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
+    """`"9600 8N2"`, `"instant"` or both, as a format and whether characters take no time."""
+    if text is None or isinstance(text, UartFormat):
+        return text or usual, False
+    if not isinstance(text, str):
+        raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+    words = text.replace(",", " ").split()
+    instant = "instant" in words
+    match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
+    if match is None:
+        raise UsageError(f"no line format {shortened(text)}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+    baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
+    if match["frame"] is None:
+        return replace(usual, baudrate=baudrate), instant
+    parity: Any = match["parity"].upper()
+    return UartFormat(baudrate, int(match["bits"]), parity, float(match["stop"])), instant
+
+
+def _options(made: Product, given: dict[str, Any]) -> Any:
+    known = [field.name for field in fields(made.options)]
+    for name in given:
+        if name not in known:
+            raise UsageError(f"{made.model} has no option {name!r}: it takes {', '.join((*made.axes, *known))}")
+    return made.options(**given)
+
+
+def _table(name: str, given: object) -> dict[str, Any]:
+    """An axis's options as they were given."""
+    if not isinstance(given, Mapping):
+        raise UsageError(f'axis {name}={given!r}: give its options, such as {name}={{"limits": (-100, 5000)}}')
+    return dict(given)
+
+
+def _fit_switches(
+    made: Product, device: Device, axes: Mapping[str, Axis], options: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Limit switches open beyond `limits`; the home input is high within `home`."""
+    minus, plus = [], []
+    for name, axis in axes.items():
+        if options[name].get("limits") is not None:
+            first, last = options[name]["limits"]
+            minus.append(PositionSwitch(axis, first, None))
+            plus.append(PositionSwitch(axis, None, last))
+        if options[name].get("home") is not None:
+            if made.home_pin is None:
+                raise UsageError(f"{made.model} has no home input: leave out `home` of axis {name}")
+            in_series([PositionSwitch(axis, *options[name]["home"])], device.pins[made.home_pin])
+    if made.limit_pins and minus:
+        in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)
+        in_series(plus, device.pins[made.limit_pins[1]], closed=made.closed_level)

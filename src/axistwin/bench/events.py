@@ -1,0 +1,185 @@
+"""What can be observed on a bench from outside: characters on lines, messages on a bus, levels and voltages.
+
+`controller` is the name of whom the host talks to (see `partners.py`), or of the controller that a terminal is on.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import partial
+
+from axistwin.bench import endpoints
+from axistwin.bench.actions import in_words, lead_in_words, on_a_bus
+from axistwin.bench.bench import Bench, Controller
+from axistwin.fault_injection.injector import Fault
+from axistwin.fault_injection.sentences import write as written
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.frames import LineError
+from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.registers import RegisterPort
+from axistwin.sim.serial_port import SerialPort
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A host has something to transmit, from `time_ns` on; on a bus, it has handed over a command."""
+
+    time_ns: int
+    controller: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A host has received a character; on a bus, a message lies ready for it."""
+
+    time_ns: int
+    controller: str
+    data: bytes
+    errors: LineError = LineError.NONE
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """A terminal has taken another level; `driven` if somebody forces it to.
+
+    The lines of the serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
+    """
+
+    time_ns: int
+    controller: str
+    pin: str
+    level: bool
+    driven: bool = False
+    flashing: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """An analog terminal has taken another voltage; if that has changed its level, a `Changed` has told it before."""
+
+    time_ns: int
+    controller: str
+    pin: str
+    volts: float
+    driven: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Broke:
+    """A host has sent a break of so many seconds."""
+
+    time_ns: int
+    controller: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A fault has begun, or has been mended; `act` is what does it in a conversation, `words` what follows."""
+
+    time_ns: int
+    controller: str
+    act: str
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Handled:
+    """A person has done something to a machine: `! act value` does it in a conversation."""
+
+    time_ns: int
+    controller: str
+    act: str
+    value: str
+
+
+Event = Said | Heard | Changed | Turned | Broke | Failed | Handled
+Sink = Callable[[Event], None]
+
+
+@contextmanager
+def observing(bench: Bench, sink: Sink) -> Iterator[None]:
+    """Give `sink` everything that happens on the bench, as it happens."""
+    with ExitStack() as stack:
+        for name in endpoints.names(bench):
+            if endpoints.at_a_bus(bench, name):
+                _observe_bus(bench, name, bench[name].bus, sink, stack)
+            else:
+                _observe_port(bench, name, bench.port(name), sink, stack)
+        for controller in bench.controllers.values():
+            _observe_person(bench, controller, sink, stack)
+            _observe_pins(bench, controller, sink, stack)
+        stack.callback(bench.faults.watch(partial(_failed, bench, sink)))
+        yield
+
+
+def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
+    where = fault.spot.name.partition(".")[0]
+    if what == "begins":
+        sink(Failed(bench.now, where, "fault", written(fault)))
+    elif fault.on:  # and is mended
+        sink(Failed(bench.now, where, "mend", fault.name))
+
+
+def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
+    """Test leads, power, and what can be done to axes, a joystick, an external encoder."""
+
+    def handled(target: str, *values: float) -> None:
+        sink(Handled(bench.now, controller.name, target, in_words(target, *values)))
+
+    def led(name: str, pin: Pin) -> None:
+        sink(Handled(bench.now, controller.name, name, lead_in_words(pin)))
+
+    def at_axis(name: str, act: str, *values: float) -> None:
+        handled(act if act == "ambient" else f"{name}.{act}", *values)
+
+    for name, pin in controller.pins.items():
+        stack.callback(pin.watch_lead(partial(led, name, pin)))
+    stack.callback(controller.by_hand.watch(handled))
+    if controller.product.joystick is not None:
+        stack.callback(controller.joystick.by_hand.watch(handled))
+    for name, axis in controller.axes.items():
+        stack.callback(axis.by_hand.watch(partial(at_axis, name)))
+        if isinstance(axis, ServoAxis):
+            stack.callback(axis.master.by_hand.watch(handled))
+
+
+def terminals(controller: Controller) -> dict[str, Pin]:
+    """All that has a level and keeps it for a while: pins, and control lines of the serial connection or the bus."""
+    pins = {name: pin for name, pin in controller.pins.items() if not pin.restless}
+    if on_a_bus(controller):
+        return {**pins, "interrupt": controller.bus.interrupt_line}
+    port = controller.ports.get(controller.name)
+    if port is None or not port.handshake:
+        return pins
+    lines = {"dtr": port.dtr_line, "rts": port.rts_line, "host.dtr": port.host.dtr_line, "host.rts": port.host.rts_line}
+    return {**pins, **lines}
+
+
+def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: ExitStack) -> None:
+    clock = bench.clock
+    stack.callback(bus.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(bus.hear(lambda data: sink(Heard(clock.now, name, data))))
+
+
+def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
+    clock = bench.clock
+    stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
+    stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+
+
+def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
+    name, clock = controller.name, bench.clock
+
+    def changed(pin_name: str, pin: Pin) -> None:
+        sink(Changed(clock.now, name, pin_name, pin.level, pin.driven, pin.flashing))
+
+    def turned(pin_name: str, pin: UserPin) -> None:
+        sink(Turned(clock.now, name, pin_name, pin.volts, pin.driven))
+
+    for pin_name, pin in terminals(controller).items():
+        stack.callback(pin.watch(partial(changed, pin_name)))
+        if isinstance(pin, UserPin):
+            stack.callback(pin.watch_volts(partial(turned, pin_name)))

@@ -1,0 +1,92 @@
+"""A host at the other end of a controller's port, whatever port it is: what it says, and what it hears.
+
+To listen in on what others say is something else: `bench/events.py`.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from axistwin.bench import endpoints
+from axistwin.bench.bench import Bench, Controller
+from axistwin.controllers.product import BusHost
+from axistwin.sim.serial_port import SerialPort
+from axistwin.units import MS
+
+
+class Host(Protocol):
+    """Says things and hears things."""
+
+    @property
+    def pending(self) -> int:
+        """What has not been said yet."""
+
+    @property
+    def pause_ns(self) -> int:
+        """After such a silence nothing more belongs to what has been heard."""
+
+    def write(self, data: bytes) -> None:
+        """Say this, as soon as it can be said."""
+
+    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `hearer` with what comes.  Returns what ends it."""
+
+
+@contextmanager
+def host_of(controller: Controller) -> Iterator[Host]:
+    """A host for this controller.  At a bus it attends to the registers meanwhile."""
+    attend = controller.product.attend
+    if attend is None:
+        yield _Serial(controller.serial)
+        return
+    attendant = attend(controller.bus)
+    try:
+        yield _Bus(attendant)
+    finally:
+        attendant.close()
+
+
+@contextmanager
+def host_at(bench: Bench, name: str) -> Iterator[Host]:
+    """A host for whoever is reached under this name: a controller, its second channel, or a shared line."""
+    if endpoints.at_a_bus(bench, name):
+        with host_of(bench[name]) as host:
+            yield host
+    else:
+        yield _Serial(bench.port(name))
+
+
+class _Serial:
+    def __init__(self, port: SerialPort) -> None:
+        self._port = port
+
+    @property
+    def pending(self) -> int:
+        return self._port.pending
+
+    @property
+    def pause_ns(self) -> int:
+        return 3 * self._port.host.format.frame_ns
+
+    def write(self, data: bytes) -> None:
+        self._port.write(data)
+
+    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._port.hear(lambda byte, _: hearer(bytes([byte])))
+
+
+class _Bus:
+    pause_ns = 20 * MS
+
+    def __init__(self, attendant: BusHost) -> None:
+        self._attendant = attendant
+
+    @property
+    def pending(self) -> int:
+        return self._attendant.pending
+
+    def write(self, data: bytes) -> None:
+        self._attendant.write(data)
+
+    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._attendant.hear(hearer)

@@ -1,0 +1,150 @@
+"""`axistwin check`: what is wrong with programs and scenes, with line, column and the manual's chapter."""
+
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import click
+
+from axistwin.bench import FAMILIES, product
+from axistwin.controllers.diagnostics import Diagnostic, Severity
+from axistwin.controllers.product import Product
+from axistwin.diagnostics import codes
+from axistwin.diagnostics import fix as check_fix
+from axistwin.diagnostics.checking import (
+    SCENE,
+    as_diagnostic,
+    check_kind,
+    diagnose,
+    diagnose_text,
+    kind_of,
+    load,
+    product_for,
+)
+from axistwin.diagnostics.formats import Checked, as_github, as_json, as_sarif, as_text
+from axistwin.errors import ProgramError, UsageError
+
+__all__ = ["check", "diagnose"]
+
+FORMATS = ("text", "json", "sarif", "github")
+
+
+@click.command(short_help="Find what is wrong with programs and scenes.")
+@click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...")
+@click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="How to tell it; text if left out.")
+@click.option("--json", "as_json_", is_flag=True, help="The same as --format json.")
+@click.option("--fix", is_flag=True, help="Mend what can be meant in one way only, and say what was done.")
+@click.option("--strict", is_flag=True, help="Warnings too make it fail.")
+@click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain a code, or all of them.")
+def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, strict: bool, code: str | None) -> int:
+    """Find what a controller would refuse in FILEs, and what can hardly be meant, without running them.
+
+    A FILE is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
+    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms), or a
+    scene (.toml).  MODEL may be left out where the file says it: a conversation by `; model: if1`, the others by
+    their suffix (.if1 is checked for an IF1, .181x for an 1811).  For each finding one line is printed:
+
+    \b
+      moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]
+
+    An error is refused by the controller.  A warning is obeyed, or ignored, but hardly as it was meant.  All codes
+    are in docs/diagnostics.md.
+
+    Exit code 0: no errors.  1: there are errors, or with --strict warnings.  2: wrong usage.
+
+    \b
+    Examples:
+      axistwin check if1 moves.if1
+      axistwin check if2 tests/*.talk --format github
+      axistwin check home.sms --fix
+      axistwin check bench.toml
+      axistwin check --codes DP301
+    """
+    form = "json" if as_json_ else form
+    if code is not None:
+        _explain(code, form)
+        return 0
+    made, files = _targets(arguments)
+    checked = [_check(file, made, fix, quiet=form != "text") for file in files]
+    _tell(checked, made, form)
+    worst = [each for one in checked for each in one.found if strict or each.severity is Severity.ERROR]
+    return 1 if worst else 0
+
+
+def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
+    """The model, if one is named, and the files."""
+    first = arguments[0] if arguments else ""
+    named = first.lower() in FAMILIES or not Path(first).suffix
+    made = product(first) if arguments and named else None
+    files = [Path(argument) for argument in arguments[named:]]
+    if not files:
+        raise UsageError("nothing to check: name a program or a scene, like axistwin check if1 moves.if1")
+    if made is not None and made.check is None:
+        raise UsageError(f"programs for {made.model} cannot be checked")
+    return made, files
+
+
+def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
+    kind = kind_of(file)
+    if kind == SCENE:
+        from axistwin.diagnostics.scenes import diagnose_scene  # late: pydantic, and every family a scene names
+        from axistwin.scenes.source import read_text
+
+        return Checked(file, read_text(file), diagnose_scene(file))
+    try:
+        text = load(file)
+    except ProgramError as error:  # it is no text
+        return Checked(file, "", [as_diagnostic(error)])
+    target = made or product_for(kind, text)
+    check_kind(file, target)
+    if not fix:
+        return Checked(file, text, diagnose_text(text, kind, target, str(file)), target.model)
+    return _mended(file, target, quiet)
+
+
+def _mended(file: Path, target: Product, quiet: bool) -> Checked:
+    text, encoding = check_fix.read_exactly(file)
+    better, done, left = check_fix.mend(text, lambda each: diagnose_text(each, kind_of(file), target))
+    if done:
+        check_fix.replace(file, better, encoding)
+    for each in done:
+        assert each.fix is not None
+        click.echo(f"{file}:{each.line}:{each.column}: fixed {each.code}: {each.fix.title}", err=quiet)
+    return Checked(file, better, left, target.model)
+
+
+def _tell(checked: Sequence[Checked], made: Product | None, form: str) -> None:
+    if form == "json":
+        click.echo(as_json(checked, made.model if made is not None else checked[0].model or None))
+        return
+    if form == "sarif":
+        click.echo(as_sarif(checked))
+        return
+    for each in checked:
+        for line in as_github(each) if form == "github" else as_text(each, excerpts=sys.stdout.isatty()):
+            click.echo(line)
+    name = str(checked[0].file) if len(checked) == 1 else f"{len(checked)} files"
+    click.echo(f"axistwin: {name}: {_summary([found for each in checked for found in each.found])}", err=True)
+
+
+def _summary(found: Iterable[Diagnostic]) -> str:
+    listed = list(found)
+    errors = sum(each.severity is Severity.ERROR for each in listed)
+    counts = [(errors, "error"), (len(listed) - errors, "warning")]
+    told = [f"{count} {noun}{'s' * (count != 1)}" for count, noun in counts if count]
+    sure = sum(each.fix is not None and each.fix.sure for each in listed)
+    note = f" ({sure} can be mended by --fix)" if sure else ""
+    return (", ".join(told) or "nothing wrong") + note
+
+
+def _explain(code: str, form: str) -> None:
+    if form not in ("text", "json"):
+        raise UsageError(f"--codes is told as text or json: leave out --format {form}")
+    found = codes.select(code)
+    if form == "json":
+        click.echo(json.dumps([codes.as_dict(rule) for rule in found], ensure_ascii=False))
+        return
+    for rule in found:
+        for line in codes.explained(rule):
+            click.echo(line)

@@ -1,0 +1,295 @@
+"""`axistwin demo`: a short session with each kind of controller: what was said, what moved, and a picture of it.
+
+The sessions are an example, too: to the controllers they do what `from axistwin import Bench` offers, and no more.
+"""
+
+from pathlib import Path
+
+import click
+
+from axistwin import Bench, __version__
+from axistwin.bench import Controller
+from axistwin.bench.control_characters import word
+from axistwin.plots.history import watching
+from axistwin.reports import transcript
+from axistwin.reports.columns import columns
+
+COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
+"""The host says, the controller says, somebody does, it has become so."""
+WIDTH = 22
+"""Of what is said; where that is longer, its note stands in the next line."""
+
+NEXT = (
+    ("axistwin term if1", "talk to one yourself"),
+    ("axistwin serve if1 --tcp :5001 --show-hosts", "let your host program talk to one"),
+    ("axistwin run if1 moves.if1 --plot moves.png", "run your own command lines"),
+    ("axistwin run smartmotor home.sms --plot home.png", "or the program of a motor"),
+    ("axistwin check if1 moves.if1", "what would it refuse?"),
+    ("axistwin commands if1", "all there is to say"),
+)
+
+
+@click.command(short_help="A short session that needs nothing but the package.")
+@click.option(
+    "--plot",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=Path("axistwin-demo.png"),
+    show_default=True,
+    help="Where to draw it: FILE.png or FILE.svg.",
+)
+def demo(plot: Path) -> None:
+    """See it work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a SmartMotor
+    runs into a limit switch and is held fast.
+
+    All of it is computed in virtual time, as fast as it goes.  A picture of what the IF1 moved is written to the
+    current directory, or where --plot says.
+
+    \b
+    Examples:
+      axistwin demo
+      axistwin demo --plot /tmp/demo.svg
+    """
+    from axistwin.cli.plot import draw
+    from axistwin.plots.picture import check_suffix
+
+    check_suffix(plot)
+    click.secho(f"axistwin {__version__}: legacy motion controllers without the hardware", bold=True)
+    bench = Bench()
+    if1 = bench.add("if1", X={"limits": (-500, 6500)})
+    with watching(bench) as history:
+        three_motors(_Session(bench, if1))
+    power_cut()
+    two_registers()
+    motor_with_a_language()
+    _chapter("What the IF1 has moved")
+    for line in transcript.summary(history):
+        click.echo(f"    {line}")
+    draw(history, plot, "axistwin demo: an IF1 moves three motors")
+    _chapter(f"Drawn in {plot}.  And now:")
+    for line in columns(NEXT):
+        click.echo(f"    {line}")
+
+
+def three_motors(if1: "_Session") -> None:
+    """Initialise an IF1, and use most of what it can do."""
+    _chapter("An IF1 is switched on, and finds out how fast its host talks")
+    if1.wait(1.5)
+    if1.say("(", "its first bits tell the baud rate", end="")
+    if1.hear("it was 9600")
+    if1.say("U61", "8 data bits, 2 stop bits, no parity")
+    if1.wait(1.2)
+
+    _chapter("It runs motors")
+    if1.say("^20", "from now on ramps of 20,000 steps/s²")
+    if1.wait(1.1)
+    if1.explain("its new ramp takes it a second")
+    if1.say("X4000@4000$", "X by 4000 steps, at 4000 steps/s")
+    if1.wait(0.3)
+    if1.ask("E", "it is busy")
+    if1.ask("N", "at speed it counts by 256 steps")
+    if1.come_to_rest()
+    if1.look("X", "Y")
+    if1.say("X-2000/Y1000@3000$", "a straight line: Y at half the speed")
+    if1.come_to_rest()
+    if1.look("X", "Y")
+
+    _chapter("It waits for a button, and drills two holes")
+    if1.say(":H1Z400@2000S1:P0,20:Z-R1:=1,1:$", "input 1: down, drill, 200 ms, up; once more")
+    if1.wait(0.3)
+    if1.press("input1", True)
+    if1.ask("O", "it is carrying out step 1")
+    if1.wait(1.6)
+    if1.press("input1", False)
+    if1.look("Z")
+
+    _chapter("It runs X into a limit switch, and away from it")
+    if1.say("X@4000G$", "no distance: on and on")
+    if1.come_to_rest()
+    if1.ask("K", "limit; asking has cleared it")
+    steps = if1.ask("N", "steps since the run began")
+    if1.say(f"X-{steps}$", "as many the other way")
+    if1.come_to_rest()
+    if1.look("X")
+
+
+def power_cut() -> None:
+    """Store a sequence in an IF2, lock it, and take its power and its host away."""
+    bench = Bench()
+    if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
+    _chapter("An IF2 keeps its sequence through a power cut, and needs no host any more")
+    if2.wait(1.5)
+    if2.say("(", "", end="")
+    if2.hear("")
+    if2.say("U61")
+    if2.wait(1.2)
+    if2.say("@2000", "2000 steps/s")
+    if2.say(":H1X800:L1X-:=0,1:$", "input 1 high: out, low: back; for ever")
+    if2.say("[", "locked: that is kept without power")
+    if2.power(False)
+    if2.wait(0.5)
+    if2.power(True)
+    if2.wait(1.5)
+    if2.explain("its battery has kept the sequence")
+    if2.press("input1", True)
+    if2.come_to_rest()
+    if2.look("X")
+    if2.press("input1", False)
+    if2.come_to_rest()
+    if2.look("X")
+    if2.ask("E", "locked: it answers questions only")
+
+
+def two_registers() -> None:
+    """Move the motor of an 1811 through the two registers that its host has."""
+    bench = Bench()
+    board = _BoardSession(bench, bench.add("1811"))
+    _chapter("An 1811 has two registers on a Multibus, and speaks in opcodes")
+    board.wait(1.1)
+    board.say("31 00 00 00 00 61 A8 00 03 D0 90", "default move: 25,000 pulses/s, 250,000 pulses/s²")
+    board.say("33 00 00 C3 50", "go 50,000 pulses")
+    board.wait(1.0)
+    board.ask("80", "on its way: so many of them are out")
+    board.come_to_rest()
+    board.look("motor")
+    board.ask("83", "C3 50 hex are 50,000 pulses from absolute zero")
+
+
+def motor_with_a_language() -> None:
+    """Move a SmartMotor, drive it into a limit switch, and hold its shaft."""
+    bench = Bench()
+    motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
+    _chapter("A SmartMotor is a servo motor that understands a language of its own")
+    motor.wait(0.3)
+    motor.ask("RSP", "245.76 µs from sample to sample; firmware 4.76")
+    motor.say("MP A=300 V=400000 P=6000 G", "to 6000 counts, with its own units of speed")
+    motor.wait(0.2)
+    motor.ask("RP", "so far it has come")
+    motor.come_to_rest()
+    motor.ask("RPE", "counts that it is away from where it should be")
+    motor.say("MV G", "on and on: the switch at 9000 stops it")
+    motor.come_to_rest()
+    motor.ask("RMODE", "B: its windings are shorted, which brakes it")
+    motor.look("shaft")
+    motor.say("ZS MP P=0 G", "the fault is cleared; away from the switch")
+    motor.wait(0.2)
+    motor.jam()
+    motor.wait(0.5)
+    motor.ask("RBe", "its position error was too large: it gave up")
+    motor.look("shaft")
+
+
+class _Session:
+    """Does things with a controller, and tells what is done and what comes of it."""
+
+    def __init__(self, bench: Bench, controller: Controller) -> None:
+        self.bench, self.controller = bench, controller
+        self.heard = b""
+
+    def say(self, text: str, note: str = "", end: str = "\r") -> None:
+        """The host transmits."""
+        data = (text + end).encode()
+        self._tell(">", "".join(map(word, data)), note)
+        self.controller.serial.write(data)
+        self.bench.run(0.002 + 0.00115 * len(data))  # so long it takes at 9600 baud
+
+    def hear(self, note: str) -> None:
+        """The host waits for an answer."""
+        self.heard = b""
+        self.bench.run_until(self._answered, 2.0)
+        self._tell("<", "".join(map(word, self.heard)), note)
+
+    def _answered(self) -> bool:
+        self.heard += self.controller.serial.read()
+        return self.heard.endswith(b"\r")
+
+    def ask(self, question: str, note: str) -> str:
+        """Question and answer in one; returns the answer."""
+        self.say(question)
+        self.hear(note)
+        return self.heard.decode().strip()
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        self.bench.run(seconds)
+
+    def press(self, button: str, down: bool) -> None:
+        """Somebody at the machine."""
+        self.controller.pins[button].drive(down)
+        self._tell("!", f"{button} {'high' if down else 'low'}", "somebody presses it" if down else "somebody lets go")
+        self.bench.run(0.01)
+
+    def power(self, on: bool) -> None:
+        """Somebody at the switch."""
+        self.controller.power(on)
+        self._tell("!", f"power {'on' if on else 'off'}", "")
+
+    def come_to_rest(self) -> None:
+        """Wait until no axis moves any more."""
+        axes = self.controller.axes.values()
+        self.bench.run_until(lambda: not any(axis.velocity for axis in axes), 60.0)
+        self.bench.run(0.01)
+
+    def look(self, *names: str) -> None:
+        """Tell where axes stand."""
+        positions = (f"{name} {self.controller.axes[name].position}" for name in names)
+        self._tell("=", ", ".join(positions), "")
+
+    def _tell(self, mark: str, what: str, note: str) -> None:
+        time = click.style(f"{self.bench.seconds:9.3f} s", dim=True)
+        said = f"  {time}  {click.style(f'{mark} {what}', fg=COLOURS[mark])}"
+        if len(what) > WIDTH:
+            click.echo(said)
+            self.explain(note)
+        else:
+            gap = " " * (WIDTH - len(what) + 2)
+            click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
+
+    def explain(self, note: str) -> None:
+        """A word on what has just been said."""
+        click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
+
+
+class _MotorSession(_Session):
+    """The same with a servo motor, which is looked at now and then, as it has no single pulses."""
+
+    def come_to_rest(self) -> None:
+        """Wait until its trajectory is done and its shaft stands."""
+        while self.controller.axes["shaft"].moving:
+            self.bench.run(0.01)
+
+    def jam(self) -> None:
+        """Somebody holds its shaft so that it cannot turn."""
+        self.controller.axes["shaft"].jam()
+        self._tell("!", "shaft.jam on", "somebody holds its shaft")
+
+
+class _BoardSession(_Session):
+    """The same with a board on a bus, by the handshake of its manual."""
+
+    def say(self, text: str, note: str = "", end: str = "") -> None:
+        """The host writes a command string, and sets CB bit 4."""
+        bus = self.controller.bus
+        self._tell(">", text + end, note)
+        for byte in bytes.fromhex(text):
+            bus.write(0, byte)
+        bus.write(1, 0x10)
+        self.bench.run_until(lambda: bus.read(1) & 0x10, 1.0)
+
+    def hear(self, note: str) -> None:
+        """The host waits for SB bit 3, reads a message, and sets CB bit 7."""
+        bus = self.controller.bus
+        self.bench.run_until(lambda: bus.read(1) & 0x08, 1.0)
+        self.heard = bytes(bus.read(0) for _ in range(16))
+        bus.write(1, 0x80)
+        self._tell("<", self.heard.hex(" ").upper(), note)
+
+    def ask(self, question: str, note: str) -> str:
+        """A request and its message; returns it in hex."""
+        self.say(question)
+        self.hear(note)
+        return self.heard.hex()
+
+
+def _chapter(title: str) -> None:
+    click.echo()
+    click.secho(title, bold=True)

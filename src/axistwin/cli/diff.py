@@ -1,0 +1,98 @@
+"""`axistwin diff`: the first difference between two traces."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from axistwin.cli.seconds import Number
+from axistwin.reports.columns import columns
+from axistwin.traces.differences import Comparison, Difference, Tolerance, compare
+from axistwin.units import S, to_ns
+
+FILE = click.Path(dir_okay=False, path_type=Path)
+MOST = 20
+"""Signals that are told."""
+
+
+@click.command(short_help="Find the first difference between two traces.")
+@click.argument("first", type=FILE)
+@click.argument("second", type=FILE)
+@click.option("--signals", metavar="NAME,…", help="Which signals, * for anything: 'if1.X.*,if1.output?'.  All of them.")
+@click.option("--tolerance", type=Number(min=0), default=0.0, help="Numbers may differ by so much.")
+@click.option("--time-tolerance", type=Number(min=0), default=0.0, metavar="SECONDS",
+              help="A change may come so much earlier or later.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
+@click.option("--plot", type=FILE, help="Draw both around the first difference: FILE.svg or FILE.png.")
+def diff(
+    first: Path,
+    second: Path,
+    signals: str | None,
+    tolerance: float,
+    time_tolerance: float,
+    as_json: bool,
+    plot: Path | None,
+) -> int:
+    """Compare two traces, FIRST and SECOND, signal by signal, as long as both go.
+
+    They may be of different kinds: .csv, .vcd, .parquet.  Tells the first difference in time and, in order of time,
+    which signals differ and from when on.  Exit code 1 if there is a difference.
+
+    \b
+    Examples:
+      axistwin diff yesterday.parquet today.parquet
+      axistwin diff before.csv after.csv --signals 'table.*' --time-tolerance 0.001
+      axistwin diff good.vcd bad.vcd --plot where.png
+    """
+    from axistwin.traces.reading import read
+    from axistwin.traces.signals import EVERYTHING, split
+
+    if plot is not None:
+        from axistwin.plots.picture import check_suffix
+
+        check_suffix(plot)
+    one, other = read(first), read(second)
+    patterns = split(signals or EVERYTHING)
+    found = compare(one, other, Tolerance(tolerance, to_ns(time_tolerance)), patterns)
+    if plot is not None and found.differences:
+        from axistwin.plots.diff_chart import of_difference
+        from axistwin.plots.picture import save
+
+        save(of_difference(one, other, found, f"{first.name} and {second.name}"), plot)
+    _report(found, as_json)
+    return 1 if found.differences or found.ends[0] != found.ends[1] else 0
+
+
+def _report(found: Comparison, as_json: bool) -> None:
+    if as_json:
+        differences = [asdict(difference) for difference in found.differences]
+        told = {"equal": not differences and found.ends[0] == found.ends[1], "compared": found.compared}
+        click.echo(json.dumps({**told, "until_ns": found.until_ns, "ends_ns": found.ends, "differences": differences}))
+        return
+    for line in _lines(found):
+        click.echo(line)
+
+
+def _lines(found: Comparison) -> list[str]:
+    lines = []
+    if found.differences:
+        first = found.differences[0]
+        lines.append(f"first difference at {_seconds(first.time_ns)} s: {first.signal} is {_values(first, ' and ')}")
+        rows = [(_seconds(d.time_ns), d.signal, _values(d, "  |  ")) for d in found.differences]
+        lines += ["", *columns(rows[:MOST])]
+        lines += [f"… and {len(rows) - MOST} more"] * (len(rows) > MOST)
+    if found.ends[0] != found.ends[1]:
+        lines.append(f"one ends at {_seconds(found.ends[0])} s, the other at {_seconds(found.ends[1])} s")
+    return lines or [f"no difference in {found.compared} signals up to {_seconds(found.until_ns)} s"]
+
+
+def _seconds(time_ns: int) -> str:
+    return f"{time_ns // S}.{time_ns % S:09d}"
+
+
+def _values(difference: Difference, between: str) -> str:
+    values = (difference.first, difference.second)
+    return between.join(
+        "not there" if value is None else repr(value) if value == "" else str(value) for value in values
+    )

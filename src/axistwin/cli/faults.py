@@ -1,0 +1,61 @@
+"""`axistwin faults`: the table of faults, as scenes, conversations and Python have it."""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from axistwin.fault_injection.kinds import KINDS, THINGS
+from axistwin.fault_injection.table import Kind
+from axistwin.reports.columns import columns
+
+HEADINGS = ("fault", "of a", "parameters", "what happens")
+
+
+@click.command(short_help="List every fault that a bench can have.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
+def faults(as_json: bool) -> None:
+    """List every fault: its name, what it acts on, its parameters with their defaults, and what happens.
+
+    They have the same names in scenes ([[fault]]), in conversations (! fault lose 3) and in Python
+    (bench.faults.add("lose", "if1.serial", count=3)).  All take name, at, when, nth, duration and seed besides.
+
+    \b
+    Examples:
+      axistwin faults
+      axistwin faults | grep encoder
+      axistwin faults --json
+    """
+    if as_json:
+        click.echo(json.dumps({"faults": [as_dict(kind) for kind in KINDS.values()]}, ensure_ascii=False))
+        return
+    for line in columns([HEADINGS, *rows()]):
+        click.echo(line)
+
+
+def rows() -> Iterator[tuple[str, ...]]:
+    """One for each kind."""
+    for kind in KINDS.values():
+        yield kind.name, THINGS[kind.on], " ".join(_parameters(kind)), kind.doc
+
+
+def as_dict(kind: Kind) -> dict[str, Any]:
+    """A kind for machines."""
+    parameters = [
+        {"name": p.name, "unit": p.unit, "wanted": p.wanted, "default": p.default, "optional": p.optional, "doc": p.doc}
+        for p in kind.parameters
+    ]
+    return {
+        "name": kind.name, "of": THINGS[kind.on], "example": kind.on.value, "at_once": kind.at_once, "doc": kind.doc,
+        "parameters": parameters,
+    }  # fmt: skip
+
+
+def _parameters(kind: Kind) -> Iterator[str]:
+    for parameter in kind.parameters:
+        if parameter.default is not None:
+            shown = ("low", "high")[parameter.default] if isinstance(parameter.default, bool) else parameter.default
+            yield f"[{parameter.name}={shown}]"
+        else:
+            yield f"[{parameter.name}]" if parameter.optional else parameter.name

@@ -1,0 +1,71 @@
+"""What `axistwin serve` serves: how its bench is made, and who is reached where."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from axistwin.bench import Bench, endpoints
+from axistwin.errors import UsageError
+from axistwin.links.urls import PortUrl, parse
+
+if TYPE_CHECKING:
+    from axistwin.scenes.scene import Scene
+
+ANY_PORT, ANY_BUS_PORT = "tcp://127.0.0.1:0", "bus://127.0.0.1:0"
+
+Ports = list[tuple[str, PortUrl]]
+
+
+@dataclass(frozen=True)
+class Served:
+    """A model or a scene on ports.  `build` makes its bench, as often as it is asked."""
+
+    title: str
+    build: Callable[[], Bench]
+    ports: Callable[[Bench], Ports]
+    """Who is to be reached where.  Raises UsageError if that cannot be."""
+    scene: "Scene | None" = None
+    """What it is made from; None: a model."""
+
+
+def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
+    """One controller; without a port that is given, at any free one."""
+
+    def build() -> Bench:
+        bench = Bench()
+        made = bench.add(name, **options)
+        if second:
+            bench.port(f"{made.name}.rs485")  # so that it can be observed
+        return bench
+
+    def ports(bench: Bench) -> Ports:
+        only = next(iter(bench.controllers))
+        return [(only, url) for url in given or [_any_port(bench, only)]] + [(f"{only}.rs485", url) for url in second]
+
+    return Served(name, build, ports)
+
+
+def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
+    """The ports its file names, or else those that are given; `alone`: it need have none."""
+    from axistwin.scenes.scene import Scene  # late: a scene needs more than a model does
+
+    loaded = Scene.load(Path(path))
+
+    def ports(bench: Bench) -> Ports:
+        names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
+        if not names and not alone:
+            raise UsageError(f"nobody in {path} is to be talked to: give a controller ports, or leave out its host")
+        if not given:
+            named = [(name, parse(url)) for name, url in loaded.ports]
+            return named or [(name, _any_port(bench, name)) for name in names]
+        if len(names) != 1:
+            raise UsageError(f"{path} has several controllers: write their ports into the scene")
+        return [(name, url) for name in names for url in given]
+
+    return Served(loaded.title or path, partial(loaded.build, served=True), ports, loaded)
+
+
+def _any_port(bench: Bench, name: str) -> PortUrl:
+    return parse(ANY_BUS_PORT if endpoints.at_a_bus(bench, name) else ANY_PORT)

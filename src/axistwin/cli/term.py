@@ -1,0 +1,197 @@
+"""`axistwin term`: talk to a controller, a virtual one in this process or one at a port."""
+
+import asyncio
+import os
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import click
+
+from axistwin.bench import FAMILIES, Bench, Controller
+from axistwin.bench.actions import on_a_bus
+from axistwin.cli.target import read_options
+from axistwin.errors import LinkError, ProgramError, UsageError
+from axistwin.links.pacing import read_speed
+from axistwin.programs import command_lines
+from axistwin.terminal.commands import LocalCommands
+from axistwin.terminal.keyboards import KEYBOARDS, to_codes, to_glyphs
+from axistwin.terminal.screen import Screen
+from axistwin.units import S
+
+ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
+INITIALISED_NS = 30 * S
+"""A virtual controller that does not answer by then is left to the user."""
+
+Lines = asyncio.Queue[bytes | LinkError | None]
+"""What is typed; None: there is no more; an error: the port is lost."""
+
+
+@click.command(short_help="An interactive terminal on a virtual or a real controller.")
+@click.argument("target", metavar="MODEL|PORT")
+@click.option("--no-init", is_flag=True, help="Leave the initialisation of a virtual controller to you.")
+@click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time: times the wall clock.")
+@click.option("--line", metavar="FORMAT", help="Line format, such as '9600 8N2'; of a virtual one also 'instant'.")
+@click.option(
+    "--end", type=click.Choice(list(ENDS)), default="cr", show_default=True, help="What is sent when you press Enter."
+)
+@click.option(
+    "--keyboard",
+    type=click.Choice(list(KEYBOARDS)),
+    default="us",
+    show_default=True,
+    help="Your national keyboard, for an IF1 or IF2: in the U.K. £ sends the code of #.",
+)
+@click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
+@click.option("--state", type=click.Path(file_okay=False, path_type=Path), help="Keeps what is kept without power.")
+def term(
+    target: str,
+    no_init: bool,
+    speed: str,
+    line: str | None,
+    end: str,
+    keyboard: str,
+    options: tuple[str, ...],
+    state: Path | None,
+) -> int:
+    """Talk to a controller: a MODEL in this process, or whatever is at a PORT.
+
+    PORT is a URL or a device as pyserial has them.  What you type is sent on Enter; what the controller says is shown
+    as it comes, control characters in words.  `:help` tells the terminal's own commands.
+
+    A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are told in
+    words.  A virtual IF1 or IF2 is initialised first.  Lines may come through a pipe: each is sent when the one before
+    has been dealt with.
+
+    \b
+    Examples:
+      axistwin term if1
+      axistwin term if1 --keyboard uk
+      axistwin term if1 --speed 10 --option X.limits=[-100,5000]
+      printf 'X1000$\\nE\\n:axes\\n' | axistwin term if1 --speed max
+      axistwin term 1811
+      axistwin term smartmotor --option shaft.motor=frame23
+      axistwin term socket://127.0.0.1:5001
+      axistwin term rfc2217://127.0.0.1:2217 --line '2400 7E1'
+      axistwin term /dev/ttyUSB0
+    """
+    if target.lower() not in FAMILIES and not set(target) & set("/:"):
+        raise UsageError(f"no model or port {target!r}: {', '.join(FAMILIES)}, socket://127.0.0.1:5001, /dev/ttyUSB0 …")
+    local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
+    if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
+        raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2, whose manual tells what national keyboards send")
+    if target.lower() in FAMILIES:
+        made = partial(_bench, target, state=state, line=line, **read_options(options))
+        return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, initialise=not no_init))
+    if wrong := [name for name, given in local.items() if given]:
+        raise UsageError(f"--{wrong[0].replace('_', '-')} is for a virtual controller, not for a port")
+    return asyncio.run(_port(target, line, ENDS[end], keyboard))
+
+
+def _bench(model: str, **options: Any) -> Bench:
+    bench = Bench()
+    bench.add(model, **options)
+    return bench
+
+
+async def _virtual(build: Callable[[], Bench], speed: float | None, end: bytes, keyboard: str, initialise: bool) -> int:
+    from axistwin.sessions.session import Session
+    from axistwin.terminal.virtual import BoardEnd, SerialEnd
+
+    session = Session(build, speed)
+    screen, (controller,) = _screen(keyboard), session.bench.controllers.values()
+    _greet(controller.product.title)
+    if initialise and FAMILIES[controller.product.model] == "digiplan":
+        _initialise(session.bench, controller, screen)
+    other = BoardEnd(session, screen.tell) if on_a_bus(controller) else SerialEnd(session, screen.heard)
+    try:
+        return await _talk(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
+    finally:
+        other.close()
+
+
+async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int:
+    from axistwin.terminal.port import PortEnd
+
+    screen, lines = _screen(keyboard), Lines()
+    other = PortEnd(target, line, screen.heard, lines.put_nowait)
+    _greet(target)
+    try:
+        return await _talk(screen, LocalCommands(other, screen), _typed(lines), end, keyboard)
+    finally:
+        other.close()
+
+
+def _screen(keyboard: str) -> Screen:
+    glyphs = partial(to_glyphs, keyboard)
+    return Screen(sys.stdout, person=sys.stdin.isatty(), colours=sys.stdout.isatty(), glyphs=glyphs)
+
+
+def _greet(what: str) -> None:
+    if sys.stdin.isatty():
+        click.echo(f"axistwin: {what}.  :help tells more, :quit leaves.", err=True)
+
+
+def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
+    """Before the first line is typed, in no time."""
+    ends = controller.serial.listen(screen.said), controller.serial.hear(lambda byte, _: screen.heard(bytes([byte])))
+    try:
+        command_lines.type_lines(bench, (), INITIALISED_NS)
+    except ProgramError as error:
+        screen.tell(str(error))
+    for end in ends:
+        end()
+
+
+async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str) -> int:
+    """Line after line, until there is no more."""
+    screen.prompt()
+    while (line := await lines.get()) is not None:
+        if isinstance(line, LinkError):
+            screen.close()
+            raise line
+        screen.typed(line.decode(errors="replace"))
+        if commands.knows(line):
+            if not await commands.obey(line.decode(errors="replace")):
+                break
+        else:
+            try:
+                commands.end.send(_codes(keyboard, line) + end)
+            except ProgramError as error:
+                screen.tell(error.message)
+        if not screen.person:
+            await commands.end.settle()
+        screen.prompt()
+    screen.close()
+    return 0
+
+
+def _codes(keyboard: str, line: bytes) -> bytes:
+    """What a terminal with this keyboard sends."""
+    if keyboard == "us":
+        return line
+    return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
+
+
+def _typed(lines: Lines | None = None) -> Lines:
+    """A queue that lines come into from stdin, be it a terminal, a pipe or a file."""
+    lines = lines or Lines()
+    Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
+    return lines
+
+
+def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
+    rest = b""
+    try:
+        while data := os.read(sys.stdin.fileno(), 4096):
+            *whole, rest = (rest + data).split(b"\n")
+            for line in whole:
+                loop.call_soon_threadsafe(lines.put_nowait, line.removesuffix(b"\r"))
+        if rest:
+            loop.call_soon_threadsafe(lines.put_nowait, rest)
+        loop.call_soon_threadsafe(lines.put_nowait, None)
+    except RuntimeError:  # the loop is closed: nobody wants to know any more
+        return

@@ -1,0 +1,82 @@
+"""Chapter Indexer mode, profiles: linear ramps, updated every 2 ms, from and to the start/stop velocity.
+
+A preset move ends on the pulse.  Where its ramps do not fit it is a triangle and has no constant velocity.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
+from axistwin.controllers.compumotor.chapters.ranges import VelocityRange
+from axistwin.motion.profile import Segment
+from axistwin.motion.stairs import Stairs, stairs
+
+UPDATE = Fraction(1, 500)
+"""Seconds between two levels of a ramp."""
+
+
+@dataclass(frozen=True)
+class Speed:
+    """How to move: pulses/s, pulses/s², the range they are given out in, and the start/stop velocity (D6h)."""
+
+    rate: Fraction
+    slope: Fraction
+    range: VelocityRange
+    start_stop: Fraction = Fraction(0)
+
+    @property
+    def base(self) -> Fraction:
+        """Where ramps begin and end, as the range can give it out."""
+        unit = self.range.resolution
+        return (2 * self.start_stop + unit) // (2 * unit) * unit
+
+
+def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tuple[Segment, ...]:
+    return tuple(stairs(start, end, speed.slope * UPDATE, UPDATE, unit))
+
+
+@lru_cache(maxsize=64)
+def _way_up(speed: Speed) -> Stairs:
+    """From zero velocity; at or below the start/stop velocity there is no ramp."""
+    base = speed.base
+    if speed.rate <= base:
+        return Stairs((), speed.rate, UPDATE)
+    first = (Segment(base, UPDATE),) if base else ()
+    return Stairs((*first, *_between(base, speed.rate, speed, speed.range.resolution)), speed.rate, UPDATE)
+
+
+@lru_cache(maxsize=256)
+def preset(speed: Speed, distance: int) -> Course:
+    """Exactly `distance` pulses (at least 1), from zero velocity to zero velocity."""
+    shape = _way_up(speed).trapezoid(distance)
+    up, down = shape.up, tuple(reversed(shape.up))
+    phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
+    if shape.whole:
+        phases = ((Phase.ACCELERATING, up), (Phase.CONSTANT, (shape.along,)), (Phase.DECELERATING, down))
+    else:
+        phases = ((Phase.ACCELERATING, (*up, shape.along)), (Phase.DECELERATING, down))
+    return Course(phases, speed.range.maximum)
+
+
+def continuous(speed: Speed) -> Course:
+    """From zero velocity to the rate, and on for ever."""
+    on = (Segment(speed.rate, None),)
+    return Course(((Phase.ACCELERATING, _way_up(speed).up), (Phase.CONSTANT, on)), speed.range.maximum)
+
+
+def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> Course:
+    """From the present `rate`, given out in the range `before`, to another that is not zero, and on for ever."""
+    unit = max(before.resolution, speed.range.resolution)
+    phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
+    lowest = min(rate, speed.base)
+    ramp = _between(max(rate, speed.base) if speed.rate > rate else rate, max(speed.rate, lowest), speed, unit)
+    return Course(((phase, ramp), (Phase.CONSTANT, (Segment(speed.rate, None),))), speed.range.maximum)
+
+
+def stopping(rate: Fraction, speed: Speed) -> Course:
+    """From the present rate to zero velocity."""
+    base = min(speed.base, rate)
+    last = (Segment(base, UPDATE),) if 0 < base < rate else ()
+    ramp = _between(rate, base, speed, speed.range.resolution)
+    return Course(((Phase.DECELERATING, (*ramp, *last)),), speed.range.maximum)

@@ -1,0 +1,93 @@
+"""Chapter Using the battery backup (IF2 only): what an interface that is locked keeps without power."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+
+from axistwin.controllers.digiplan.chapters.initialise import BAUD_RATES, FORMAT_MESSAGE
+from axistwin.controllers.digiplan.chapters.serial_data import Frame
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.language import parse
+from axistwin.controllers.digiplan.step import RANGES, Parameters
+from axistwin.controllers.product import Store
+from axistwin.errors import UsageError
+from axistwin.sim.frames import UartFormat
+from axistwin.storage import one_line
+
+
+@dataclass(frozen=True)
+class MessageFormat:
+    """Format in which a message was received: baud rate, data bits, parity, bit 8 of the command and its terminator.
+
+    An 8-bit receiver without parity finds the parity bit of a 7-bit sender in bit 8.
+    """
+
+    baudrate: int
+    bytesize: int
+    parity: str
+    eighth: tuple[bool, ...] = (False, False)
+
+    @classmethod
+    def of(cls, line: UartFormat, eighth: Sequence[bool]) -> "MessageFormat":
+        """Return the format of a message on this line, given the eighth bit of each character."""
+        return cls(line.baudrate, line.bytesize, line.parity, (any(eighth[:-1]), *eighth[-1:]))
+
+    def check(self) -> None:
+        """Raise ValueError if no message can have this format."""
+        _require(type(self.baudrate) is int and self.baudrate in BAUD_RATES, "lock")
+        _require(type(self.bytesize) is int and self.bytesize in (7, 8), "lock")
+        _require(self.parity in ("N", "O", "E"), "lock")
+        _require(len(self.eighth) == 2 and all(type(bit) is bool for bit in self.eighth), "lock")
+
+
+@dataclass(frozen=True)
+class Retained:
+    """What the battery keeps while the interface is locked; unlocked, nothing is kept."""
+
+    locked: bool = False
+    baudrate: int = 9600
+    frame: Frame = field(default_factory=Frame)
+    parameters: Parameters = field(default_factory=Parameters)
+    sequence: str = ""
+    lock: MessageFormat | None = None
+    """Format of the lock command; None: any."""
+
+    def save(self, store: Store) -> None:
+        """Keep it, readable for people."""
+        store.save(json.dumps(asdict(self), indent=1).encode())
+
+    @classmethod
+    def recall(cls, store: Store) -> "Retained":
+        """What was kept, or the defaults.  Raises UsageError if somebody has spoilt the file."""
+        contents = store.load()
+        if contents is None:
+            return cls()
+        try:
+            kept = json.loads(contents)
+            frame, parameters = Frame(**kept.pop("frame")), Parameters(**kept.pop("parameters"))
+            lock = kept.pop("lock", None)
+            lock = None if lock is None else MessageFormat(**{**lock, "eighth": tuple(lock["eighth"])})
+            retained = cls(frame=frame, parameters=parameters, lock=lock, **kept)
+            retained.check()
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            raise UsageError(f"{store} is not the memory of an IF2 ({one_line(error)}): delete it") from None
+        return retained
+
+    def check(self) -> None:
+        """Raise ValueError if this is nothing that an interface could have kept."""
+        parameters = asdict(self.parameters)
+        for name, (low, high) in RANGES.items():
+            _require(type(parameters[name]) is int and low <= parameters[name] <= high, name)
+        _require(type(self.locked) is bool, "locked")
+        _require(type(self.baudrate) is int and self.baudrate in BAUD_RATES, "baudrate")
+        frame = self.frame
+        _require(FORMAT_MESSAGE.fullmatch(f"{frame.terminator}{frame.x1}{frame.x2}") is not None, "frame")
+        _require(type(frame.x1) is int and type(frame.x2) is int, "frame")
+        if self.lock is not None:
+            self.lock.check()
+        _require(type(self.sequence) is str and not parse(self.sequence, COMMANDS).problems, "sequence")
+
+
+def _require(holds: bool, name: str) -> None:
+    if not holds:
+        raise ValueError(f"{name} is wrong")

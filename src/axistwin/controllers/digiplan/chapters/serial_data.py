@@ -1,0 +1,278 @@
+"""Chapters Control of data transfer, Serial data format and Inter-character delay: characters in and out.
+
+In:  UART, then after about 1 ms the 64-character input buffer, whose filling level makes DTR (or X-off and X-on).
+Out: one character after the other, each after the programmed delay, and only while DSR and CTS are set.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from axistwin.controllers.digiplan.chapters.faults import LineFault
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.frames import LineError, Parity, UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.units import MS
+
+CAPACITY = 64
+NEARLY_FULL = 52  # 80 %: the host is asked to stop
+NEARLY_EMPTY = 12  # 20 %: the host may go on
+OVERFLOW = 61  # 95 %: a data fault, and everything in the buffer is lost
+X_ON, X_OFF = 0x11, 0x13
+CR, LF = 0x0D, 0x0A
+DELAY_UNIT_NS = 10 * MS
+
+PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A data format: terminator `U` or `V`, x1 (frame) 1 to 8, x2 (parity, echo, X-on/X-off) 1 to 9."""
+
+    terminator: str = "U"
+    x1: int = 6
+    x2: int = 1
+
+    @property
+    def uart(self) -> tuple[int, Parity, int]:
+        """Data bits, parity and stop bits."""
+        return (7 if self.x1 <= 2 else 8), PARITIES[self.x2], (1 if self.x1 % 2 else 2)
+
+    @property
+    def echo(self) -> bool:
+        """Whether each character is sent back once it has been processed."""
+        return self.x2 in (2, 5, 6)
+
+    @property
+    def x_on_x_off(self) -> bool:
+        """Whether the filling of the buffer is told by X-off and X-on."""
+        return self.x2 >= 7
+
+    def answer(self, text: bytes) -> bytes:
+        """A text as it is sent to the host, with what ends it."""
+        end = b"\r" if self.terminator == "U" else b"\r\n"
+        return bytes(self.text(byte) for byte in text + end)
+
+    @property
+    def ends_message(self) -> int:
+        """The character that ends a message from the host."""
+        return CR if self.terminator == "U" else LF
+
+    def raw(self, byte: int) -> int:
+        """A byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits there is none.
+
+        The quick status needs all eight bits: where bit 8 is fixed at 1 it is sent as it is.
+        """
+        return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
+
+    def text(self, byte: int) -> int:
+        """A character of a text as it is sent."""
+        return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
+
+
+class LinePins(Protocol):
+    """The control lines of the interface."""
+
+    dtr: Pin
+    rts: Pin
+    dsr: Pin
+    cts: Pin
+
+
+class InputBuffer:
+    """The UART's receiver register and the 64 characters behind it."""
+
+    def __init__(self, clock: Clock, uart: Uart, strobe_ns: int) -> None:
+        self.clock, self.uart, self.strobe_ns = clock, uart, strobe_ns
+        self.characters: deque[int] = deque()
+        self.on_fault: Callable[[LineFault], None] = lambda fault: None
+        self.intercept: Callable[[int], bool] = lambda byte: False
+        """Asked for each character; True: it does not enter the buffer."""
+        self.on_full: Callable[[bool], None] = lambda full: None
+        self.on_cancel: Callable[[], None] = lambda: None
+        """Called when `# <CR>` has come in."""
+        self.checking = True
+        """False: errors are not flagged."""
+        self.tolerant = False
+        """True: characters with errors are taken, since the data format is not known yet."""
+        self.full = False
+        self._register: tuple[int, LineError] | None = None
+        self._began_ns = clock.now
+        self._arrived: Event | None = None
+
+    def begin_with(self, byte: int) -> None:
+        """Forget what has been received, and begin with this character."""
+        self.characters.clear()
+        self._register = None
+        self._enter(byte, LineError.NONE)
+
+    def set_tolerant(self, on: bool) -> None:
+        """Take characters with errors too, or no longer.  While it does, the UART finds its way from 7 bits to 8."""
+        self.tolerant = self.uart.resynchronises = on
+
+    def open(self) -> None:
+        """Begin to listen."""
+        self.uart.on_receive = self._receive
+        self.uart.has_room = lambda: not self.full
+        self.uart.pump_peer()
+
+    def close(self) -> None:
+        """Listen no more; what has been received is lost."""
+        self.uart.on_receive = lambda byte, errors: None
+        self.uart.has_room = lambda: True
+        self.characters.clear()
+        self._register = None
+
+    def take(self) -> int | None:
+        """The next character to be processed, if there is one."""
+        if not self.characters:
+            return None
+        character = self.characters.popleft()
+        if self.full and len(self.characters) <= NEARLY_EMPTY:
+            self._set_full(False)
+        return character
+
+    def arrival(self) -> Event:
+        """An event for the moment when there is a character."""
+        if self._arrived is None:
+            self._arrived = self.clock.event()
+        return self._arrived
+
+    def drop_before_cancel(self) -> None:
+        """Throw away what was typed before the `#` that has come in."""
+        while self.characters[0] & 0x7F != ord("#"):
+            self.take()
+
+    def _receive(self, byte: int, errors: LineError) -> None:
+        if self.intercept(byte):
+            return
+        if self.uart.instant:
+            self._enter(byte, errors)
+            return
+        if self._register is None:
+            since_ns = self.clock.now - self._began_ns
+            self.clock.call_later(self.strobe_ns - since_ns % self.strobe_ns, self._strobe)
+        else:
+            self._complain(LineFault.OVERRUN)
+        self._register = byte, errors
+
+    def _strobe(self) -> None:
+        if self._register is not None:
+            character, self._register = self._register, None
+            self._enter(*character)
+
+    def _enter(self, byte: int, errors: LineError) -> None:
+        if errors and not self.tolerant:  # such a character is dropped; while locked without a trace
+            self._complain(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
+            self._complain(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
+            return
+        self.characters.append(byte)
+        if len(self.characters) >= OVERFLOW:
+            self.characters.clear()
+            self._complain(LineFault.DATA)
+            self._set_full(False)
+            return
+        if not self.full and len(self.characters) >= NEARLY_FULL:
+            self._set_full(True)
+        if byte & 0x7F in (CR, LF) and self._ends_in_cancel():
+            self.on_cancel()
+        if self._arrived is not None:
+            event, self._arrived = self._arrived, None
+            event.succeed()
+
+    def _ends_in_cancel(self) -> bool:
+        typed = (byte & 0x7F for byte in reversed(self.characters))
+        return next((code for code in typed if code not in (CR, LF, ord(" "))), None) == ord("#")
+
+    def _complain(self, fault: LineFault) -> None:
+        if self.checking:
+            self.on_fault(fault)
+
+    def _set_full(self, full: bool) -> None:
+        if full is self.full:
+            return
+        self.full = full
+        self.on_full(full)
+        if not full:
+            self.uart.pump_peer()
+
+
+class Transmitter:
+    """What sends: "the interface will not transmit data until DSR and CTS are both set"."""
+
+    def __init__(self, clock: Clock, uart: Uart, lines: LinePins) -> None:
+        self.clock, self.uart, self.lines = clock, uart, lines
+        self.delay = 0
+        """Inter-character delay in units of 10 ms."""
+        self.waiting = False
+        """Whether DSR or CTS holds a character back."""
+        self._flow_control: int | None = None
+        self.urgent: Process | None = None
+        """What sends X-on or X-off."""
+        uart.on_idle = lambda: lines.rts.set(False)
+
+    def send(self, data: bytes) -> Procedure | None:
+        """Send characters; a procedure if that takes waiting: for the lines, the delay or the UART."""
+        if not self.delay and (self.uart.instant or len(data) == 1):
+            self.lines.rts.set(True)
+            if self._clear_to_send and not self.uart.queue:
+                self._transmit(data)
+                return None
+        return self._send_one_by_one(data)
+
+    def _send_one_by_one(self, data: bytes) -> Procedure:
+        for byte in data:
+            if self.delay:
+                if self.uart.sending:
+                    yield self.uart.when_idle()
+                yield self.clock.timeout(self.delay * DELAY_UNIT_NS)
+            elif self.uart.queue:
+                yield self.uart.when_empty()
+            self.lines.rts.set(True)
+            self.waiting = not self._clear_to_send
+            while not self._clear_to_send:
+                yield self._line_change()
+            self.waiting = False
+            self._transmit(bytes([byte]))
+
+    def send_flow_control(self, stop: bool) -> None:
+        """X-off or X-on goes before everything else, also while the interface is occupied with something."""
+        self._flow_control = X_OFF if stop else X_ON
+        if self.urgent is None:
+            self.urgent = self.clock.process(self._send_urgent())
+
+    def _send_urgent(self) -> Procedure:
+        self.lines.rts.set(True)
+        while self._flow_control is not None:
+            if not self._clear_to_send:
+                yield self._line_change()
+                continue
+            byte, self._flow_control = self._flow_control, None
+            self.uart.queue.appendleft(byte)
+            self._transmit(b"")
+        self.urgent = None
+
+    def stop(self) -> None:
+        """The power is gone: nothing more is sent."""
+        if self.urgent is not None:
+            kill(self.urgent)
+        self.uart.queue.clear()
+
+    def _line_change(self) -> Event:
+        return (self.lines.cts if self.lines.dsr.level else self.lines.dsr).changed()
+
+    @property
+    def _clear_to_send(self) -> bool:
+        return self.lines.dsr.level and self.lines.cts.level
+
+    def _transmit(self, data: bytes) -> None:
+        self.uart.send(data)
+        if not self.uart.sending:
+            self.lines.rts.set(False)
+
+
+def uart_format(baudrate: int, frame: Frame) -> UartFormat:
+    """What the UART is set to."""
+    return UartFormat(baudrate, *frame.uart)

@@ -1,0 +1,1 @@
+"""Diagnostics of programs for the IF1 and IF2."""

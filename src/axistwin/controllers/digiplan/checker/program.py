@@ -1,0 +1,240 @@
+"""What an IF1 or IF2 would say to a program, without running it: its own parser and rules, line by line.
+
+`check` follows the host from switching on to switching off as the interface does: initialisation, messages, the lock,
+parameters that are kept until they are overwritten.
+"""
+
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+
+from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose
+from axistwin.controllers.digiplan import rules
+from axistwin.controllers.digiplan.chapters.initialise import BAUD_DETECT, ERASE, FormatReader
+from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
+from axistwin.controllers.digiplan.chapters.serial_data import CR, LF, Frame
+from axistwin.controllers.digiplan.chapters.speed import too_fast
+from axistwin.controllers.digiplan.checker import fixes
+from axistwin.controllers.digiplan.checker.sequence import Finding, follow
+from axistwin.controllers.digiplan.commands import COMMANDS
+from axistwin.controllers.digiplan.language import Accept, Message, parse
+from axistwin.controllers.digiplan.step import Parameters, Problem, Step
+
+LONGEST = 4000  # characters of a message that are looked at; an interface keeps fewer
+
+NAMES = {
+    "speed": "speed",
+    "speed_range": "range",
+    "acceleration": "acceleration",
+    "distance": "distance",
+    "minor_distance": "minor distance",
+}
+"""Parameters as the notes call them."""
+
+
+def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
+    """Everything wrong with what a host sends to an IF1, or to an IF2, which has a `battery`; in order of place."""
+    checker = _Checker(battery)
+    for session in sessions:
+        checker.follow(session)
+    return sorted(set(checker.found))
+
+
+class _Checker:
+    def __init__(self, battery: bool) -> None:
+        self.battery = battery
+        self.found: list[Diagnostic] = []
+        self.parameters = Parameters()
+        self.said_in: dict[str, int] = {}
+        """In which line each parameter was said."""
+        self.sequence: Message | None = None
+        self.locked_in: int | None = None
+        self.frame: Frame | None = None
+
+    # Characters
+
+    def follow(self, session: Session) -> None:
+        """From switching on to switching off."""
+        characters = [sent._replace(byte=sent.byte & 0x7F) for sent in session.characters]
+        self._switch_on(session.initialised, characters)
+        rest = iter(characters)
+        if self.frame is None:
+            self._initialise(rest)
+        text: list[Sent] = []
+        for sent in rest:
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be held, and nothing in motion
+                self._data_format(sent, rest)
+                text = []
+            elif self.frame is not None and sent.byte == self.frame.ends_message:
+                self._message(text)
+                text = []
+            elif sent.byte not in (CR, LF):
+                text.append(sent)
+        if "".join(chr(sent.byte) for sent in text).strip():
+            end = "<CR>" if self.frame is None or self.frame.terminator == "U" else "<LF>"
+            self._say(rules.UNENDED, text, f"this message is never ended: {end} is missing")
+
+    def _switch_on(self, initialised: bool, characters: Sequence[Sent]) -> None:
+        if not self.battery or self.locked_in is None:
+            self._forget()
+        if initialised:
+            self.frame = Frame()
+        elif self.locked_in is None or (characters and characters[0].byte == BAUD_DETECT):
+            self.frame = None
+
+    def _forget(self) -> None:
+        self.parameters, self.said_in, self.sequence, self.locked_in = Parameters(), {}, None, None
+
+    def _initialise(self, rest: Iterator[Sent]) -> None:
+        """Take characters up to and including a good data format message."""
+        first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
+        if first is not None and first.byte != BAUD_DETECT:
+            self._say(rules.NOT_HEARD, [first], "nothing is heard before ( has told the baud rate")
+            first = next((sent for sent in rest if sent.byte == BAUD_DETECT), None)
+        if first is not None:
+            self._data_format(first, rest)
+
+    def _data_format(self, begin: Sent, rest: Iterator[Sent]) -> None:
+        reader = FormatReader()
+        for sent in rest:
+            before = reader.text
+            begin = begin if before else sent
+            if sent.byte in (BAUD_DETECT, ERASE):
+                reader.text = ""
+                if sent.byte == ERASE:
+                    self._forget()
+            elif frame := reader.take(sent.byte):
+                self.frame = frame
+                return
+            elif before and not reader.text:
+                message = f"no data format {before!r}: U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>"
+                self._say(rules.FORMAT, [begin], message)
+        if reader.text:
+            self._say(rules.FORMAT_UNENDED, [begin], "the data format is never ended")
+
+    # Messages
+
+    def _message(self, text: Sequence[Sent]) -> None:
+        message = parse("".join(chr(sent.byte) for sent in text[:LONGEST]), COMMANDS)
+        if not message.text.strip(" "):
+            return
+        if self.locked_in is not None:
+            self._locked(text, message)
+            return
+        for problem in message.problems:
+            self._problem(text, message, problem)
+        if message.problems:
+            return
+        if message.alone is not None:
+            self.locked_in = text[0].line if message.alone.code == "[" else None
+        elif message.sequence:
+            self._sequence(text, message)
+        elif message.steps[0].hand_over:
+            self._hand_back(text)
+        else:
+            self._direct(text, message)
+
+    def _locked(self, text: Sequence[Sent], message: Message) -> None:
+        if message.alone is None or message.problems or Accept.LOCKED not in message.alone.accepted:
+            note = f"ignored: locked in line {self.locked_in}, only status requests and ] are obeyed"
+            self._say(rules.LOCKED, text, note)
+        elif message.alone.code == "]":
+            self.locked_in = None
+
+    def _hand_back(self, text: Sequence[Sent]) -> None:
+        if self.sequence is None or not any(step.hand_over for step in self.sequence.steps):
+            note = "% gives control back to a sequence, but none has handed it over"
+            self._say(rules.NOT_HANDED_OVER, text, note)
+
+    def _direct(self, text: Sequence[Sent], message: Message) -> None:
+        step = message.steps[0]
+        if not message.start and _needs_start(step):
+            note = "without $ at its end this message begins nothing"
+            self._say(rules.NO_START, text[-1:], note, fix=fixes.start(text))
+        problem = self._refused(step, starts=message.start)
+        if problem is not None:
+            self._values(text, step, problem)
+            return
+        if step.run and not step.interpolated and "distance" in step.settings:
+            note = "G runs until stopped: the distance is not used and becomes 0"
+            at = step.places["distance"]
+            self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))
+        self._keep(text, step)
+        if message.start and step.moves and not step.run and self.parameters.distance == 0:
+            self._say(rules.NO_DISTANCE, text, f"nothing moves: the distance is 0{self._said('distance')}")
+
+    def _refused(self, step: Step, starts: bool) -> Problem | None:
+        after = self.parameters.after(step)
+        problem = too_fast(after) if "speed" in step.settings else None
+        return problem or (out_of_range(after, step) if starts and step.moves else None)
+
+    def _keep(self, text: Sequence[Sent], step: Step) -> None:
+        self.parameters = self.parameters.left_by(step)
+        self.said_in |= {name: text[place].line for name, place in step.places.items()}
+        if step.run:
+            self.said_in["distance"] = self.said_in["minor_distance"] = text[0].line
+
+    def _sequence(self, text: Sequence[Sent], message: Message) -> None:
+        for step in message.steps:
+            problem = self._refused(step, starts=False)
+            if problem is not None:
+                self._values(text, step, problem)
+                return
+        self.sequence = message if message.steps else self.sequence
+        if self.sequence is None:
+            self._say(rules.NOTHING_STORED, text, "no sequence is stored that could be run again")
+            return
+        for finding in follow(self.sequence.steps, self.parameters):
+            self._finding(text, message, finding)
+        for step in self.sequence.steps:
+            self.parameters = self.parameters.left_by(step)
+        for step in message.steps:
+            self._keep(text, step)
+
+    # What is said about it
+
+    def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
+        """A sequence that is run again has no step here to point to."""
+        assert self.sequence is not None
+        number, problem = finding.number, finding.problem
+        if message.steps:
+            problem = replace(problem, position=message.places[number - 1])
+        else:
+            problem = replace(problem, message=f"step {number}: {problem.message}")
+        step = message.steps[number - 1] if message.steps else Step()
+        said_by_sequence = {name for each in self.sequence.steps for name in each.settings}
+        self._values(text, step, problem, said_by_sequence)
+
+    def _values(
+        self,
+        text: Sequence[Sent],
+        step: Step,
+        problem: Problem,
+        known: AbstractSet[str] = frozenset(),
+    ) -> None:
+        """Values that do not go together: at the one that is said here, naming where the others are, if not `known`."""
+        here = [step.places[name] for name in problem.about if name in step.places]
+        elsewhere = [name for name in problem.about if name not in step.places and name not in known]
+        at = here[0] if here else problem.position
+        self._say(problem.rule, text[at : at + 1], problem.message + self._said(*elsewhere), problem.chapter)
+
+    def _said(self, *names: str) -> str:
+        notes = [f"{NAMES[name]} from line {self.said_in[name]}" for name in names if name in self.said_in]
+        return f" ({', '.join(notes)})" if notes else ""
+
+    def _problem(self, text: Sequence[Sent], message: Message, problem: Problem) -> None:
+        """At its place; what is missing at the end, just behind the last character."""
+        here = text[problem.position : problem.end or problem.position + 1]
+        if not here:
+            here = [text[-1]._replace(column=text[-1].column + text[-1].width, width=0)]
+        self._say(problem.rule, here, problem.message, problem.chapter, fixes.of(text, message, problem))
+
+    def _say(
+        self, rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
+    ) -> None:
+        self.found.append(diagnose(rule, characters, message, chapter, fix))
+
+
+def _needs_start(step: Step) -> bool:
+    """Whether a message without `$` leaves something undone that it asks for."""
+    return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings

@@ -1,0 +1,1 @@
+"""The chapters of the SmartMotor manuals, one module each."""

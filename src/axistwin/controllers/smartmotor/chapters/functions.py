@@ -1,0 +1,33 @@
+"""F= function commands (chapter 7): a word of switches."""
+
+from typing import TYPE_CHECKING
+
+from axistwin.controllers.smartmotor.kernel.cam import DWELLING, invalidate
+from axistwin.controllers.smartmotor.kernel.position import position
+from axistwin.controllers.smartmotor.kernel.state import DIRECTION, ORIGIN, SHAFT, F
+
+if TYPE_CHECKING:
+    from axistwin.controllers.smartmotor.motor import Motor
+
+DECELERATE, REVERSE, CHANNEL_1, CLEAR_INTEGRAL, _, CALL_C1, CALL_C2, _ = (1 << n for n in range(8))
+ALL = 255
+
+
+def functions(motor: "Motor", value: int) -> None:
+    """F=exp: the sum of the functions that are wanted, 0 to 255 (table 7.1); anything else sets Bs.
+
+    F=2 turns the shaft's direction round at once, whatever the mode: the position keeps its value.  A change of F=16 or
+    F=128 takes effect in mode cam after CI, and makes one that was given already invalid (9.5).
+    """
+    if not 0 <= value <= ALL:
+        motor.syntax_error()
+        return
+    i = motor.i
+    changed = i[F] ^ value
+    i[F] = value
+    if changed & REVERSE:
+        kept = position(i)
+        i[DIRECTION] = -1 if value & REVERSE else 1
+        i[ORIGIN] = kept - i[DIRECTION] * i[SHAFT]
+    if changed & DWELLING:
+        invalidate(i)

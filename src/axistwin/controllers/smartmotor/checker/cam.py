@@ -1,0 +1,133 @@
+"""The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and what makes a CI invalid.
+
+They go along the text from top to bottom and know only values that are known beforehand.
+"""
+
+from dataclasses import dataclass, field
+
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.kernel.cam import DWELLING
+from axistwin.controllers.smartmotor.kernel.state import WORDS
+from axistwin.controllers.smartmotor.language.language import Elements, Statement
+
+SMALLEST_SIZE = 4
+QUARTER = 4
+MODES = ("MC", "MC2", "MC4", "MC8")
+INVALIDATING = frozenset({"D=", "BASE=", "SIZE=", "F=", *MODES})
+LEAVING = frozenset(
+    {"WAIT=", "TWAIT", "LOOP", "WHILE", "Cn", "GOTOn", "GOSUBn", "RETURN", "END", "IF", "ENDIF", "ELSE", "ELSEIF"}
+)
+
+
+@dataclass
+class _Cam:
+    """What is known of the parameters at a statement; None: not known."""
+
+    findings: Findings
+    size: int | None = None
+    base: int | None = None
+    functions: int | None = 0
+    dwell: int | None = 0
+    dwell_at: int = -1
+    entries: set[int] = field(default_factory=set)
+    tabled: bool = True
+    """Whether all entries of the table are known by their index."""
+    pending: int | None = None
+    """The CI that waits for the zero point."""
+    stale: str = ""
+    """BASE= or SIZE= since the last MCn."""
+
+    def follow(self) -> None:
+        """Go along the program."""
+        for number, (keyword, statement) in enumerate(zip(self.findings.words, self.findings.statements, strict=True)):
+            self._invalid(number, keyword)
+            self._keep(number, keyword, statement)
+            if keyword in MODES:
+                self._mode(number)
+            elif keyword == "CI":
+                self._initialize(number)
+
+    def _invalid(self, number: int, keyword: str) -> None:
+        if self.pending is not None and keyword in INVALIDATING:
+            message = (
+                f"this makes the CI in line {self.findings.line(self.pending)} invalid unless its zero point has passed"
+            )
+            self.findings.say(rules.INVALID, number, message)
+        if keyword in INVALIDATING | LEAVING:
+            self.pending = None
+
+    def _keep(self, number: int, keyword: str, statement: Statement) -> None:
+        value = known(statement)
+        if keyword == "SIZE=":
+            self.size, self.stale = value if value is None or 0 <= value < WORDS else self.size, "SIZE"
+        elif keyword == "BASE=":
+            self.base, self.stale = value, "BASE"
+        elif keyword == "F=":
+            self.functions = value
+        elif keyword == "D=":
+            self.dwell, self.dwell_at = value, number
+        elif keyword in ("aw[]=", "ab[]=", "al[]=", "VLD()"):
+            self._table(keyword, statement)
+
+    def _table(self, keyword: str, statement: Statement) -> None:
+        value = statement.operands[-1]
+        first = next((k.value for k in value.indices if k.array == "aw"), None) if isinstance(value, Elements) else None
+        if keyword != "aw[]=" or not isinstance(value, Elements) or first is None:
+            self.tabled = False
+        elif value.count == 1:
+            self.entries.add(first)
+        else:
+            self.entries |= set(range(first, first + value.count))
+
+    def _mode(self, number: int) -> None:
+        self.stale = ""
+        self._size(number)
+        if self.base is not None:
+            self._base(number, self.base)
+        dwelling = self.functions is None or self.functions & DWELLING
+        if self.dwell and not dwelling:
+            message = f"D={self.dwell} is no dwell: that needs F=16 or F=128"
+            self.findings.say(rules.NO_DWELL, self.dwell_at, message)
+
+    def _size(self, number: int) -> None:
+        size = self.size
+        if size is None:
+            return
+        if size == 0:
+            self.findings.say(rules.NO_TABLE, number, "SIZE=0: a cam table has at least one interval")
+        elif size < SMALLEST_SIZE:
+            message = f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}, and a smaller one is obeyed"
+            self.findings.say(rules.SIZE, number, message)
+        elif self.tabled and self.entries:
+            missing = sorted(set(range(size + 1)) - self.entries)
+            if missing:
+                message = f"the table is shorter than SIZE={size}: aw[{missing[0]}] is not set"
+                self.findings.say(rules.TABLE, number, message)
+
+    def _base(self, number: int, base: int) -> None:
+        if base <= 0:
+            self.findings.say(rules.BASE, number, f"BASE={base}: a cam cycle has a positive length")
+        elif base <= QUARTER:
+            message = f"BASE={base}: the master must move less than a quarter of that in a sample"
+            self.findings.say(rules.SHORT_BASE, number, message)
+        elif self.size and base < self.size:
+            self.findings.say(rules.BASE_BELOW_SIZE, number, f"BASE={base} is less than SIZE={self.size}")
+
+    def _initialize(self, number: int) -> None:
+        if self.stale:
+            message = f"{self.stale}= has been given since the last MCn: without a new MCn before CI it has no effect"
+            self.findings.say(rules.STALE, number, message)
+        self.pending = number
+
+
+def check(findings: Findings) -> None:
+    """Apply all rules of this file, where there is a cam."""
+    begun = next(findings.all(*MODES), None)
+    if begun is None:
+        return
+    for keyword in ("BASE=", "SIZE="):
+        if keyword not in findings.words[: begun[0]]:
+            message = f"{keyword} has not been given yet: MCn takes it over when it is issued"
+            findings.say(rules.NOT_GIVEN, begun[0], message)
+    _Cam(findings).follow()

@@ -1,0 +1,98 @@
+"""What would mend a statement.  It is sure where it can be read in one way only."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+from axistwin.controllers.diagnostics import Edit, Fix, Sent, fixing, put_before, put_behind, replaced
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.checker.findings import Findings
+from axistwin.controllers.smartmotor.language import class5
+from axistwin.controllers.smartmotor.language.expressions import Problem
+from axistwin.controllers.smartmotor.language.language import read
+
+WITHOUT = frozenset({"ES400", "ES1000"})
+"""Commands removed in 4.76 that are simply left out."""
+
+
+def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
+    """What would mend a statement by itself; None: that is for a person to say."""
+    if problem.rule is rules.EQUAL_SIGN:
+        name = text.rstrip("-0123456789")
+        return fixing("put the equal sign in", put_behind(sent[len(name) - 1], "="))
+    if problem.rule is rules.ELEMENTS and read(f"{text}.").problem is None:
+        return fixing("end the values with a period", put_behind(sent[-1], "."))
+    if problem.rule is rules.LATER and (later := class5.command(text)) is not None:
+        return _of_class5(sent, later)
+    return None
+
+
+def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
+    """The word of 4.76 for one of Class 5, if that can be read."""
+    if any(read(word).problem is not None for word in later.here.split()):
+        return None
+    return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
+
+
+def in_program(findings: Findings, number: int, problem: Problem) -> Fix | None:
+    """The same for a statement of a program, where what stands beside it can be looked at."""
+    find = _IN_PROGRAM.get(problem.rule.code)
+    if find is not None:
+        return find(findings, number)
+    return of(findings.text(number), findings.statements[number].text, problem)
+
+
+def _removed(findings: Findings, number: int) -> Fix | None:
+    if findings.statements[number].text not in WITHOUT:
+        return None
+    return fixing("leave it out", replaced(findings.text(number), ""))
+
+
+def _blanks(findings: Findings, number: int) -> Fix | None:
+    """Close the gaps on both sides of `=`, where the three statements are one then."""
+    text = findings.statements[number].text
+    first, last = number - text.startswith("="), number + text.endswith("=")
+    if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
+        return None
+    if first == number and findings.statements[last].problem is None:
+        return None  # `a= S`: S may be a value, and may be a command
+    parts = range(first, last + 1)
+    whole = "".join(findings.statements[part].text for part in parts)
+    if read(whole).problem is not None:
+        return None
+    return fixing(f"write {whole}", (_gap(findings, left, right) for left, right in pairwise(parts)))
+
+
+def _unfinished(findings: Findings, number: int) -> Fix | None:
+    """`a= 1`."""
+    return _blanks(findings, number) if findings.statements[number].text.endswith("=") else None
+
+
+def _gap(findings: Findings, left: int, right: int) -> Edit:
+    before, behind = findings.text(left)[-1], findings.text(right)[0]
+    return Edit(before.line, before.column + before.width, behind.line, behind.column, "")
+
+
+def _upper_case(findings: Findings, number: int) -> Fix | None:
+    """Sure if all of the line can be read then; otherwise it may be a comment without its apostrophe."""
+    statement = findings.statements[number]
+    line = findings.line(number)
+    beside = [each for at, each in enumerate(findings.statements) if findings.line(at) == line]
+    sure = all(each.problem is None or read(each.text.upper()).problem is None for each in beside)
+    better = statement.text.upper()
+    return fixing(f"write {better}", replaced(findings.text(number), better), sure)
+
+
+def _comment(findings: Findings, number: int) -> Fix | None:
+    """Sure if nothing else stands on the line."""
+    line = findings.line(number)
+    alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
+    return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)
+
+
+_IN_PROGRAM: dict[str, Callable[[Findings, int], Fix | None]] = {
+    rules.REMOVED.code: _removed,
+    rules.BLANKS.code: _blanks,
+    rules.EXPRESSION.code: _unfinished,
+    rules.CASE.code: _upper_case,
+    rules.NO_COMMENT.code: _comment,
+}

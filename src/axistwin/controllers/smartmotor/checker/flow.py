@@ -1,0 +1,258 @@
+"""The checker's rules for program flow: labels, calls, returns, the return stack, what is never reached.
+
+They look at the code as the interpreter would run it, from the top, from each label that is called, and from C1 and C2
+if F= may call them.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from axistwin.controllers.diagnostics import fixing, replaced
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, CALL_C2
+from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel.interpreter import HEAD
+from axistwin.controllers.smartmotor.kernel.state import DEPTH_MOST, SWITCH_MOST
+from axistwin.controllers.smartmotor.language.program import digits
+
+FAULT, INPUT = 1, 2
+"""The labels that faults and pin G call."""
+WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN, ops.TAKEN_PIN})
+ENDS = frozenset({ops.S_RETURN, ops.S_RETURNI, ops.S_END})
+NO_RETURN = frozenset({"RUN", "Z"})
+
+
+@dataclass
+class Routine:
+    """What is carried out from a label on, or from the top (label None), without the subroutines it calls."""
+
+    label: int | None
+    pcs: set[int] = field(default_factory=set)
+    calls: dict[int, int] = field(default_factory=dict)
+    """The label each GOSUB calls, by the number of the statement."""
+    returns: dict[int, str] = field(default_factory=dict)
+    """The keyword of each return, by the number of the statement."""
+
+
+class Flow:
+    """The routines of a program."""
+
+    def __init__(self, findings: Findings) -> None:
+        self.findings, self.program = findings, findings.program
+        self._labels = {pc: label for label, pc in self.program.labels.items()}
+
+    @cached_property
+    def main(self) -> Routine:
+        """From the top."""
+        return self.routine(None)
+
+    @cached_property
+    def interrupts(self) -> dict[int, Routine]:
+        """C1 and C2, as far as they are there and may be called by a fault or by pin G."""
+        wanted = {FAULT: CALL_C1, INPUT: CALL_C2}
+        return {
+            label: self.routine(label)
+            for label, bit in wanted.items()
+            if label in self.program.labels and self.findings.sets_function(bit)
+        }
+
+    @cached_property
+    def routines(self) -> dict[int | None, Routine]:
+        """All of them, by label; a label that nobody calls may be called by a host."""
+        return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
+
+    def routine(self, label: int | None) -> Routine:
+        """Follow the code from a label."""
+        made = Routine(label)
+        waiting = [0 if label is None else self.program.labels[label]]
+        while waiting:
+            pc = waiting.pop()
+            if pc not in made.pcs:
+                made.pcs.add(pc)
+                self._note(made, pc)
+                waiting += self._next(pc)
+        return made
+
+    @cached_property
+    def interrupts_only(self) -> frozenset[int]:
+        """The statements that only C1 and C2 reach, with the subroutines they call."""
+        called = {number for label in self.interrupts for number in self._reached(label)}
+        return frozenset(called - self._reached(None))
+
+    def _reached(self, label: int | None) -> set[int]:
+        """The statements of a routine and of all that it calls."""
+        done: set[int | None] = set()
+        waiting, numbers = [label], set[int]()
+        while waiting:
+            here = waiting.pop()
+            if here not in done:
+                done.add(here)
+                routine = self.routines[here]
+                numbers |= {self.program.code[pc + 1] for pc in routine.pcs}
+                waiting += routine.calls.values()
+        return numbers
+
+    def _note(self, made: Routine, pc: int) -> None:
+        operation, number = self.program.code[pc], self.program.code[pc + 1]
+        if operation == ops.S_GOSUB:
+            made.calls[number] = self._labels[self.program.code[pc + HEAD]]
+        elif operation in (ops.S_RETURN, ops.S_RETURNI):
+            made.returns[number] = self.findings.words[number]
+
+    def _next(self, pc: int) -> Iterator[int]:
+        """Where the program may go on after a statement."""
+        code = self.program.code
+        operation, number, target = code[pc], code[pc + 1], code[pc + 2]
+        if operation == ops.S_IF:
+            yield from self._branches(pc, target)
+        elif operation == ops.S_SWITCH:
+            yield from (target, self._behind(pc + HEAD))
+        elif operation == ops.S_CASE:
+            yield from (target, code[pc + HEAD + 1])
+        elif operation not in ENDS and self.findings.words[number] not in NO_RETURN:
+            yield target
+
+    def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
+        """Both branches of a condition, or one if it is known."""
+        code = self.program.code
+        constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
+        if not constant or code[pc + HEAD + 1]:
+            yield self._behind(pc + HEAD)
+        if not constant or not code[pc + HEAD + 1]:
+            yield otherwise
+
+    def _behind(self, at: int) -> int:
+        """The place behind an expression."""
+        code = self.program.code
+        while code[at] != ops.RESULT:
+            at += 2 if code[at] in WITH_ARGUMENT else 1
+        return at + 1
+
+
+def check(findings: Findings) -> None:
+    """Apply all rules of this file."""
+    flow = Flow(findings)
+    _labels(findings)
+    _returns(findings, flow)
+    _stack(findings, flow)
+    _interrupts(findings, flow)
+    _unreachable(findings, flow)
+    _switches(findings)
+
+
+def _labels(findings: Findings) -> None:
+    """Labels that are missing or stand twice."""
+    first: dict[int, int] = {}
+    for number, statement in findings.all("Cn"):
+        label = digits(statement)
+        if label in first:
+            message = f"label C{label} stands in line {findings.line(first[label])} already"
+            findings.say(rules.LABEL_TWICE, number, message)
+        first.setdefault(label, number)
+    for number, statement in findings.all("GOTOn", "GOSUBn"):
+        label = digits(statement)
+        if label not in first:
+            findings.say(rules.NO_LABEL, number, f"there is no label C{label}")
+
+
+RETURNS = {FAULT: "RETURNF", INPUT: "RETURNI"}
+CALLED_BY = {FAULT: "a fault (F=32)", INPUT: "pin G (F=64)"}
+
+
+def _returns(findings: Findings, flow: Flow) -> None:
+    """Each routine returns with its own word."""
+    called = {label for routine in flow.routines.values() for label in routine.calls.values()}
+    for number, keyword in flow.main.returns.items():
+        message = f"{keyword} is reached without a GOSUB: it sets Bs and ends the program"
+        findings.say(rules.RETURN, number, message)
+    for label, routine in flow.interrupts.items():
+        for number, keyword in routine.returns.items():
+            if keyword != RETURNS[label] and label not in called:
+                note = ": C2 would not be called again" if label == INPUT else ""
+                message = f"C{label} is called by {CALLED_BY[label]} and returns with {RETURNS[label]}{note}"
+                fix = fixing(f"write {RETURNS[label]}", replaced(findings.text(number), RETURNS[label]))
+                findings.say(rules.OTHER_RETURN, number, message, fix)
+    for label, keyword in RETURNS.items():
+        own = flow.routines[label].returns if label in flow.routines else {}
+        for number, _ in findings.all(keyword):
+            if number not in own and number not in flow.main.returns:
+                message = f"{keyword} belongs to C{label}, and is not reached from there"
+                findings.say(rules.STRAY_RETURN, number, message)
+
+
+def _stack(findings: Findings, flow: Flow) -> None:
+    """Ten returns can wait, those of C1 and C2 among them."""
+    depths = _Depths(findings, flow)
+    deepest = depths.of(None) + sum(1 + depths.of(label) for label in flow.interrupts)
+    calls = flow.main.calls
+    if deepest > DEPTH_MOST and calls:
+        number = max(calls, key=lambda at: depths.of(calls[at]))
+        message = f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}"
+        findings.say(rules.DEEP, number, message)
+
+
+class _Depths:
+    """How many returns a routine needs; of one that calls itself, as if it did not."""
+
+    def __init__(self, findings: Findings, flow: Flow) -> None:
+        self._findings, self._flow = findings, flow
+        self._known: dict[int | None, int] = {}
+        for label in flow.routines:
+            self._measure(label)
+
+    def of(self, label: int | None) -> int:
+        """The returns that wait at most while this routine is carried out, its own not counted."""
+        return self._known[label]
+
+    def _measure(self, start: int | None) -> None:
+        """Depth first, without recursion of our own: a program may have a thousand routines."""
+        path = [(start, self._calls(start))] if start not in self._known else []
+        while path:
+            label, calls = path[-1]
+            if not calls:
+                path.pop()
+                inner = self._flow.routines[label].calls.values()
+                self._known[label] = max((1 + self._known.get(called, 0) for called in inner), default=0)
+                continue
+            number, called = calls.pop()
+            if any(called == upper for upper, _ in path):
+                message = f"C{called} calls itself: each time one of {DEPTH_MOST} returns waits"
+                self._findings.say(rules.RECURSION, number, message)
+            elif called not in self._known:
+                path.append((called, self._calls(called)))
+
+    def _calls(self, label: int | None) -> list[tuple[int, int]]:
+        return list(self._flow.routines[label].calls.items())
+
+
+def _interrupts(findings: Findings, flow: Flow) -> None:
+    """F=32 and F=64 need their labels; STACK is followed by GOTO."""
+    for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
+        for number, statement in findings.all("F="):
+            if (known(statement) or 0) & bit and label not in flow.program.labels:
+                findings.say(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
+    for number, _ in findings.all("STACK"):
+        if "GOTOn" not in findings.words[number + 1 : number + 2]:
+            findings.say(rules.STACK, number, "STACK should be followed by GOTO at once")
+
+
+def _unreachable(findings: Findings, flow: Flow) -> None:
+    """The first statement of each part that neither the program nor a host can reach."""
+    reached = {flow.program.code[pc + 1] for routine in flow.routines.values() for pc in routine.pcs}
+    quiet = {"Cn", "ENDIF", "ENDS", "CASE", "DEFAULT", "ELSE", "ELSEIF", "LOOP", "BREAK", "END", ""}
+    before = True
+    for number, keyword in enumerate(findings.words):
+        here = number in reached
+        if not here and before and keyword not in quiet:
+            findings.say(rules.UNREACHED, number, "this is never reached")
+        before = here or (before and keyword in quiet)
+
+
+def _switches(findings: Findings) -> None:
+    deep = 0
+    for number, keyword in enumerate(findings.words):
+        deep += (keyword == "SWITCH") - (keyword == "ENDS")
+        if keyword == "SWITCH" and deep == SWITCH_MOST + 1:
+            findings.say(rules.SWITCHES, number, f"more than {SWITCH_MOST} SWITCH within one another")

@@ -1,0 +1,98 @@
+"""The checker's rules for programs that were written for firmware 4.15 or 4.40: what 4.76 does in another way.
+
+Commands that have been removed, and assignments without an equal sign, are found where the program is read.
+"""
+
+from axistwin.controllers.diagnostics import fixing, put_before
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, REVERSE
+from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.checker.flow import Flow
+
+MOTION = ("G", "MT", "MF1", "MF2", "MF4", "MS")
+CLEARING = ("ZS", "Zr", "Zl")
+LIMIT_ROLES = ("UCI", "UDI", "UCO", "UDO", "UCP", "UDM", "SLE")
+BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
+
+
+def check(findings: Findings) -> None:
+    """Apply all rules of this file."""
+    _limits(findings, Flow(findings))
+    _direction(findings)
+    _faults_end_programs(findings)
+    _soft_limits(findings)
+    for command, pin in BRAKE_PINS.items():
+        _brake(findings, command, pin)
+
+
+def _limits(findings: Findings, flow: Flow) -> None:
+    """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1).
+
+    C1 is called by a new fault, not by those from switching on, so what stands there only does not count.
+    """
+    moves = next(findings.all(*MOTION), None)
+    if moves is None:
+        return
+    given = {word for number, word in enumerate(findings.words) if number not in flow.interrupts_only}
+    if given.isdisjoint((*LIMIT_ROLES, *CLEARING)):
+        message = (
+            "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
+            "UCI UDI ZS at the top makes them ordinary inputs"
+        )
+        findings.say(rules.LIMITS, moves[0], message)
+    elif not given.isdisjoint(("UCI", "UDI", "UCO", "UDO")) and given.isdisjoint(CLEARING):
+        message = "limit faults from switching on still hold: ZS (or Zr and Zl) is missing"
+        clearing = fixing("clear them with ZS", put_before(findings.text(moves[0])[0], "ZS "), sure=False)
+        findings.say(rules.LIMIT_FAULTS, moves[0], message, clearing)
+
+
+def _direction(findings: Findings) -> None:
+    """1.4: F=2 had to do with scan errors before."""
+    for number, statement in findings.all("F="):
+        if (known(statement) or 0) & REVERSE:
+            message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
+            findings.say(rules.DIRECTION, number, message)
+
+
+def _faults_end_programs(findings: Findings) -> None:
+    """4.1: a position error or overheat ends the program, so it cannot look for them, unless F=32 calls C1."""
+    if findings.sets_function(CALL_C1):
+        return
+    for number in range(len(findings.statements)):
+        looked_at = [
+            name for part in findings.statements[number].computed for name in part.names if name in ("Be", "Bh")
+        ]
+        if looked_at and findings.words[number] in ("IF", "ELSEIF", "WHILE"):
+            message = f"when {looked_at[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
+            findings.say(rules.ENDS_PROGRAM, number, message)
+
+
+def _soft_limits(findings: Findings) -> None:
+    """3.2: software limits must be disabled before their values are changed."""
+    enabled = -1
+    for number, keyword in enumerate(findings.words):
+        if keyword == "SLE":
+            enabled = number
+        elif keyword == "SLD":
+            enabled = -1
+        elif keyword in ("SLN=", "SLP=") and enabled >= 0:
+            message = (
+                f"software limits are enabled in line {findings.line(enabled)}: SLD before their values are changed"
+            )
+            findings.say(rules.SOFT_LIMITS, number, message)
+
+
+def _brake(findings: Findings, command: str, pin: str) -> None:
+    """5.1: the pin is made an output before, and left alone afterwards."""
+    begun = next(findings.all(command), None)
+    if begun is None:
+        return
+    if f"U{pin}O" not in findings.words[: begun[0]]:
+        output = fixing(f"make pin {pin} an output", put_before(findings.text(begun[0])[0], f"U{pin}O "), sure=False)
+        findings.say(rules.BRAKE_PIN, begun[0], f"U{pin}O must be given before {command}", output)
+    disturbing = {f"U{pin}I", f"U{pin}=", *({"RS4", "OCHN()"} if pin == "G" else ())}
+    for number in range(begun[0] + 1, len(findings.words)):
+        reads = any(f"U{pin}" in part.names for part in findings.statements[number].computed)
+        if findings.words[number] in disturbing or reads:
+            message = f"the brake uses pin {pin} since line {findings.line(begun[0])}"
+            findings.say(rules.BRAKE_USED, number, message)

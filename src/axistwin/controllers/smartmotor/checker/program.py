@@ -1,0 +1,164 @@
+"""What a SmartMotor with firmware 4.76 would make of a program or a conversation, without running it.
+
+The motor's own reader and compiler find what sets Bs.  On top of that: values out of range, program flow
+(`check_flow`), mode cam (`check_cam`), and what an older program meant in another way (`check_migration`).
+"""
+
+from collections.abc import Iterator, Sequence
+
+from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, diagnose
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES
+from axistwin.controllers.smartmotor.checker import cam, fixes, flow, migration
+from axistwin.controllers.smartmotor.checker.findings import Findings, known, told
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.language import image
+from axistwin.controllers.smartmotor.language.expressions import CHAPTER, Problem
+from axistwin.controllers.smartmotor.language.forms import Form
+from axistwin.controllers.smartmotor.language.language import Statement, command
+from axistwin.controllers.smartmotor.language.vocabulary import Words
+from axistwin.controllers.smartmotor.options import Options
+from axistwin.controllers.smartmotor.serial.channel import RECORDS
+
+WITH_ARGUMENT = flow.WITH_ARGUMENT
+BINARY, END = 0x80, 0xFF
+"""Bytes of a host that are no text: from 80h on addresses and binary records; the end of a program."""
+ENDING = b"\r\n\0"
+"""What ends a command in any case; a space ends most."""
+
+
+def check(sessions: Sequence[Session]) -> list[Diagnostic]:
+    """Everything wrong with a stored program's source, or with what a host sends; in order of place."""
+    found: list[Diagnostic] = []
+    for session in sessions:
+        if session.stored:
+            found += _program(session.characters)
+        else:
+            host = _Host(session.characters)
+            host.follow()
+            found += host.found
+    return sorted(set(found))
+
+
+# A program
+
+
+def _program(characters: Sequence[Sent]) -> list[Diagnostic]:
+    findings = Findings(characters)
+    for number, statement in enumerate(findings.statements):
+        for problem in _problems(statement):
+            findings.problem(number, problem, fixes.in_program(findings, number, problem))
+    _length(findings)
+    if findings.statements:
+        flow.check(findings)
+        cam.check(findings)
+        migration.check(findings)
+    return findings.found
+
+
+def _length(findings: Findings) -> None:
+    size, room = len(image.strip(findings.program.text)), Options().program_bytes
+    if size > room:
+        number = len(findings.statements) - 1
+        findings.say(rules.TOO_LONG, number, f"this program has {size} bytes, a motor keeps {room}")
+
+
+def _problems(statement: Statement) -> Iterator[Problem]:
+    """What is wrong with a statement by itself."""
+    if statement.problem is not None:
+        yield statement.problem
+        return
+    yield from _range(statement)
+    for part in statement.computed:
+        for index in part.indices:
+            size = ARRAY_SIZES[index.array][1]
+            if not 0 <= index.value < size:
+                message = f"there is no {index.array}[{index.value}]: {index.array}[0] to {index.array}[{size - 1}]"
+                yield Problem(index.position, message, rules.ARRAYS, rules.INDEX)
+        yield from _arithmetic(part.code)
+
+
+def _range(statement: Statement) -> Iterator[Problem]:
+    value, found = known(statement), statement.command
+    if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
+        return
+    message = f"{value} is out of range: {found.parameters[0]}"
+    yield Problem(len(str(found.code)), message, found.chapter, rules.RANGE)
+
+
+def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
+    """Numbers that do not fit 32 bits, and divisions by a zero that is written there."""
+    at, before = 0, (ops.RESULT, 0)
+    while at < len(code):
+        operation = code[at]
+        if operation == ops.OVERFLOW:
+            message = "a number does not fit 32 bits: Bd is set and nothing is done"
+            yield Problem(0, message, CHAPTER, rules.OVERFLOW)
+        elif operation in (ops.DIVIDE, ops.REMAINDER) and before == (ops.CONSTANT, 0):
+            yield Problem(0, "this divides by 0: Bd is set and nothing is done", CHAPTER, rules.ZERO)
+        argument = operation in WITH_ARGUMENT
+        before = (operation, code[at + 1] if argument else 0)
+        at += 1 + argument
+
+
+# A host
+
+
+class _Host:
+    """What a host sends: commands, and between LOAD and FF FF a program."""
+
+    def __init__(self, characters: Sequence[Sent]) -> None:
+        self.found: list[Diagnostic] = []
+        self._characters = characters
+        self._at = self._begin = 0
+        self._words = Words(self._command, self._overflow)
+        self._loading = False
+
+    def follow(self) -> None:
+        """From the first character to the last."""
+        while self._at < len(self._characters):
+            sent = self._characters[self._at]
+            self._at += 1
+            self._at += RECORDS.get(sent.byte, 1) - 1
+            if sent.byte < BINARY:
+                self._words.take(sent.byte)
+            else:
+                self._words.forget()
+            if sent.byte >= BINARY or sent.byte in ENDING:
+                self._begin = self._at
+            if self._loading:
+                self._load()
+        rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
+        if rest.strip(b" \r\n\0"):
+            message = "this command is never ended: a space or <CR> is missing"
+            self._say(rules.UNENDED, self._begin, message)
+
+    def _command(self, text: str) -> None:
+        """A command is complete."""
+        sent = bytes(sent.byte for sent in self._characters[self._begin : self._at])
+        begin = self._begin + max(sent.find(text.encode("ascii", "replace")), len(sent) - len(sent.lstrip(b" \r\n\0")))
+        statement = command(text)
+        for problem in _problems(statement):
+            end = min(begin + len(text), self._at - 1)
+            fix = fixes.of(self._characters[begin:end], text, problem)
+            self.found.append(told(self._characters, begin, end, problem, fix))
+        self._begin = self._at
+        self._loading = text == "LOAD"
+
+    def _overflow(self) -> None:
+        self._say(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
+
+    def _load(self) -> None:
+        """The program that follows; what has been compiled already is not looked at."""
+        self._loading = False
+        end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
+        source = self._characters[self._at : end]
+        if end is None:
+            self._say(rules.DOWNLOAD, self._at - 1, "this download is never ended: FFh FFh is missing")
+        if source and source[0].byte != ord("$"):
+            self.found += _program(source)
+        self._at = self._begin = len(self._characters) if end is None else end + 1
+
+    def _say(self, rule: Rule, offset: int, message: str) -> None:
+        """Something about what begins at `offset`, to where we are now."""
+        self.found.append(diagnose(rule, self._characters[offset : max(self._at, offset + 1)], message))

@@ -1,0 +1,1 @@
+"""The arithmetic of every servo sample: plain Python that Numba can compile."""

@@ -1,0 +1,396 @@
+"""The interpreter (7 and 8 of the base language): one statement of the program, or the value of one expression.
+
+A program is a flat list of integers.  A statement is an operation, its number, where to go on if nothing comes of it,
+and what the operation needs; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py`
+write this code.  Both functions run once per sample or oftener, so they know nothing but integers in arrays.
+
+Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd; an index
+that is not in its array sets Bu; text that is no expression sets Bs (NO_VALUE).  In each case the statement is
+abandoned, and a condition counts as false.
+"""
+
+from collections.abc import MutableSequence, Sequence
+
+from axistwin.controllers.smartmotor.kernel.jit import sampled
+from axistwin.controllers.smartmotor.kernel.position import actual_position, following_error, wrapped
+from axistwin.controllers.smartmotor.kernel.state import (
+    ARRAY_BASE,
+    BD,
+    BI,
+    BRAKE_PIN,
+    BRAKE_READ,
+    BS,
+    BT,
+    BU,
+    BYTES,
+    C2_CALLED,
+    CALL_FAULT,
+    CALL_GOSUB,
+    CLK_ZERO,
+    DEPTH,
+    DEPTH_MOST,
+    FACTOR,
+    FAULT_AGAIN,
+    INDEX,
+    INDEX_ARMED,
+    LONGS,
+    M_POSITION,
+    M_RELATIVE,
+    MODE,
+    PC,
+    PENDING,
+    PID_RATE,
+    PINS,
+    PROGRAM,
+    RETURNS,
+    SAMPLE,
+    STATEMENT,
+    STOPPED,
+    SWITCHES,
+    TWAITING,
+    WAIT_UNTIL,
+    WORDS,
+)
+
+Ints = MutableSequence[int]
+
+LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
+STACK = 64
+"""Intermediate results that an expression can have at once."""
+
+# What comes of a statement
+DONE, TRAP, HELD, FETCH = range(4)
+
+# Operations of expressions.  Those from ADD on take two values.
+RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVERFLOW, NO_VALUE, TAKEN_PIN = range(13)
+(
+    ADD, SUBTRACT, MULTIPLY, DIVIDE, REMAINDER, POWER, AND, OR, EXCLUSIVE_OR,
+    EQUAL, UNEQUAL, LESS, GREATER, AT_MOST, AT_LEAST,
+) = range(13, 28)  # fmt: skip
+
+# What COMPUTED computes
+POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_TOLD = range(9)
+
+# Operations of statements
+(
+    S_IF, S_JUMP, S_LET, S_TRAP, S_ELEMENT, S_WAIT, S_TWAIT, S_SWITCH, S_CASE, S_GOSUB,
+    S_RETURN, S_RETURNI, S_STACK, S_END, S_FETCH,
+) = range(15)  # fmt: skip
+HEAD = 3
+"""Every statement begins with its operation, its number, and where to go on if it is abandoned."""
+
+MOST_POWER = 4
+
+
+@sampled
+def computed(i: Ints, what: int) -> int:
+    """A system variable that is kept nowhere as such (6 of the base language).
+
+    Using `I` clears Bi, and the next index is captured.
+    """
+    if what == POSITION:
+        return actual_position(i)
+    if what == POSITION_ERROR:
+        return following_error(i)
+    if what == CLOCK:
+        return wrapped(i[SAMPLE] - i[CLK_ZERO])
+    if what == INDEX_POSITION:
+        i[BI], i[INDEX_ARMED] = 0, 1
+        return i[INDEX]
+    if what == PIN_WORD:
+        return i[PINS] & 0x7F
+    if what == AT_STATEMENT:
+        return 0 if i[PROGRAM] == STOPPED else i[STATEMENT] + 1
+    if what == MODE_TOLD:
+        return M_RELATIVE if i[MODE] == M_POSITION and i[FACTOR] else i[MODE]
+    bits = 16 if what == STATUS_WORD else 8
+    word = 0
+    for bit in range(bits):
+        word |= i[BT + bit] << bit
+    return word
+
+
+@sampled
+def taken(i: Ints, bit: int) -> int:
+    """Return the level of a pin that an assignment reads; note it if the pin carries the brake's signal (5.1)."""
+    if i[BRAKE_PIN] == 1 << bit:
+        i[BRAKE_READ] = 1
+    return (i[PINS] >> bit) & 1
+
+
+@sampled
+def element(i: Ints, v: Ints, kind: int, index: int) -> int:
+    """ab[], aw[] or al[] at an index that is in the array; big-endian over the longs (table 8.1)."""
+    if kind == LONG:
+        return v[i[ARRAY_BASE] + index]
+    if kind == WORD:
+        half = v[i[ARRAY_BASE] + (index >> 1)] >> (16 - 16 * (index & 1))
+        return ((half + 0x8000) & 0xFFFF) - 0x8000
+    part = v[i[ARRAY_BASE] + (index >> 2)] >> (24 - 8 * (index & 3))
+    return ((part + 0x80) & 0xFF) - 0x80
+
+
+@sampled
+def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
+    """Store at an index that is in the array; ab[] and aw[] keep the low 8 and 16 bits."""
+    if kind == LONG:
+        v[i[ARRAY_BASE] + index] = value
+        return
+    where, shift, mask = i[ARRAY_BASE] + (index >> 2), 24 - 8 * (index & 3), 0xFF
+    if kind == WORD:
+        where, shift, mask = i[ARRAY_BASE] + (index >> 1), 16 - 16 * (index & 1), 0xFFFF
+    v[where] = wrapped((v[where] & ~(mask << shift)) | ((value & mask) << shift))
+
+
+@sampled
+def outside(kind: int, index: int) -> bool:
+    """Whether there is no such element: ab[0…203], aw[0…101], al[0…50] (8.2)."""
+    size = BYTES if kind == BYTE else WORDS if kind == WORD else LONGS
+    return index < 0 or index >= size
+
+
+@sampled
+def power(base: int, exponent: int) -> int:
+    """base ^ exponent; something beyond 32 bits if it does not fit, or the exponent is not 0…4."""
+    if exponent < 0 or exponent > MOST_POWER:
+        return HIGHEST + 1
+    value = 1
+    for _ in range(exponent):
+        value *= base
+        if value > HIGHEST or value < LOWEST:
+            return HIGHEST + 1
+    return value
+
+
+@sampled
+def quotient(left: int, right: int) -> int:
+    """Division that truncates towards zero; `right` is not 0."""
+    value = abs(left) // abs(right)
+    return value if (left < 0) == (right < 0) else -value
+
+
+@sampled
+def combined(operation: int, left: int, right: int) -> int:
+    """What an operation with two values gives; something beyond 32 bits if it has no result."""
+    if operation == ADD:
+        return left + right
+    if operation == SUBTRACT:
+        return left - right
+    if operation == EQUAL:
+        return int(left == right)
+    if operation == UNEQUAL:
+        return int(left != right)
+    if operation == LESS:
+        return int(left < right)
+    if operation == GREATER:
+        return int(left > right)
+    if operation == AT_MOST:
+        return int(left <= right)
+    if operation == AT_LEAST:
+        return int(left >= right)
+    if operation == AND:
+        return left & right
+    if operation == OR:
+        return left | right
+    if operation == EXCLUSIVE_OR:
+        return left ^ right
+    if operation == MULTIPLY:
+        return left * right
+    if operation == POWER:
+        return power(left, right)
+    if right == 0:
+        return HIGHEST + 1
+    if operation == DIVIDE:
+        return quotient(left, right)
+    return left - right * quotient(left, right)
+
+
+@sampled
+def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
+    """Work an expression out, to stack[0].  The place behind it, or -1 if it has no value: Bd, Bu or Bs is set."""
+    top = -1
+    while True:
+        operation = code[at]
+        if operation == RESULT:
+            return at + 1
+        if operation == CONSTANT:
+            top += 1
+            stack[top] = code[at + 1]
+            at += 2
+        elif operation == VARIABLE:
+            top += 1
+            stack[top] = v[code[at + 1]]
+            at += 2
+        elif operation == SLOT:
+            top += 1
+            stack[top] = i[code[at + 1]]
+            at += 2
+        elif operation == PIN:
+            top += 1
+            stack[top] = (i[PINS] >> code[at + 1]) & 1
+            at += 2
+        elif operation == TAKEN_PIN:
+            top += 1
+            stack[top] = taken(i, code[at + 1])
+            at += 2
+        elif operation == COMPUTED:
+            top += 1
+            stack[top] = computed(i, code[at + 1])
+            at += 2
+        elif BYTE <= operation <= LONG:
+            if outside(operation, stack[top]):
+                i[BU] = 1
+                return -1
+            stack[top] = element(i, v, operation, stack[top])
+            at += 1
+        elif operation == NO_VALUE:
+            i[BS] = 1
+            return -1
+        else:
+            if operation == NEGATIVE:
+                value = -stack[top]
+            elif operation == OVERFLOW:
+                value = HIGHEST + 1
+            else:
+                top -= 1
+                value = combined(operation, stack[top], stack[top + 1])
+            if value > HIGHEST or value < LOWEST:
+                i[BD] = 1
+                return -1
+            stack[top] = value
+            at += 1
+
+
+@sampled
+def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
+    """Carry out an assignment to an array: how many values, which array, the first index, the values."""
+    count, kind = code[at], code[at + 1]
+    at = evaluate(i, v, stack, code, at + 2)
+    index = stack[0]
+    while at >= 0 and count > 0:
+        at = evaluate(i, v, stack, code, at)
+        if at >= 0:
+            if outside(kind, index):
+                i[BU] = 1
+                return
+            set_element(i, v, kind, index, stack[0])
+            index += 1
+            count -= 1
+
+
+@sampled
+def call_again(i: Ints) -> None:
+    """C1 is over: a fault that has occurred within it calls it again."""
+    if i[FAULT_AGAIN] != 0:
+        i[FAULT_AGAIN] = 0
+        i[PENDING] |= CALL_FAULT
+
+
+@sampled
+def go_back(i: Ints) -> None:
+    """RETURN: to the address on top of the stack.  With none, or one of a program that stood still, the program ends.
+
+    RETURN without a GOSUB sets Bs.
+    """
+    if i[DEPTH] == 0:
+        i[BS] = 1
+        i[PROGRAM] = STOPPED
+        return
+    i[DEPTH] -= 1
+    if i[RETURNS + i[DEPTH]] & 3 == CALL_FAULT:
+        call_again(i)
+    i[PC] = i[RETURNS + i[DEPTH]] >> 2
+    if i[PC] < 0:
+        i[PC] = 0
+        i[PROGRAM] = STOPPED
+
+
+@sampled
+def call(i: Ints, target: int, back: int, kind: int) -> bool:
+    """Go to `target` and remember to come back (-1: to standing still).  A full stack sets Bs, and nothing else."""
+    if i[DEPTH] >= DEPTH_MOST:
+        i[BS] = 1
+        return False
+    i[RETURNS + i[DEPTH]] = (back << 2) | kind
+    i[DEPTH] += 1
+    i[PC] = target
+    return True
+
+
+@sampled
+def forget(i: Ints) -> None:
+    """STACK: no return addresses any more; C2 may be called again (7, F=64)."""
+    i[DEPTH] = 0
+    i[C2_CALLED] = 0
+    call_again(i)
+
+
+@sampled
+def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
+    """Carry out the statement at i[PC].
+
+    DONE; TRAP: Python has to perform it; HELD: by TWAIT; FETCH: Python has to fetch its outside values first, and then
+    to go on with it at once.
+    """
+    if i[TWAITING] != 0:
+        if i[BT] != 0:
+            return HELD
+        i[TWAITING] = 0
+    pc = i[PC]
+    operation = code[pc]
+    i[STATEMENT] = code[pc + 1]
+    i[PC] = code[pc + 2]
+    if operation == S_IF:
+        at = evaluate(i, v, stack, code, pc + HEAD)
+        if at >= 0 and stack[0] != 0:
+            i[PC] = at
+    elif operation == S_JUMP:
+        pass
+    elif operation == S_LET:
+        at = evaluate(i, v, stack, code, pc + HEAD + 1)
+        if at >= 0:
+            v[code[pc + HEAD]] = stack[0]
+    elif operation == S_TRAP:
+        return TRAP
+    elif operation == S_ELEMENT:
+        store(i, v, stack, code, pc + HEAD)
+    elif operation == S_FETCH:
+        return FETCH
+    elif operation == S_CASE:
+        if i[SWITCHES + i[DEPTH]] == code[pc + HEAD]:
+            i[PC] = code[pc + HEAD + 1]
+    else:
+        return seldom(i, v, stack, code, pc)
+    return DONE
+
+
+@sampled
+def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
+    """The statements that are carried out less often; i[PC] is behind them already."""
+    operation = code[pc]
+    if operation == S_SWITCH:
+        at = evaluate(i, v, stack, code, pc + HEAD)
+        if at >= 0:
+            i[SWITCHES + i[DEPTH]] = stack[0]
+            i[PC] = at
+    elif operation == S_GOSUB:
+        call(i, code[pc + HEAD], i[PC], CALL_GOSUB)
+    elif operation == S_RETURN:
+        go_back(i)
+    elif operation == S_RETURNI:
+        i[C2_CALLED] = 0
+        go_back(i)
+    elif operation == S_STACK:
+        forget(i)
+    elif operation == S_WAIT:
+        at = evaluate(i, v, stack, code, pc + HEAD)
+        if at >= 0:
+            i[WAIT_UNTIL] = i[SAMPLE] + 1 + stack[0] * i[PID_RATE]
+    elif operation == S_TWAIT:
+        if i[BT] != 0:
+            i[TWAITING] = 1
+            return HELD
+    else:  # END, or the end of the program
+        forget(i)
+        i[PROGRAM] = STOPPED
+    return DONE

@@ -1,0 +1,182 @@
+"""The machine as the kernel has it: the floats `f`, worked out from the data sheets, and what people do to the shaft.
+
+In units of counts and samples, so that a sample is done with few operations (`servo.py`).
+"""
+
+from collections.abc import MutableSequence, Sequence
+from dataclasses import replace
+from itertools import count
+from math import exp, floor, inf, isfinite
+
+from axistwin.controllers.smartmotor.kernel.state import (
+    BUS_VOLTAGE,
+    COUNTS_OF,
+    COUNTS_OUT_OF,
+    COUNTS_PER_REV,
+    CURRENT_SUM,
+    HEAT,
+    HEAT_SAMPLES,
+    IDEAL,
+    SHAFT,
+    SLIPPED,
+    TEMP,
+    TUNING,
+    UNCOUNTED,
+)
+from axistwin.errors import UsageError
+from axistwin.plant.servo import ServoLoad, ServoMotor
+
+SAMPLE_S = 245_760e-9
+FULL_PWM = 1023
+HEAT_BLOCK = 256
+"""Samples between two looks at the temperatures; 63 ms."""
+AMBIENT_C = 25.0
+MOST_TORQUE_NM = 1000.0
+LEAST = 1e-6
+"""What is left of something that has gone, so that one can divide by it."""
+
+Ints = MutableSequence[int]
+Floats = MutableSequence[float]
+
+# Floats `f`
+_slots = count()
+SPEED = next(_slots)  # of the shaft, counts per sample
+FRACTION = next(_slots)  # of a count by which the shaft stands above SHAFT
+OUTSIDE = next(_slots)  # torque from outside and gravity, counts/sample²
+COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction, counts/sample²
+JAM = next(_slots)  # more friction: 0 or infinite
+VISCOUS = next(_slots)  # friction, per count/sample of speed
+OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)  # what viscous friction leaves of a speed; and closed windings
+PER_AMP = next(_slots)  # counts/sample² per A
+AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # at standstill, in the end; what back-EMF takes away
+AMPS_NOW = next(_slots)  # through the windings, at the end of a sample
+AMPS_KEPT = next(_slots)  # how much of them inductance leaves at the end of the next sample, 0 to 1
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # how much, on average over it; and the rest of 1
+PEAK_AMPS = next(_slots)
+WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
+WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # K per A², in the end: over the housing, over the air
+WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # how much of a difference goes in one block
+MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
+PER_NM = next(_slots)  # counts/sample² per N·m
+TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
+FLOATS = next(_slots)
+"""How many floats there are."""
+
+MACHINE = SHAFT, CURRENT_SUM, HEAT, HEAT_SAMPLES, TEMP, BUS_VOLTAGE
+"""Integers that belong to the machine: they outlive the power, as all floats do."""
+
+
+def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
+    """A new machine of these data sheets, at rest at 25 °C; None: an ideal motor, with nothing to move."""
+    i[IDEAL] = int(motor is None)
+    f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
+    i[TEMP] = floor(AMBIENT_C)
+    if motor is not None:
+        _fit_shaft(f, motor, load or ServoLoad())
+        _fit_windings(f, motor)
+        _fit_heat(f, motor)
+        i[BUS_VOLTAGE], i[COUNTS_PER_REV] = round(10 * motor.supply_voltage_v), motor.counts_per_rev
+
+
+def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
+    inertia = motor.rotor_inertia_kg_m2 + load.inertia_kg_m2
+    f[PER_NM] = SAMPLE_S**2 * motor.counts_per_radian / inertia
+    f[COULOMB] = (motor.coulomb_friction_nm + load.coulomb_friction_nm) * f[PER_NM]
+    f[STATIC_BRAKE] = motor.brake_torque_nm * f[PER_NM]
+    f[GRAVITY_NM] = load.gravity_torque_nm
+    set_torque(f, 0.0)
+    f[VISCOUS] = (motor.viscous_friction_nm_s + load.viscous_friction_nm_s) * SAMPLE_S / inertia
+    f[OPEN_GAIN] = 1 / (1 + f[VISCOUS])
+
+
+def _fit_windings(f: Floats, motor: ServoMotor) -> None:
+    """Volts per rad/s and N·m per A are the same figure.  With inductance the current settles exponentially."""
+    f[PER_AMP] = motor.torque_constant_nm_per_a * f[PER_NM]
+    f[AMPS_PER_PWM] = motor.supply_voltage_v / FULL_PWM / motor.winding_resistance_ohm
+    volts_per_speed = motor.torque_constant_nm_per_a / (SAMPLE_S * motor.counts_per_radian)
+    f[AMPS_PER_SPEED] = volts_per_speed / motor.winding_resistance_ohm
+    f[AMPS_KEPT] = f[MEAN_KEPT] = 0.0
+    if motor.winding_inductance_h > 0.0:
+        time_constants = SAMPLE_S * motor.winding_resistance_ohm / motor.winding_inductance_h
+        f[AMPS_KEPT] = exp(-time_constants)
+        f[MEAN_KEPT] = (1 - f[AMPS_KEPT]) / time_constants
+    f[MEAN_REACHED] = 1 - f[MEAN_KEPT]
+    f[CLOSED_GAIN] = 1 / (1 + f[VISCOUS] + f[PER_AMP] * f[AMPS_PER_SPEED] * f[MEAN_REACHED])
+    f[PEAK_AMPS] = motor.peak_current_a
+
+
+def _fit_heat(f: Floats, motor: ServoMotor) -> None:
+    """The temperatures at the end of a block from the flow of heat at its end, as with the speed."""
+    block_s, ohm = HEAT_BLOCK * SAMPLE_S, motor.winding_resistance_ohm
+    inwards, outwards = motor.winding_to_housing_k_per_w, motor.housing_to_ambient_k_per_w
+    f[WINDING_RISE], f[HOUSING_RISE] = ohm * inwards, ohm * outwards
+    from_winding, to_air = (
+        block_s / motor.housing_time_constant_s * outwards / inwards,
+        block_s / motor.housing_time_constant_s,
+    )
+    f[WINDING_STEP] = block_s / (block_s + motor.winding_time_constant_s)
+    f[HOUSING_STEP] = from_winding / (1 + from_winding + to_air)
+    f[AIR_STEP] = to_air / (1 + from_winding + to_air)
+    f[RATED_SQUARE] = motor.continuous_current_a**2
+
+
+def tune(i: Ints, tuning: Sequence[int]) -> None:
+    """KP KI KD KL KS KV KA KG, in force at once."""
+    for slot, value in enumerate(tuning, TUNING):
+        i[slot] = value
+
+
+def set_torque(f: Floats, newton_metres: float) -> None:
+    """A torque on the shaft from outside, up to ±1000 N·m; positive turns it in the positive direction.
+
+    An ideal motor does not feel it.
+    """
+    if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
+        raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
+    f[TORQUE_NM] = newton_metres
+    f[OUTSIDE] = (newton_metres + f[GRAVITY_NM]) * f[PER_NM]
+
+
+def set_jam(f: Floats, on: bool) -> None:
+    """A shaft that cannot turn."""
+    f[JAM] = inf if on else 0.0
+
+
+def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
+    """What is left of the magnets and of the supply voltage, 1: all of them."""
+    weak = replace(
+        motor,
+        torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,
+        supply_voltage_v=max(supply, LEAST) * motor.supply_voltage_v,
+    )
+    _fit_windings(f, weak)
+    i[BUS_VOLTAGE] = round(10 * weak.supply_voltage_v)
+
+
+def set_encoder(i: Ints, of: int, out_of: int) -> None:
+    """It counts `of` for each `out_of` counts."""
+    good = of == out_of
+    i[COUNTS_OF], i[COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
+    if good:
+        i[UNCOUNTED] = 0
+
+
+def slip(i: Ints, counts: int) -> None:
+    """The encoder turns on its shaft by so many counts."""
+    i[SHAFT] += counts
+    i[SLIPPED] -= counts
+
+
+def push(i: Ints, counts: int) -> None:
+    """Somebody turns the shaft by so many counts; it stays there until the motor moves it back."""
+    i[SHAFT] += counts
+
+
+def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
+    """The temperature around the motor, -273 … 1000 °C; a motor without a data sheet takes it at once."""
+    if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
+        raise UsageError(f"ambient={celsius}: give a temperature from -273 to 1000 °C")
+    f[AMBIENT] = celsius
+    if i[IDEAL]:
+        f[WINDING_C] = f[HOUSING_C] = celsius
+        i[TEMP] = floor(celsius)

@@ -1,0 +1,1 @@
+"""The SmartMotor language: lexer, parser, expressions, compiled programs."""

@@ -1,0 +1,257 @@
+"""Expressions (7 of the base language): text becomes code for the interpreter.
+
+From what binds most to what binds least: unary minus; ^; * / %; + -; comparisons; &; !|; |.  Operations of one kind
+go from left to right.  What can be worked out beforehand is, unless it has no value: that is found out when it is run.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, find
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST, STACK, combined, evaluate
+from axistwin.controllers.smartmotor.kernel.state import HIDDEN, HIDDEN_MOST
+from axistwin.controllers.smartmotor.language import class5
+
+if TYPE_CHECKING:
+    from axistwin.controllers.smartmotor.motor import Motor
+
+CHAPTER = "Variables and mathematics"
+DEEPEST = 20
+"""Parentheses and indices within one another."""
+
+LEVELS = (
+    {"|": ops.OR},
+    {"!|": ops.EXCLUSIVE_OR},
+    {"&": ops.AND},
+    {"==": ops.EQUAL, "!=": ops.UNEQUAL, "<=": ops.AT_MOST, ">=": ops.AT_LEAST, "<": ops.LESS, ">": ops.GREATER},
+    {"+": ops.ADD, "-": ops.SUBTRACT},
+    {"*": ops.MULTIPLY, "/": ops.DIVIDE, "%": ops.REMAINDER},
+    {"^": ops.POWER},
+)
+"""The operations with two values, from what binds least on."""
+
+_token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong with a statement, where in its text, and the manual's chapter."""
+
+    position: int
+    message: str
+    chapter: str = CHAPTER
+    rule: Rule = rules.EXPRESSION
+    end: int = 0
+    """The index behind what it is about; 0: it goes to the end of the statement."""
+
+
+class Malformed(Exception):  # noqa: N818  # it is caught where the statement is read
+    """Text that is no expression, or no command.  Never leaves the reader of a statement."""
+
+    def __init__(
+        self, position: int, message: str, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
+    ) -> None:
+        super().__init__(message)
+        self.problem = Problem(position, message, chapter, rule, end)
+
+
+@dataclass(frozen=True)
+class Index:
+    """An array index that is known beforehand, for the checker."""
+
+    position: int
+    array: str
+    value: int
+
+
+@dataclass(frozen=True)
+class Expression:
+    """What stands in a statement for a number."""
+
+    code: tuple[int, ...]
+    fetches: "tuple[Callable[[Motor], int], ...]" = ()
+    """Get values from outside, in the order of the text, for the hidden variables from the first on."""
+    indices: tuple[Index, ...] = ()
+    names: tuple[str, ...] = ()
+    """The variables in it, in the order of the text."""
+
+    @cached_property
+    def constant(self) -> int | None:
+        """Its value, if that is known beforehand."""
+        known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
+        return self.code[1] if known else None
+
+    def fetch(self, motor: "Motor") -> None:
+        """Get what it needs from outside."""
+        for number, fetch in enumerate(self.fetches):
+            motor.v[HIDDEN + number] = fetch(motor)
+
+    def value(self, motor: "Motor") -> int | None:
+        """Its value now.  None: it has none, and a flag says why."""
+        self.fetch(motor)
+        stack = [0] * STACK
+        return stack[0] if evaluate(motor.i, motor.v, stack, self.code, 0) >= 0 else None
+
+
+class Reader:
+    """Reads expressions along a statement.  `at` is where it has got to; `assigned`: the value is for a variable."""
+
+    def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
+        self.text, self.at, self._assigned = text, at, assigned
+        self._code: list[list[int]] = []  # an operation and its argument, if it has one
+        self._height = self._highest = self._deep = 0
+        self._fetches: list[Callable[[Motor], int]] = []
+        self._fetched = fetches
+        self._indices: list[Index] = []
+        self._names: list[str] = []
+
+    def expression(self) -> Expression:
+        """The expression that begins here.  Raises Malformed."""
+        self._binary(0)
+        return self._read()
+
+    def element(self) -> Expression:
+        """The array element that begins here.  Raises Malformed."""
+        self._array(self._next())
+        return self._read()
+
+    def _read(self) -> Expression:
+        if self._highest > STACK:
+            raise Malformed(self.at, "this expression is too long")
+        code = tuple(number for word in self._code for number in word)
+        return Expression((*code, ops.RESULT), tuple(self._fetches), tuple(self._indices), tuple(self._names))
+
+    def index(self) -> Expression:
+        """The index that begins here, in its brackets.  Raises Malformed."""
+        self._nested("]")
+        return self._read()
+
+    def _next(self) -> str:
+        """The next token; empty: there is none."""
+        match = _token.match(self.text, self.at)
+        return match[0] if match else ""
+
+    def _expect(self, token: str) -> None:
+        if self._next() != token:
+            raise Malformed(self.at, f"{token} is missing")
+        self.at += len(token)
+
+    def _emit(self, *word: int) -> None:
+        self._code.append(list(word))
+
+    def _push(self, *word: int) -> None:
+        self._emit(*word)
+        self._height += 1
+        self._highest = max(self._highest, self._height)
+
+    def _binary(self, level: int) -> None:
+        if level == len(LEVELS):
+            self._unary()
+            return
+        self._binary(level + 1)
+        while (operation := LEVELS[level].get(self._next())) is not None:
+            self.at += len(self._next())
+            self._binary(level + 1)
+            self._height -= 1
+            self._combine(operation)
+
+    def _combine(self, operation: int) -> None:
+        """Add an operation, or what it gives, if that is known."""
+        left, right = self._code[-2:] if len(self._code) > 1 else ([], [])
+        if left[:1] == right[:1] == [ops.CONSTANT]:
+            value = combined(operation, left[1], right[1])
+            if LOWEST <= value <= HIGHEST:
+                self._code[-2:] = [[ops.CONSTANT, value]]
+                return
+        self._emit(operation)
+
+    def _unary(self) -> None:
+        minuses = 0
+        while self._next() == "-":
+            minuses += 1
+            self.at += 1
+        token = self._next()
+        if token.isdecimal():
+            self._number(token, minuses)
+        else:
+            self._operand(token)
+            for _ in range(2 - minuses % 2 if minuses else 0):  # two may overflow where none would not
+                self._negate()
+
+    def _negate(self) -> None:
+        last = self._code[-1]
+        if last[0] == ops.CONSTANT and last[1] != LOWEST:
+            last[1] = -last[1]
+        else:
+            self._emit(ops.NEGATIVE)
+
+    def _number(self, token: str, minuses: int) -> None:
+        self.at += len(token)
+        digits = token.lstrip("0")
+        value = int(digits or "0") if len(digits) <= 10 else HIGHEST + 2
+        value = -value if minuses % 2 else value
+        if LOWEST <= value <= HIGHEST and (minuses < 2 or value != LOWEST):
+            self._push(ops.CONSTANT, value)
+        else:
+            self._push(ops.OVERFLOW)
+
+    def _operand(self, token: str) -> None:
+        if token == "(":  # noqa: S105  # of an expression
+            self._nested(")")
+        elif token in ARRAY_SIZES:
+            self._array(token)
+        elif (variable := find(token)) is not None:
+            self._names.append(token)
+            if variable.fetch is None:
+                taken = self._assigned and variable.operation == ops.PIN
+                self._push(ops.TAKEN_PIN if taken else variable.operation, variable.place)
+            else:
+                self._hidden(variable.fetch)
+            self.at += len(token)
+        else:
+            raise self._unknown(token)
+
+    def _unknown(self, token: str) -> Malformed:
+        if not self.text[self.at :]:
+            return Malformed(self.at, "a value is missing at the end")
+        if not token or not token[-1].isalnum():
+            return Malformed(self.at, f"a value is missing before {self.text[self.at]!r}")
+        if later := class5.value(token):
+            return Malformed(self.at, class5.message(later), rule=rules.LATER, end=self.at + len(token))
+        hint = ": variables are lower case, a…z, aa…zz, aaa…zzz" if find(token.lower()) else ""
+        message = f"there is no variable {token}{hint}"
+        return Malformed(self.at, message, rule=rules.VARIABLE, end=self.at + len(token))
+
+    def _hidden(self, fetch: "Callable[[Motor], int]") -> None:
+        place = self._fetched + len(self._fetches)
+        if place >= HIDDEN_MOST:
+            raise Malformed(self.at, f"more than {HIDDEN_MOST} values from outside in one statement")
+        self._fetches.append(fetch)
+        self._push(ops.VARIABLE, HIDDEN + place)
+
+    def _nested(self, closing: str) -> None:
+        self.at += 1
+        self._deep += 1
+        if self._deep > DEEPEST:
+            raise Malformed(self.at, f"more than {DEEPEST} parentheses within one another")
+        self._binary(0)
+        self._expect(closing)
+        self._deep -= 1
+
+    def _array(self, name: str) -> None:
+        self.at += len(name)
+        position = self.at + 1
+        if self._next() != "[":
+            raise Malformed(self.at, f"{name} is an array: [ is missing")
+        self._nested("]")
+        operation, _ = ARRAY_SIZES[name]
+        if self._code[-1][0] == ops.CONSTANT:
+            self._indices.append(Index(position, name, self._code[-1][1]))
+        self._names.append(name)
+        self._emit(operation)

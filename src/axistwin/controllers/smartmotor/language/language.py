@@ -1,0 +1,381 @@
+"""The command language (3 of the base language): the text of one command or statement becomes what is to be done.
+
+One reader for what a host sends, for the program and for the checker.  Text that is no command becomes a statement too,
+which sets Bs when it is its turn.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+from typing import TYPE_CHECKING
+
+from axistwin.controllers.diagnostics import Rule
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.chapters.reports import LOOKING
+from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, NAMES, find, values
+from axistwin.controllers.smartmotor.commands import COMMANDS
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST
+from axistwin.controllers.smartmotor.kernel.state import HIDDEN
+from axistwin.controllers.smartmotor.language import class5
+from axistwin.controllers.smartmotor.language.expressions import Expression, Index, Malformed, Problem, Reader
+from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
+
+if TYPE_CHECKING:
+    from axistwin.controllers.smartmotor.motor import Motor
+
+LEXICAL = "Lexical rules"
+EQUAL_SIGN = "8.1 Forced equal sign"
+
+
+@dataclass(frozen=True)
+class Elements:
+    """An assignment to an array, as the interpreter wants it: how many, which array, first index, values."""
+
+    code: tuple[int, ...]
+    fetches: "tuple[Callable[[Motor], int], ...]" = ()
+    indices: tuple[Index, ...] = ()
+    names: tuple[str, ...] = ()
+    count: int = 1
+
+    def fetch(self, motor: "Motor") -> None:
+        """Get what it needs from outside."""
+        for number, fetch in enumerate(self.fetches):
+            motor.v[HIDDEN + number] = fetch(motor)
+
+    def value(self, motor: "Motor") -> tuple[int, ...]:
+        """The code, when what it needs from outside has been fetched."""
+        self.fetch(motor)
+        return self.code
+
+
+WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
+"""What stands behind IF, ELSEIF, WHILE, SWITCH or CASE and is no expression: the condition does not hold, flag Bs."""
+
+Operand = int | str | bytes | Expression | Elements
+"""What a handler gets: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A command with its operands, or what is wrong with the text."""
+
+    text: str
+    command: Instruction | None = None
+    operands: tuple[Operand, ...] = ()
+    problem: Problem | None = None
+
+    @property
+    def computed(self) -> tuple[Expression | Elements, ...]:
+        """The operands that have to be worked out."""
+        return tuple(part for part in self.operands if isinstance(part, Expression | Elements))
+
+    def fetch(self, motor: "Motor") -> None:
+        """Get what an assignment or a condition needs from outside; the interpreter does the rest."""
+        for part in self.computed:
+            part.fetch(motor)
+
+    @cached_property
+    def looks_only(self) -> bool:
+        """Whether it is a report that changes nothing."""
+        handler = self.command.handler if self.command is not None else None
+        asked = {name for part in self.computed for name in part.names}
+        if isinstance(handler, partial):
+            asked.add(handler.keywords.get("name", ""))
+            handler = handler.func
+        fetched = any(part.fetches for part in self.computed)
+        return self.problem is None and handler in LOOKING and "I" not in asked and not fetched
+
+    def perform(self, motor: "Motor") -> str | None:
+        """Do it.  The text of a report, without its CR.  What is no command sets Bs and does nothing else."""
+        if self.problem is not None or self.command is None or self.command.handler is None:
+            motor.syntax_error()
+            return None
+        given: list[object] = []
+        for part in self.operands:
+            value = part.value(motor) if isinstance(part, Expression | Elements) else part
+            if value is None:
+                return None  # abandoned: Bd or Bu says why
+            given.append(value)
+        if self.command.form is Form.LET:
+            return self._report(self.command.handler(motor, value=given[0]))
+        return self._report(self.command.handler(motor, *given))
+
+    @staticmethod
+    def _report(answer: object) -> str | None:
+        return answer if isinstance(answer, str) else None
+
+
+@lru_cache(maxsize=4096)
+def command(text: str) -> Statement:
+    """One command from a host, its terminator removed."""
+    statement = read(text)
+    found = statement.command
+    if statement.problem is None and found is not None and Accept.HOST not in found.accepted:
+        problem = Problem(0, f"{found.code} stands in a program only", LEXICAL, rules.PROGRAM_ONLY)
+        return Statement(text, found, (), problem)
+    return statement
+
+
+@lru_cache(maxsize=4096)
+def read(text: str) -> Statement:
+    """One statement of a program."""
+    found: Instruction | None = None
+    try:
+        found, begin = _find(text)
+        if found is None:
+            rule, message = _unknown(text)
+            raise Malformed(0, message, rule.chapter, rule)
+        if Accept.REMOVED in found.accepted:
+            message = f"{found.code} has been removed in 4.76: {found.instead}"
+            raise Malformed(0, message, found.chapter, rules.REMOVED)
+        return Statement(text, found, _READERS[found.form](text, begin, found))
+    except Malformed as malformed:
+        condition = found is not None and found.form is Form.AFTER
+        return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
+
+
+# Which command it is, and where its operands begin
+
+_HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
+    (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
+    (re.compile(r"([A-Z]+)=", re.ASCII), "{}="),
+    (re.compile(r"([A-Z]+1?)\(", re.ASCII), "{}()"),
+    (re.compile(r"([A-Z]+)(?=\d+\Z)", re.ASCII), "{}n"),
+    (re.compile(r"(ab|aw|al)(?=\[)"), "{}[]="),
+    (re.compile(r"R(ab|aw|al)(?=\[)"), "R{}[]"),
+    (re.compile(r"R([AD]IN)(?=[A-H]\d)"), "R{}pc"),
+    (re.compile(r"([AD]OUT)(?=[A-H])"), "{}p"),
+)
+LETTERS = "a…zzz="
+REPORT_LETTERS = "Ra…Rzzz"
+
+
+def _get(code: str) -> Instruction | None:
+    found = COMMANDS.get(code)
+    return found if isinstance(found, Instruction) else None
+
+
+def _find(text: str) -> tuple[Instruction | None, int]:
+    whole = _get(text)
+    if whole is not None and whole.form is Form.BARE:
+        return whole, len(text)
+    for pattern, code in _HEADS:
+        match = pattern.match(text)
+        found = _get(code.format(match[1])) if match else None
+        if match and found is not None and (found.form is Form.AFTER) == (code == "{}"):
+            return found, match.end()
+    name, equals, _ = text.partition("=")
+    if equals and values(name) is not None:
+        return _get(LETTERS), len(name) + 1
+    if text.startswith("R") and values(text[1:]) is not None:
+        return _get(REPORT_LETTERS), 1
+    return next((removed for removed in REMOVED if text.startswith(str(removed.code))), None), 0
+
+
+REMOVED = tuple(entry for entry in COMMANDS if isinstance(entry, Instruction) and Accept.REMOVED in entry.accepted)
+
+_number_behind = re.compile(r"([A-Z]+|[a-z]+)-?\d+", re.ASCII)
+
+
+def _unknown(text: str) -> tuple[Rule, str]:
+    match = _number_behind.fullmatch(text)
+    if match and (_get(f"{match[1]}=") is not None or values(match[1]) is not None):
+        better = f"{match[1]}={text[match.end(1) :]}"
+        return rules.EQUAL_SIGN, f"{text}: an assignment needs its equal sign, {better}"
+    if later := class5.command(text):
+        return rules.LATER, class5.message(later)
+    if len(text) > 1 and not text.strip(text[0]) and not text[0].isalnum():
+        return rules.NO_COMMENT, f"{text[:20]} is no command, and no comment: ' begins one"
+    if text.startswith("=") or text.endswith("="):
+        return rules.BLANKS, f"{text}: no blanks stand around ="
+    if find(text) is not None:
+        return rules.VALUE, f"{text} is a value, not a command: R{text} reports it"
+    if _find(text.upper())[0] is not None:
+        return rules.CASE, f"unknown command {text[:40]}: commands are upper case"
+    return rules.UNKNOWN, f"unknown command {text[:40]}"
+
+
+# What stands behind the keyword, form by form
+
+_Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
+
+
+def _bare(_text: str, _at: int, _found: Instruction) -> tuple[Operand, ...]:
+    return ()
+
+
+def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    """Digits that belong to the name: GOSUB5."""
+    digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
+    if len(digits) > 9 or not field.allows(int(digits)):
+        raise Malformed(at, f"{text[at:][:20]} is out of range: {field}", found.chapter, rules.NUMBER)
+    return (int(digits),)
+
+
+def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, assigned: bool = False) -> Expression:
+    """An expression and nothing behind it."""
+    reader = Reader(text[:end], at, assigned=assigned)
+    expression = reader.expression()
+    _nothing_behind(reader, found)
+    return expression
+
+
+def _nothing_behind(reader: Reader, found: Instruction) -> None:
+    rest = reader.text[reader.at :]
+    if rest:
+        raise Malformed(reader.at, f"{rest[:20]} cannot stand behind this expression", found.chapter)
+
+
+def _let(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    return (_whole(text, at, found),)
+
+
+def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    expression = _whole(text, at, found)
+    if found.code != "CASE":
+        return (expression,)
+    if expression.constant is None:
+        raise Malformed(at, "CASE takes a constant", found.chapter)
+    return (expression.constant,)
+
+
+def _variable(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    return NAMES[text[: at - 1]].place, _whole(text, at, found, assigned=True)
+
+
+_value = re.compile(r"[ \t]+(-?\d+)")
+
+
+def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    """`ab[exp]=exp`, or values in a row, of which the last one ends with a period."""
+    kind, _ = ARRAY_SIZES[text[:at]]
+    index = Reader(text, at)
+    first = index.index()
+    if not text.startswith("=", index.at):
+        return (_list(text, index.at, kind, first),)
+    reader = Reader(text, index.at + 1, fetches=len(first.fetches), assigned=True)
+    value = reader.expression()
+    _nothing_behind(reader, found)
+    code = (1, kind, *first.code, *value.code)
+    known = _known(text[:at], at + 1, first), *first.indices, *value.indices
+    return (Elements(code, first.fetches + value.fetches, tuple(k for k in known if k), first.names + value.names),)
+
+
+def _known(array: str, position: int, first: Expression) -> Index | None:
+    return None if first.constant is None else Index(position, array, first.constant)
+
+
+def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
+    listed: list[int] = []
+    array = text[:2]
+    while match := _value.match(text, at):
+        digits = match[1].lstrip("-0") or "0"
+        listed.append(int(digits) if len(digits) <= 10 else HIGHEST + 2)
+        listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
+        at = match.end()
+    if not listed:
+        raise Malformed(at, f"{array}[…] needs = and a value, or values in a row", EQUAL_SIGN, rules.ELEMENTS)
+    if text[at:].strip() != ".":
+        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is no number"
+        raise Malformed(at, message, "1.1 Features added", rules.ELEMENTS)
+    known = _known(array, 3, first)
+    ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
+    code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
+    return Elements(code, first.fetches, (*ends, *first.indices), first.names, len(listed))
+
+
+def _constant(value: int) -> tuple[int, ...]:
+    fits = ops.LOWEST <= value <= HIGHEST
+    return (ops.CONSTANT, value, ops.RESULT) if fits else (ops.OVERFLOW, ops.RESULT)
+
+
+def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    """`"text",exp,#n`: what PRINT prints."""
+    items: list[Operand] = []
+    while True:
+        item, at = _item(text, at, found)
+        items.append(item)
+        if text.startswith(",", at):
+            at += 1
+        elif text[at:] == ")":
+            return tuple(items)
+        else:
+            behind = f"{text[at:][:20]} cannot stand here" if text[at:] else ") is missing"
+            raise Malformed(at, behind, found.chapter, rules.PRINTED)
+
+
+_byte = re.compile(r"#(\d+)", re.ASCII)
+
+
+def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
+    if text.startswith('"', at):
+        end = text.find('"', at + 1)
+        if end < 0:
+            raise Malformed(at, "this text has no closing quote", found.chapter, rules.PRINTED)
+        return text[at + 1 : end], end + 1
+    if text.startswith("#", at):
+        match = _byte.match(text, at)
+        digits = (match[1].lstrip("0") or "0") if match else "999"
+        if match is None or len(digits) > 3 or int(digits) > 255:
+            raise Malformed(at, "# takes the code of a character, 0…255", found.chapter, rules.PRINTED)
+        return bytes((int(digits),)), match.end()
+    reader = Reader(text, at)
+    return reader.expression(), reader.at
+
+
+def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    """Whatever stands between the parentheses; VST and VLD take a variable and a number of them."""
+    if not text.endswith(")"):
+        raise Malformed(len(text), ") is missing", found.chapter, rules.ARGUMENTS)
+    inner = text[at:-1]
+    if len(found.parameters) != 2:
+        return (inner,)
+    name, comma, _ = inner.rpartition(",")
+    if not comma:
+        raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter, rules.ARGUMENTS)
+    return name, _whole(text, at + len(name) + 1, found, len(text) - 1)
+
+
+def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
+    """A name behind the R: Ra, RAINA1."""
+    if find(text[1:]) is None:
+        raise Malformed(1, f"{text[1:][:20]} is not there: {found.syntax}", found.chapter, rules.ARGUMENTS)
+    return (_whole(text, 1, found),)
+
+
+def _report_array(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
+    reader = Reader(text, 1)
+    element = reader.element()
+    _nothing_behind(reader, found)
+    return (element,)
+
+
+_port = re.compile(r"([A-H])(\d{0,2}),", re.ASCII)
+
+
+def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
+    """AOUTp,exp and DOUTpc,exp: device p = A…H; of DOUT, channel c = 0…63."""
+    match = _port.match(text, at)
+    digital = found.code == "DOUTp"
+    if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
+        message = f"{found.syntax}: device A…H{', channel 0…63' if digital else ''}"
+        raise Malformed(at, message, found.chapter, rules.ARGUMENTS)
+    value = _whole(text, match.end(), found)
+    return (match[1], int(match[2]), value) if digital else (match[1], value)
+
+
+_READERS: dict[Form, _Read] = {
+    Form.BARE: _bare,
+    Form.NUMBER: _number,
+    Form.LET: _let,
+    Form.AFTER: _after,
+    Form.ITEMS: _items,
+    Form.CALL: _call,
+    Form.VARIABLE: _variable,
+    Form.ARRAY: _array,
+    Form.REPORT_VARIABLE: _report_variable,
+    Form.REPORT_ARRAY: _report_array,
+    Form.OUTPUT: _output,
+}

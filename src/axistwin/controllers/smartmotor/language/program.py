@@ -1,0 +1,385 @@
+"""The stored program (8 of the base language), compiled: the interpreter's code, its statements and its labels.
+
+    WHILE a<3   ──▶  0  S_IF    statement 0, exit 11, expression      A statement takes one sample.  Labels, ENDIF, ENDS
+      a=a+1          11 S_LET …                                       and comments take none.  ELSE, ELSEIF, BREAK and
+    LOOP             …  S_JUMP  statement 2, to 0                     LOOP are jumps, where they are reached at all.
+
+A statement that is no command, or a part of a block without the other parts, sets Bs when it is reached.  A condition
+that is no expression sets Bs and does not hold.
+"""
+
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from axistwin.controllers.smartmotor import rules
+from axistwin.controllers.smartmotor.commands import FLOW
+from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.language import lexer
+from axistwin.controllers.smartmotor.language.expressions import Expression, Problem
+from axistwin.controllers.smartmotor.language.forms import Form
+from axistwin.controllers.smartmotor.language.language import WITHOUT_VALUE, Elements, Statement, read
+
+__all__ = ["Place", "Program", "Statement"]
+
+OPENS = {"ENDIF": "IF", "LOOP": "WHILE", "ENDS": "SWITCH"}
+"""What ends a block, and what begins it."""
+PARTS = {"ELSEIF": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
+SILENT = frozenset({"ENDIF", "ENDS"})
+"""Statements that take no time."""
+
+
+class Place(NamedTuple):
+    """Where a statement stands: line and column from 1, and the characters from `begin` to `end` of the text."""
+
+    line: int
+    column: int
+    begin: int
+    end: int
+
+
+@dataclass
+class _Block:
+    """An IF, WHILE or SWITCH and what belongs to it, by the numbers of the statements."""
+
+    begin: int
+    parts: list[int] = field(default_factory=list)
+    breaks: list[int] = field(default_factory=list)
+    end: int = -1
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program that can be run.  `code` is the interpreter's; an empty text is a program without statements."""
+
+    text: str
+    code: Sequence[int]
+    statements: tuple[Statement, ...]
+    labels: Mapping[int, int]
+    """Where in the code each label stands; of a label that stands twice the first one."""
+    places: tuple[Place, ...]
+    begins: tuple[int, ...]
+    """Where in the code each statement begins."""
+    heads: tuple[int, ...] = ()
+    """Where in the code there is an operation that takes a sample, or its announcement; in the order of the code."""
+    announces: frozenset[int] = frozenset()
+    """The statements of which Python is told before they are carried out, by a FETCH of nothing."""
+
+    @classmethod
+    def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
+        """A program from its source text.  Never fails: what cannot be understood sets Bs when it is reached."""
+        source = text if isinstance(text, str) else text.decode("latin-1")
+        lines = lexer.line_begins(source)
+        places = tuple(_place(lines, begin, end) for begin, end in lexer.statements(source))
+        statements = [read(source[place.begin : place.end]) for place in places]
+        blocks = _Matcher(statements).match()
+        writer = _Writer(statements, blocks, announces)
+        code, begins = writer.write(), tuple(writer.begins)
+        heads = tuple(writer.heads)
+        return cls(source, code, tuple(statements), writer.labels, places, begins, heads, announces)
+
+    def announcing(self, numbers: frozenset[int]) -> "Program":
+        """The same program that tells of these statements; the same things stand at its `heads`, one by one."""
+        return self if numbers == self.announces else self.compile(self.text, announces=numbers)
+
+    def number_at(self, head: int) -> int:
+        """The statement of which this head is one; behind the last one: their number."""
+        number = self.code[head + 1]
+        return ~number if number < 0 else number
+
+    def announcement(self, head: int) -> int:
+        """How long the announcement at this head is, before the operation itself."""
+        return ops.HEAD if self.code[head + 1] < 0 else 0
+
+    def problems(self) -> list[tuple[int, Problem]]:
+        """What is wrong: offset in the text, and what."""
+        found = zip(self.places, self.statements, strict=True)
+        return [(place.begin + s.problem.position, s.problem) for place, s in found if s.problem is not None]
+
+
+def _place(lines: Sequence[int], begin: int, end: int) -> Place:
+    line = bisect_right(lines, begin)
+    return Place(line, begin - lines[line - 1] + 1, begin, end)
+
+
+def word(statement: Statement) -> str:
+    """The keyword of a statement as the command table has it; empty: it is no command.
+
+    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block also if what follows is no expression.
+    """
+    sound = statement.problem is None or WITHOUT_VALUE in statement.operands
+    return str(statement.command.code) if statement.command is not None and sound else ""
+
+
+class _Matcher:
+    """Finds what belongs together: IF and ENDIF, WHILE and LOOP, SWITCH and ENDS.  What is left over is broken."""
+
+    def __init__(self, statements: list[Statement]) -> None:
+        self.statements = statements
+        self._open: list[_Block] = []
+        self._blocks: dict[int, _Block] = {}
+
+    def match(self) -> dict[int, _Block]:
+        """The block to which a statement belongs, by its number."""
+        for number, statement in enumerate(self.statements):
+            keyword = word(statement)
+            if keyword in OPENS.values():
+                self._open.append(_Block(number))
+            elif keyword in OPENS:
+                self._close(number, OPENS[keyword])
+            elif keyword in PARTS:
+                self._part(number, PARTS[keyword])
+            elif keyword == "BREAK":
+                self._break(number)
+        for block in self._open:
+            self._abandon(block)
+        return self._blocks
+
+    def _keyword(self, block: _Block) -> str:
+        return word(self.statements[block.begin])
+
+    def _inner(self, keyword: str) -> _Block | None:
+        """The innermost open block, if it is of this kind."""
+        return self._open[-1] if self._open and self._keyword(self._open[-1]) == keyword else None
+
+    def _close(self, number: int, keyword: str) -> None:
+        block = self._inner(keyword)
+        if block is None:
+            self._break_off(number, self._left_over(keyword))
+            return
+        self._open.pop()
+        block.end = number
+        for member in (block.begin, *block.parts, *block.breaks, number):
+            self._blocks[member] = block
+
+    def _left_over(self, keyword: str) -> str:
+        if not self._open:
+            return f"there is no {keyword} before it"
+        begin = self._open[-1].begin
+        return f"there is no {keyword} before it that is still open; {self.statements[begin].text} has not ended"
+
+    def _part(self, number: int, keyword: str) -> None:
+        block = self._inner(keyword)
+        if block is None:
+            self._break_off(number, self._left_over(keyword))
+        elif last := self._late(number, block):
+            self._break_off(number, f"it stands behind {last}")
+        else:
+            block.parts.append(number)
+
+    def _late(self, number: int, block: _Block) -> str:
+        """Nothing of an IF comes behind its ELSE, and DEFAULT stands once: behind what this stands and may not."""
+        before = {word(self.statements[part]) for part in block.parts}
+        second = "DEFAULT" in before and word(self.statements[number]) == "DEFAULT"
+        return "ELSE" if "ELSE" in before else "DEFAULT" if second else ""
+
+    def _break(self, number: int) -> None:
+        """BREAK leaves the innermost SWITCH or WHILE."""
+        left = [block for block in self._open if self._keyword(block) != "IF"]
+        if left:
+            left[-1].breaks.append(number)
+        else:
+            self._break_off(number, "it leaves a SWITCH or a WHILE, and stands in none")
+
+    def _abandon(self, block: _Block) -> None:
+        ending = next(end for end, begin in OPENS.items() if begin == self._keyword(block))
+        self._break_off(block.begin, f"{ending} is missing")
+        for member in (*block.parts, *block.breaks):
+            self._break_off(member, f"{ending} is missing")
+
+    def _break_off(self, number: int, why: str) -> None:
+        statement = self.statements[number]
+        assert statement.command is not None
+        problem = Problem(0, f"{statement.command.code}: {why}", FLOW, rules.BLOCK)
+        self.statements[number] = replace(statement, operands=(), problem=problem)
+
+
+class _Writer:
+    """Writes the code.  Where a jump goes is put in when everything else is there."""
+
+    def __init__(
+        self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: frozenset[int]
+    ) -> None:
+        self.statements, self.blocks, self._announces = statements, blocks, announces
+        self.labels: dict[int, int] = {}
+        self.begins: list[int] = []
+        """Where a statement begins for what goes straight on."""
+        self.heads: list[int] = []
+        self._entries: list[int] = []
+        """Where it begins for what comes from elsewhere in its block."""
+        self._code: list[int] = []
+        self._last = -1, -1
+        """Operation and number of the head that was written last."""
+        self._jumps: list[tuple[int, int]] = []
+        """A word of the code, and the statement whose entry it is to hold."""
+        self._calls: list[tuple[int, int, int, int]] = []
+        """The same for a label: the word, the label, and where the statement begins and ends."""
+
+    def write(self) -> list[int]:
+        """The code of all statements, and of the end of the program."""
+        for number, statement in enumerate(self.statements):
+            self.begins.append(len(self._code))
+            self._entries.append(len(self._code))
+            self._statement(number, statement)
+        self._head(ops.S_END, len(self.statements))
+        for at, number in self._jumps:
+            self._code[at] = self._entries[number]
+        for call in self._calls:
+            self._find_label(*call)
+        return self._code
+
+    def _head(self, operation: int, number: int) -> int:
+        """Begin a statement, for the time being with itself as its target.  Returns the place of the target."""
+        self.heads.append(len(self._code))
+        if number in self._announces and not self._within(number):
+            self._code += (ops.S_FETCH, ~number, len(self._code) + ops.HEAD)
+        self._last = operation, number
+        self._code += (operation, number, len(self._code))
+        return len(self._code) - 1
+
+    def _within(self, number: int) -> bool:
+        """Whether a statement that has been announced goes straight on here."""
+        return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
+
+    def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
+        """A statement after which the program goes on with the next one."""
+        target = self._head(operation, number)
+        for part in statement.operands if statement else ():
+            if isinstance(part, Expression | Elements):
+                self._code += part.code
+            elif isinstance(part, int):
+                self._code.append(part)
+        self._code[target] = len(self._code)
+
+    def _statement(self, number: int, statement: Statement) -> None:
+        keyword, form = word(statement), statement.command.form if statement.command else None
+        if keyword in _OPERATIONS:
+            self._fetch(number, statement)
+            self._simple(_OPERATIONS[keyword], number, statement)
+        elif keyword in _WRITERS:
+            _WRITERS[keyword](self, number, statement)
+        elif keyword and form in (Form.VARIABLE, Form.ARRAY):
+            self._fetch(number, statement)
+            self._simple(ops.S_LET if form is Form.VARIABLE else ops.S_ELEMENT, number, statement)
+        elif keyword not in SILENT:
+            self._simple(ops.S_TRAP, number)
+
+    def _fetch(self, number: int, statement: Statement) -> None:
+        if any(part.fetches for part in statement.computed):
+            self._simple(ops.S_FETCH, number)
+
+    def _jump(self, number: int, to: int) -> None:
+        self._jumps.append((self._head(ops.S_JUMP, number), to))
+
+    # Program flow
+
+    def _label(self, _: int, statement: Statement) -> None:
+        self.labels.setdefault(digits(statement), len(self._code))
+
+    def _goto(self, number: int, statement: Statement) -> None:
+        target = self._head(ops.S_JUMP, number)
+        self._calls.append((target, digits(statement), target - 2, len(self._code)))
+
+    def _gosub(self, number: int, statement: Statement) -> None:
+        target = self._head(ops.S_GOSUB, number)
+        self._code.append(target - 2)
+        self._code[target] = len(self._code)
+        self._calls.append((target + 1, digits(statement), target - 2, len(self._code)))
+
+    def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
+        """Without its label, a GOTO or GOSUB is a statement that sets Bs."""
+        if label in self.labels:
+            self._code[at] = self.labels[label]
+        else:
+            self._code[begin], self._code[begin + 2] = ops.S_TRAP, end
+
+    def _condition(self, number: int, statement: Statement) -> None:
+        """IF, ELSEIF, WHILE: to the next part of the block if it does not hold."""
+        block = self.blocks[number]
+        if number != block.begin:
+            self._jump(number, block.end)
+            self._entries[number] = len(self._code)
+        self._fetch(number, statement)
+        target = self._head(ops.S_IF, number)
+        self._code += statement.computed[0].code
+        self._jumps.append((target, next(part for part in (*block.parts, block.end) if part > number)))
+
+    def _else(self, number: int, _: Statement) -> None:
+        self._jump(number, self.blocks[number].end)
+        self._entries[number] = len(self._code)
+
+    def _loop(self, number: int, _: Statement) -> None:
+        self._jump(number, self.blocks[number].begin)
+        self._entries[number] = len(self._code)
+
+    def _break(self, number: int, _: Statement) -> None:
+        self._jump(number, self.blocks[number].end)
+
+    def _switch(self, number: int, statement: Statement) -> None:
+        """The tests of all CASEs stand here, in their order; if none holds, DEFAULT, or what is behind ENDS."""
+        block = self.blocks[number]
+        cases = [part for part in block.parts if word(self.statements[part]) == "CASE"]
+        otherwise = next((part for part in block.parts if part not in cases), block.end)
+        self._fetch(number, statement)
+        self._jumps.append((self._head(ops.S_SWITCH, number), otherwise))
+        self._code += statement.computed[0].code
+        if cases:
+            self._cases(cases, otherwise)
+        else:
+            self._jump(number, otherwise)
+
+    def _cases(self, cases: Sequence[int], otherwise: int) -> None:
+        for case, following in zip(cases, (*cases[1:], None), strict=True):
+            target = self._case(case)
+            if following is None:
+                self._jumps.append((target, otherwise))
+            else:
+                self._code[target] = len(self._code)
+
+    def _case(self, case: int) -> int:
+        """A comparison with a constant; what is no constant sets Bs, and nothing is equal to it."""
+        if self.statements[case].problem is not None:
+            target = self._head(ops.S_IF, case)
+            self._code += WITHOUT_VALUE.code
+            return target
+        target = self._head(ops.S_CASE, case)
+        self._code += (digits(self.statements[case]), 0)
+        self._jumps.append((len(self._code) - 1, case))
+        return target
+
+    def _nothing(self, _: int, __: Statement) -> None:
+        """CASE, DEFAULT: places where a SWITCH goes on."""
+
+
+def digits(statement: Statement) -> int:
+    """The number of a label, GOTO, GOSUB or CASE."""
+    value = statement.operands[0]
+    assert isinstance(value, int)
+    return value
+
+
+_OPERATIONS = {
+    "END": ops.S_END,
+    "RETURN": ops.S_RETURN,
+    "RETURNF": ops.S_RETURN,
+    "RETURNI": ops.S_RETURNI,
+    "STACK": ops.S_STACK,
+    "WAIT=": ops.S_WAIT,
+    "TWAIT": ops.S_TWAIT,
+}
+_WRITERS: dict[str, Callable[[_Writer, int, Statement], None]] = {
+    "Cn": _Writer._label,
+    "GOTOn": _Writer._goto,
+    "GOSUBn": _Writer._gosub,
+    "IF": _Writer._condition,
+    "ELSEIF": _Writer._condition,
+    "ELSE": _Writer._else,
+    "WHILE": _Writer._condition,
+    "LOOP": _Writer._loop,
+    "SWITCH": _Writer._switch,
+    "CASE": _Writer._nothing,
+    "DEFAULT": _Writer._nothing,
+    "BREAK": _Writer._break,
+}
+"""What is not just an operation and its expression."""

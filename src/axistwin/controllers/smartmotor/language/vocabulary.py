@@ -1,0 +1,83 @@
+"""Characters become commands (sections 2 and 3 of the base language): terminators, quotes, lists of array values."""
+
+import re
+from collections.abc import Callable
+
+from axistwin.controllers.smartmotor.language.lexer import begins_list
+
+LONGEST = 64
+"""Characters of a command; a longer one is dropped."""
+LONGEST_LIST = 204
+"""Values of `ab[0] 1 2 3.`: there are no more elements."""
+
+SPACE, CR, QUOTE = ord(" "), ord("\r"), ord('"')
+TERMINATORS = (SPACE, CR, ord("\n"), 0)
+LIST_VALUE = re.compile(r"-?\d+\.?|\.", re.ASCII)
+
+
+class Words:
+    """The command that is coming in.  Each one is obeyed when its terminator has come."""
+
+    def __init__(self, obey: Callable[[str], None], overflow: Callable[[], None]) -> None:
+        self._obey, self._overflow = obey, overflow
+        self._text, self._list = bytearray(), list[str]()
+        self._quoted = self._dropping = False
+
+    @property
+    def begun(self) -> bool:
+        """True if a command has begun and not ended."""
+        return bool(self._text or self._list)
+
+    def forget(self) -> bool:
+        """Drop the command that has begun; returns whether one had."""
+        begun = self.begun
+        self._text.clear()
+        self._list.clear()
+        self._quoted = self._dropping = False
+        return begun
+
+    def drop(self) -> None:
+        """What is coming in is not obeyed, up to its terminator."""
+        self._dropping = True
+
+    def take(self, byte: int) -> None:
+        """A character below 80h.  Quotes keep a space in the command; the other terminators end it in any case."""
+        if byte in TERMINATORS and not (byte == SPACE and self._quoted):
+            self._end(byte)
+            return
+        self._quoted ^= byte == QUOTE
+        if len(self._text) < LONGEST:
+            if byte >= SPACE or self._text:  # a control character by itself means nothing
+                self._text.append(byte)
+        elif not self._dropping:
+            self._dropping = True
+            self._overflow()
+
+    def _end(self, terminator: int) -> None:
+        word, dropped = self._text.decode("ascii"), self._dropping
+        self._text.clear()
+        self._quoted = self._dropping = False
+        if dropped:
+            self._end_list()
+        elif self._list:
+            self._continue_list(word, terminator)
+        elif terminator == SPACE and begins_list(word):
+            self._list.append(word)
+        elif word:
+            self._obey(word)
+
+    def _continue_list(self, word: str, terminator: int) -> None:
+        """`aw[0] 0 100 500 700.` comes as words of which the last one ends with a period."""
+        listed = LIST_VALUE.fullmatch(word) is not None
+        if listed:
+            self._list.append(word)
+        if terminator != SPACE or word.endswith(".") or (word and not listed) or len(self._list) > LONGEST_LIST:
+            self._end_list()
+            if word and not listed:
+                self._obey(word)
+
+    def _end_list(self) -> None:
+        words = " ".join(self._list)
+        self._list.clear()
+        if words:
+            self._obey(words)

@@ -1,0 +1,1 @@
+"""The SmartMotor's serial channels and its program storage commands."""

@@ -1,0 +1,187 @@
+"""Scenes: keys and tables by their schema, models, terminals; what a key means."""
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator
+from dataclasses import fields
+from functools import cache
+from itertools import pairwise
+from textwrap import dedent
+from typing import Any
+
+from axistwin.bench import FAMILIES, product
+from axistwin.editor.answers import Hover, Item, Symbol
+from axistwin.editor.talk import terminals
+from axistwin.scenes.tables import SERVO_SCHEMA, SceneFile, has_servo
+
+_HEADER = re.compile(r"\s*(?P<brackets>\[\[?)\s*(?P<path>[\w.\"'-]*)")
+_REST = re.compile(r"[\w-]*")
+_KEY = re.compile(r"""[\w"'.-]+""")
+_PAIR = re.compile(r"""\s*(?P<keys>[\w"'.-]*)\s*(?:(?P<equals>=)\s*(?P<value>.*))?""", re.DOTALL)
+_MODEL = re.compile(r"""\s*model\s*=\s*["'](?P<model>[\w-]+)["']""")
+_NAME = re.compile(r"""\s*name\s*=\s*["'](?P<name>[\w-]+)["']""")
+TERMINAL_KEYS = ("from", "to")
+
+
+class Scenes:
+    """`.toml`."""
+
+    def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
+        """What a key or a table is for."""
+        word = next((m for m in _KEY.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
+        header = _HEADER.match(lines[line - 1])
+        if word is None:
+            return None
+        until = next(m.end() for m in _REST.finditer(lines[line - 1], at))
+        typed = lines[line - 1][word.start() : until].split(".")
+        path = typed if header else [*_table(lines, line), *typed]
+        node = _node(path[:-1], _model(lines, line))
+        found = node.get(path[-1]) if node else None
+        if found is None:
+            return None
+        return Hover(f"**{path[-1]}** {_told(found)}", word.start(), until)
+
+    def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
+        """Tables, keys, and the values of those that have few."""
+        text = lines[line - 1][:at]
+        if "#" in text:
+            return []
+        if header := _HEADER.match(text):
+            return [
+                Item(name, "key", _told(node)) for name, node in _node([], "").items() if header["brackets"] == "[["
+            ]
+        pair = _PAIR.match(text)
+        assert pair is not None
+        *before, _ = pair["keys"].split(".")
+        path = [*_table(lines, line), *before]
+        model = _model(lines, line)
+        if pair["equals"]:
+            key = pair["keys"].split(".")[-1]
+            return [
+                Item(value, "value") for value in _values(lines, key, _node(path, model).get(key, {}), pair["value"])
+            ]
+        return [Item(name, "key", _told(node)) for name, node in _node(path, model).items()]
+
+    def symbols(self, lines: list[str]) -> list[Symbol]:
+        """The tables, controllers by their names."""
+        headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
+        last = len(lines) + 1, ""
+        return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]
+
+
+def _symbol(lines: list[str], begin: int, end: int, path: str) -> Symbol:
+    last = (end - 1, len(lines[end - 2]) + 1)
+    return Symbol(_called(lines, begin, end, path), "table", (begin, 1), last, path)
+
+
+def _called(lines: list[str], begin: int, end: int, path: str) -> str:
+    body = lines[begin : end - 1]
+    named = next((m["name"] for each in body if (m := _NAME.match(each))), None)
+    model = next((m["model"] for each in body if (m := _MODEL.match(each))), None)
+    return named or model or path
+
+
+def _table(lines: list[str], line: int) -> list[str]:
+    """The table that a line stands in."""
+    for number in range(line - 1, 0, -1):
+        if found := _HEADER.match(lines[number - 1]):
+            return [part.strip("\"'") for part in found["path"].split(".")]
+    return []
+
+
+def _model(lines: list[str], line: int) -> str:
+    """The model of the controller whose table a line stands in."""
+    begin = next((n for n in range(line, 0, -1) if re.match(r"\s*\[\[\s*controller\s*\]\]", lines[n - 1])), None)
+    if begin is None:
+        return ""
+    for each in lines[begin:]:
+        if each.lstrip().startswith("[["):
+            break
+        if (found := _MODEL.match(each)) and found["model"].lower() in FAMILIES:
+            return found["model"].lower()
+    return ""
+
+
+# The schema
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return SceneFile.model_json_schema(by_alias=True)
+
+
+def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
+    """The keys that may stand in the table at this path, each with its schema."""
+    schema = _schema()
+    if path[:2] == ["controller", "options"] and len(path) == 2 and model:
+        return _options(model)
+    if path == ["controller", "axes"] and model:
+        return {axis: {"description": "axis"} for axis in product(model).axes}
+    node: dict[str, Any] = schema
+    if path[:2] == ["controller", "axes"] and has_servo(model):
+        node, path = SERVO_SCHEMA, path[3:]
+    for part in path:
+        node = _inside(schema, node, part)
+    properties: dict[str, dict[str, Any]] = _plain(schema, node).get("properties", {})
+    return properties
+
+
+@cache
+def _options(model: str) -> dict[str, dict[str, Any]]:
+    """The options of a model, with what is written about each in the dataclass."""
+    made = product(model).options
+    (body,) = (node.body for node in ast.parse(dedent(inspect.getsource(made))).body if isinstance(node, ast.ClassDef))
+    docs = {
+        field.target.id: str(doc.value.value)
+        for field, doc in pairwise(body)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
+        and isinstance(doc, ast.Expr) and isinstance(doc.value, ast.Constant)
+    }  # fmt: skip
+    return {field.name: {"description": docs.get(field.name, "")} for field in fields(made)}
+
+
+def _inside(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str, Any]:
+    """The schema of a key's value; of a list, of what it holds."""
+    node = _plain(schema, node)
+    found = node.get("properties", {}).get(part) or node.get("additionalProperties")
+    found = _plain(schema, found) if isinstance(found, dict) else {}
+    items = found.get("items")
+    return items if isinstance(items, dict) else found
+
+
+def _plain(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    """What stands behind a reference, and the first table of a choice."""
+    if "$ref" in node:
+        return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
+    choices = node.get("anyOf") or node.get("oneOf") or []
+    tables = [each for each in (_plain(schema, choice) for choice in choices) if "properties" in each]
+    return tables[0] if tables else node
+
+
+def _told(node: dict[str, Any]) -> str:
+    return " ".join(str(node.get("description", "")).split())
+
+
+def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
+    """The values of a key that has few, in quotes where they are texts, unless one has been begun."""
+    quote = "" if typed.startswith(('"', "'")) else '"'
+    if key == "model":
+        yield from (f"{quote}{model}{quote}" for model in FAMILIES)
+    elif key in TERMINAL_KEYS:
+        yield from (f"{quote}{terminal}{quote}" for terminal in _terminals(lines))
+    elif node.get("type") == "boolean":
+        yield from ("true", "false")
+    else:
+        yield from (f"{quote}{value}{quote}" for value in node.get("enum", ()))
+
+
+def _terminals(lines: list[str]) -> Iterator[str]:
+    """The pins of the controllers in the file."""
+    for number, line in enumerate(lines, start=1):
+        if re.match(r"\s*\[\[\s*controller\s*\]\]", line) and (model := _model(lines, number)):
+            end = next(
+                (n for n in range(number + 1, len(lines) + 1) if lines[n - 1].lstrip().startswith("[[")), len(lines) + 1
+            )
+            name = _called(lines, number, end, model)
+            yield from (f"{name}.{pin}" for pin in terminals(model)["pins"])

@@ -1,0 +1,172 @@
+"""Conversations: what is said, by the family's own language; pins, axes and what can be asked of them."""
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache, partial
+
+from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench.actions import LEVELS, subjects, targets
+from axistwin.bench.codec import codec_of
+from axistwin.controllers.diagnostics import Session
+from axistwin.controllers.product import Product
+from axistwin.conversations.conversation import named_model
+from axistwin.diagnostics.checking import read_acts, sessions
+from axistwin.editor import compumotor, digiplan, smartmotor
+from axistwin.editor.answers import Hover, Item, Symbol
+
+_LINE = re.compile(r"(?P<before>\s*(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])\s*)(?P<rest>.*)", re.DOTALL)
+_ESCAPE = re.compile(r"\\(?:x[0-9A-Fa-f]{2}|.?)")
+_END = re.compile(r"\\[rn]|\\x0[aAdD]")
+MARKS = {
+    ">": "the host says",
+    "<": "the controller says",
+    "+": "time passes, in seconds",
+    "!": "somebody at the machine does something",
+    "=": "something must be so",
+    ";": "a comment",
+}
+
+
+class Conversations:
+    """`.talk`.  `model`: whose it is, where its first comments do not say it."""
+
+    def __init__(self, model: str = "") -> None:
+        self.model = model
+
+    def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
+        """What is said, in the family's own terms; a pin or an axis; the mark."""
+        found = _LINE.match(lines[line - 1])
+        if found is None:
+            return None
+        begin = len(found["before"])
+        if at < begin:
+            return Hover(f"**{found['mark']}** {MARKS[found['mark']]}", found.start("mark"), found.end("mark"))
+        made = _product(lines, self.model)
+        if made is None or found["mark"] not in "><":
+            return _terminal(made, found["rest"], at - begin, begin) if found["mark"] in "!=" else None
+        return _said(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
+
+    def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
+        """Marks, commands, pins and axes, levels."""
+        text = lines[line - 1][:at]
+        found = _LINE.match(text)
+        if found is None:
+            return [Item(mark, "value", meaning) for mark, meaning in MARKS.items()] if not text.strip() else []
+        made = _product(lines, self.model)
+        if found["mark"] == ";":
+            return _headers(found["rest"])
+        if made is None:
+            return []
+        match found["mark"]:
+            case ">":
+                return _sayable(made, found["rest"], partial(_session, lines[: line - 1], made))
+            case "!" | "=":
+                return _acts(made.model, found["mark"], found["rest"])
+        return []
+
+    def symbols(self, lines: list[str]) -> list[Symbol]:
+        """The sequences that the host sends."""
+        made = _product(lines, self.model)
+        if made is None or FAMILIES[made.model] != "digiplan":
+            return []
+        return [symbol for number, line in enumerate(lines, 1) for symbol in _sequences(line, number)]
+
+
+def _product(lines: list[str], model: str) -> Product | None:
+    named = named_model(lines) or model
+    return product(named) if named.lower() in FAMILIES else None
+
+
+def _masked(text: str) -> str:
+    """Escapes as blanks, so that columns stay."""
+    return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
+
+
+def _pieces(text: str) -> Iterator[tuple[int, str]]:
+    """The messages in a line, with the index at which each begins."""
+    begin = 0
+    for end in _END.finditer(text):
+        yield begin, _masked(text[begin : end.start()])
+        begin = end.end()
+    yield begin, _masked(text[begin:])
+
+
+def _said(made: Product, text: str, at: int, offset: int) -> Hover | None:
+    if FAMILIES[made.model] == "compumotor":
+        return compumotor.Commands(made).hover_at(text.partition(";")[0], at, offset)
+    begin, piece = next((b, p) for b, p in reversed(list(_pieces(text))) if b <= at)
+    if FAMILIES[made.model] == "digiplan":
+        return digiplan.hover(piece, at - begin, offset + begin)
+    words = ((m.start(), m[0]) for m in re.finditer(r"[^ \t]+", piece))
+    word = next(((b, word) for b, word in words if b <= at - begin <= b + len(word)), None)
+    return smartmotor.hover(word[1], at - begin - word[0], offset + begin + word[0]) if word else None
+
+
+def _sayable(made: Product, text: str, session: Callable[[], Session]) -> list[Item]:
+    if FAMILIES[made.model] == "compumotor":
+        return compumotor.Commands(made, ".talk").complete_at(text, session)
+    *_, (_, piece) = _pieces(text)
+    if FAMILIES[made.model] == "digiplan":
+        return digiplan.following(piece)
+    return smartmotor.following(piece, smartmotor.Source(()), None)
+
+
+def _session(lines: list[str], made: Product) -> Session:
+    codec = codec_of(made)
+    acts, _ = read_acts(lines, ".talk", codec)
+    listed = [session for host in sessions(acts, lines, ".talk", codec) for session in host]
+    return listed[-1] if listed else Session(())
+
+
+def _sequences(line: str, number: int) -> Iterator[Symbol]:
+    found = _LINE.match(line)
+    if found is not None and found["mark"] == ">":
+        for begin, piece in _pieces(found["rest"]):
+            yield from digiplan.sequences(piece, number, len(found["before"]) + begin)
+
+
+# What is at the machine
+
+
+@cache
+def terminals(model: str) -> dict[str, tuple[str, ...]]:
+    """What `!` and `=` can name at a controller of this model, and its pins."""
+    controller = Bench().add(model)
+    acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
+    return {"!": acts, "=": asked, "pins": tuple(controller.pins)}
+
+
+def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
+    """The names, those with AXIS for each axis."""
+    listed = list(axes)
+    return tuple(
+        each
+        for name in names
+        for each in ([name.replace("AXIS", axis) for axis in listed] if "AXIS" in name else [name])
+    )
+
+
+def _acts(model: str, mark: str, text: str) -> list[Item]:
+    target, blank, _ = text.partition(" ")
+    if not blank:
+        return [Item(name, "pin", MARKS[mark]) for name in terminals(model)[mark] if "PIN" not in name]
+    if target in terminals(model)["!"] and ("." not in target or target.endswith(".jam")):
+        return [Item(level, "value") for level in (*LEVELS, *(("release",) if mark == "!" else ()))]
+    return []
+
+
+def _terminal(made: Product | None, text: str, at: int, offset: int) -> Hover | None:
+    word = next((m for m in re.finditer(r"\S+", text) if m.start() <= at <= m.end()), None)
+    if made is None or word is None or word.start() != 0:
+        return None
+    known = {name for names in terminals(made.model).values() for name in names}
+    if word[0] not in known:
+        return None
+    kind = "axis" if "." in word[0] else "terminal or line"
+    return Hover(f"**{word[0]}** {kind} of a {made.title}", offset + word.start(), offset + word.end())
+
+
+def _headers(text: str) -> list[Item]:
+    if text.startswith("model:"):
+        return [Item(model, "value", product(model).title) for model in FAMILIES]
+    return [Item(f"{key}: ", "key") for key in ("model", "options", "line", "patience")] if not text else []

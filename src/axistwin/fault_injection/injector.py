@@ -1,0 +1,319 @@
+"""The faults of a bench: who adds them, when they begin, who mends them.
+
+    bench.faults.add("lose", "if1.serial", count=3, at=1.5)
+    bench.faults.add("jam", "table.X", when="table.X passes 1000", duration=0.25)
+    bench.faults.mend("jam")
+
+The kinds are in `kinds`, what a fault may wait for in `triggers`.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.fault_injection import places, triggers
+from axistwin.fault_injection.chance import Chance
+from axistwin.fault_injection.kinds import PLACES, THINGS, kind_of
+from axistwin.fault_injection.places import Spot, World
+from axistwin.fault_injection.table import Case, Kind, Mend, On
+from axistwin.sim.by_hand import by_itself
+from axistwin.units import to_ns, to_seconds
+
+Listener = Callable[["Fault", str], None]
+"""Told of a fault that "begins" or "ends"."""
+
+
+class State(Enum):
+    """How far a fault has got."""
+
+    WAITING = "waiting"
+    ON = "on"
+    OVER = "over"
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What may be said of any fault: its name, when it begins and ends, its seed; see `Faults.add`."""
+
+    name: str | None = None
+    at: float | None = None
+    when: str | None = None
+    nth: int = 1
+    duration: float | None = None
+    seed: int | None = None
+    here: str = ""
+
+    def __post_init__(self) -> None:
+        for what, given in (("at", self.at), ("duration", self.duration)):
+            if given is not None:
+                _check_seconds(what, given)
+        if type(self.nth) is not int or self.nth < 1:
+            raise UsageError(f"nth={self.nth!r}: give a whole number, 1 or more")
+        if self.seed is not None and type(self.seed) is not int:
+            raise UsageError(f"seed={self.seed!r}: give a whole number")
+
+    def check_at(self, now_ns: int) -> None:
+        """Raises UsageError if its time is over."""
+        if self.at is not None and to_ns(self.at) < now_ns:
+            raise UsageError(f"at={self.at:g} is over: it is {to_seconds(now_ns):g} s")
+
+
+class Fault:
+    """One fault on a bench.  Its `name` is its kind's, unless it was given another."""
+
+    def __init__(
+        self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
+    ) -> None:
+        self.name, self.kind, self.spot, self.values, self.seed = name, kind, spot, values, seed
+        self.state = State.WAITING
+        self.began_ns: int | None = None
+        """When it began; None: not yet."""
+        self._faults = faults
+        self._mend: Mend | None = None
+        self._unwatch: Callable[[], object] | None = None
+
+    def __repr__(self) -> str:
+        return f"<Fault {self.name}: {self.kind.name} of {self.spot.name}, {self.state.value}>"
+
+    @property
+    def on(self) -> bool:
+        """Whether it is there now."""
+        return self.state is State.ON
+
+    def mend(self) -> None:
+        """End it; if it has not begun, it never will.  What is over stays so."""
+        self._stop_waiting()
+        if self.state is State.ON:
+            if self._mend is None:  # by somebody who is told what it does as it begins
+                self._faults.world.clock.soon(self.mend)
+                return
+            with by_itself(self._faults.world.clock):
+                self._mend()
+            self._faults._tell(self, "ends")
+        self.state = State.OVER
+
+    # What the desk does
+
+    def _begin(self, duration_ns: int | None) -> None:
+        if self.state is not State.WAITING:
+            return
+        self._stop_waiting()
+        clock = self._faults.world.clock
+        chance = None if self.seed is None else Chance(self.seed)
+        self.state, self.began_ns = State.ON, clock.now
+        self._faults._tell(self, "begins")
+        lasts = duration_ns is not None
+        with by_itself(clock):
+            self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, lasts, self._over, self._others))
+        if self.kind.at_once:
+            self._over()
+        elif duration_ns is not None:
+            clock.call_later(duration_ns, self._elapsed)
+
+    def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
+        """Other faults that the same thing has now."""
+        there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
+        return [(fault.kind.name, fault.values) for fault in there if fault is not self]
+
+    def _elapsed(self) -> None:
+        if self.on:
+            self.mend()
+
+    def _over(self) -> None:
+        """It has come to its end by itself."""
+        if self.on:
+            self.state = State.OVER
+            self._faults._tell(self, "ends")
+
+    def _wait_for(self, unwatch: Callable[[], object]) -> None:
+        self._unwatch = unwatch
+
+    def _stop_waiting(self) -> None:
+        unwatch, self._unwatch = self._unwatch, None
+        if unwatch is not None:
+            unwatch()
+
+
+class Faults:
+    """All faults of one bench, those that are over included until another takes their name."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self._those: dict[str, Fault] = {}
+        self.announced: tuple[str, ...] = ()
+        """Names of faults that somebody is going to add, so that others can wait for them."""
+        self._listeners: list[Listener] = []
+
+    def __iter__(self) -> Iterator[Fault]:
+        return iter(tuple(self._those.values()))
+
+    def __getitem__(self, name: str) -> Fault:
+        """The fault of this name.  Raises UsageError if there is none."""
+        if name not in self._those:
+            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
+        return self._those[name]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all of them, in the order in which they were added."""
+        return tuple(self._those)
+
+    def add(
+        self,
+        kind: str,
+        on: str = "",
+        *,
+        name: str | None = None,
+        at: float | None = None,
+        when: str | None = None,
+        nth: int = 1,
+        duration: float | None = None,
+        seed: int | None = None,
+        here: str = "",
+        **parameters: Any,
+    ) -> Fault:
+        """A fault of this kind on a line, pin, axis or controller; it begins now, or as `at` and `when` say.
+
+        `at`: seconds since the bench was made.  `when`: a sentence such as "X passes 1000" (see `triggers`), for the
+        `nth` time from `at` on.  `duration`: seconds after which it is mended; None: somebody will.  `seed`: for what
+        is left to chance.  `here`: the controller whose things need not be written with its name.  Raises UsageError.
+        """
+        return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
+
+    def plan(self, kind: str, on: str, terms: "Terms", parameters: Mapping[str, Any]) -> Callable[[], Fault]:
+        """The same, when what it returns is called; what is wrong is found now."""
+        chosen = kind_of(kind)
+        spot = self.spot(chosen, on, terms.here)
+        chosen.check(spot)
+        values = chosen.read(parameters)
+        _check_chance(chosen, values, terms.seed)
+        if chosen.at_once and terms.duration is not None:
+            raise UsageError(f"fault {kind} happens at once: leave out `duration`")
+        arm = self.trigger(terms.when, terms.here)
+
+        def do() -> Fault:
+            terms.check_at(self.world.clock.now)
+            fault = Fault(self, self._free_name(terms.name, kind), chosen, spot, values, terms.seed)
+            self._those[fault.name] = fault
+            self._start(fault, arm, terms)
+            return fault
+
+        return do
+
+    def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
+        """What a fault is to wait for, if it is.  Raises UsageError if there is no such thing."""
+        return None if when is None else triggers.read(when, self.world, self, here)
+
+    def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
+        """Where a fault of this kind is to act.  Raises UsageError if there is nothing of this name."""
+        found = self.spots(kind.on, here)
+        if not on and here in found:
+            on = here
+        if not on:
+            example = kind.on.value.partition(",")[0]
+            raise UsageError(f"fault {kind.name} is that of a {THINGS[kind.on]}: name one, such as {example}")
+        return places.find(found, on, THINGS[kind.on])
+
+    def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
+        """All that a fault can act on, by every name it has."""
+        return places.names(PLACES[on](self.world), here)
+
+    def mend(self, name: str) -> None:
+        """End the fault of this name, or all of this kind, or with "all" every one.
+
+        Raises UsageError if there is none.
+        """
+        those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
+        if not those and name != "all":
+            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
+        for fault in those:
+            fault.mend()
+
+    def watch(self, listener: Listener) -> Callable[[], None]:
+        """Call `listener(fault, what)` when one "begins" and when it "ends".  Returns what ends the watching."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    def _start(self, fault: Fault, arm: triggers.Arm | None, terms: "Terms") -> None:
+        clock = self.world.clock
+        duration_ns = None if terms.duration is None else to_ns(terms.duration)
+
+        def begin() -> None:
+            self._make_room(fault)
+            fault._begin(duration_ns)
+
+        def wait() -> None:
+            if fault.state is not State.WAITING:
+                return
+            if arm is None:
+                begin()
+            else:  # when everything is done that happens at that moment
+                fault._wait_for(arm(_NthTime(terms.nth, lambda: clock.call_later(0, begin))))
+
+        def due() -> None:
+            clock.background -= 1
+            wait()
+
+        if terms.at is None:
+            wait()
+        else:
+            clock.background += 1  # nobody need wait for it
+            clock.call_later(to_ns(terms.at) - clock.now, due)
+
+    def _make_room(self, fault: Fault) -> None:
+        """At a machine a fault takes the place of another of its kind; lines can have several."""
+        if fault.kind.on is On.LINE or fault.state is not State.WAITING:
+            return
+        for other in self:
+            if other.on and other.kind is fault.kind and other.spot.name == fault.spot.name:
+                other.mend()
+
+    def _tell(self, fault: Fault, what: str) -> None:
+        for listener in tuple(self._listeners):
+            listener(fault, what)
+
+    def _free_name(self, wanted: str | None, kind: str) -> str:
+        taken = {name for name, fault in self._those.items() if fault.state is not State.OVER}
+        if wanted is not None and wanted in taken:
+            raise UsageError(f"there is a fault {wanted!r} already: mend it, or choose another name")
+        name = wanted or free_name(kind, taken)
+        self._those.pop(name, None)
+        return name
+
+
+def free_name(kind: str, taken: Collection[str]) -> str:
+    """What a fault of this kind is called if nobody says."""
+    candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
+    return next(name for name in candidates if name not in taken)
+
+
+class _NthTime:
+    """Does something at the n-th call, once."""
+
+    def __init__(self, nth: int, action: Callable[[], object]) -> None:
+        self._left, self._action = nth, action
+
+    def __call__(self) -> None:
+        self._left -= 1
+        if self._left == 0:
+            self._action()
+
+
+def _check_seconds(what: str, given: float) -> None:
+    if isinstance(given, bool) or not 0 <= given < float("inf"):
+        raise UsageError(f"{what}={given!r}: give seconds, 0 or more")
+    try:
+        to_ns(given)
+    except UsageError as error:
+        raise UsageError(f"{what}: {error}") from None
+
+
+def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
+    """What is left to chance needs a seed, so that it can be repeated."""
+    chances: dict[str, Callable[[Any], bool]]
+    chances = {"probability": lambda p: p < 1, "jitter": lambda s: s > 0, "mask": lambda bits: bits == 0}
+    by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))
+    if seed is None and (name := next(by_chance, None)):
+        raise UsageError(f"fault {kind.name}: {name}={values[name]:g} leaves it to chance, which needs a seed: seed=1")

@@ -1,0 +1,97 @@
+"""The table of faults: each kind once, with what it acts on and its parameters.  Everybody reads it."""
+
+from difflib import get_close_matches
+
+from axistwin.errors import UsageError
+from axistwin.fault_injection import lines, machines, places
+from axistwin.fault_injection.lines import WAYS
+from axistwin.fault_injection.table import Kind, On, Parameter, Sort
+
+SIDES = "minus", "plus", "both"
+CONTROL_LINES = "dtr", "rts", "dsr", "cts"
+
+COUNT = Parameter(
+    "count", Sort.WHOLE, "so many characters; without it one, or with a probability or a duration all", low=1,
+    optional=True, unit="characters",
+)  # fmt: skip
+PROBABILITY = Parameter("probability", Sort.NUMBER, "of each character to be met", default=1.0, low=0, high=1)
+TO = Parameter("way", Sort.WORD, "to the device, from it, or both", default="to", words=WAYS)
+BOTH = Parameter("way", Sort.WORD, "to the device, from it, or both", default="both", words=WAYS)
+MASK = Parameter("mask", Sort.WHOLE, "data bits to invert; 0: one of them by chance", default=1, low=0, high=255)
+FAR = 1 << 31
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        # On lines
+        Kind("lose", On.LINE, "characters never arrive", lines.lose, (COUNT, PROBABILITY, TO)),
+        Kind("double", On.LINE, "characters arrive twice", lines.double, (COUNT, PROBABILITY, TO)),
+        Kind("flip", On.LINE, "data bits of characters are inverted", lines.flip, (COUNT, MASK, PROBABILITY, TO)),
+        Kind("break", On.LINE, "the line is at space, as by a short circuit", lines.line_break, (
+            Parameter("seconds", Sort.NUMBER, "for so long", "s", 0.25, low=1e-6, high=1000), TO), at_once=True),
+        Kind("baud", On.LINE, "the host is set to a wrong baud rate", lines.baud, (
+            Parameter("baudrate", Sort.WHOLE, "which", "baud", low=1, high=10_000_000),)),
+        Kind("drift", On.LINE, "the sender's clock runs fast or slow", lines.drift, (
+            Parameter("percent", Sort.NUMBER, "how much faster", "%", low=-90, high=900), BOTH)),
+        Kind("delay", On.LINE, "characters arrive later, in their order", lines.late, (
+            Parameter("seconds", Sort.NUMBER, "how much later", "s", low=0, high=1000),
+            Parameter("jitter", Sort.NUMBER, "up to so much more, by chance", "s", 0.0, low=0, high=1000), BOTH)),
+        Kind("cut", On.LINE, "the wires are open; both ways: the control lines, too", lines.cut, (BOTH,)),
+        Kind("handshake", On.LINE, "a control line is stuck", lines.handshake, (
+            Parameter("line", Sort.WORD, "of the device", words=CONTROL_LINES),
+            Parameter("level", Sort.LEVEL, "at which", default=False)), check=lines.check_handshake),
+        # On terminals
+        Kind("stuck", On.PIN, "a switch or a pin stays at a level", machines.stuck, (
+            Parameter("level", Sort.LEVEL, "at which", optional=False),)),
+        Kind("bounce", On.PIN, "a switch bounces whenever it changes", machines.bounce, (
+            Parameter("ms", Sort.NUMBER, "for about so long", "ms", 5.0, low=0.001, high=10_000),
+            Parameter("count", Sort.WHOLE, "so often", "times", 5, low=1, high=1000))),
+        Kind("open_limit", On.CONTROLLER, "a limit switch's circuit is open", machines.open_limit, (
+            Parameter("side", Sort.WORD, "which", default="both", words=SIDES),), check=machines.check_limits),
+        # On axes
+        Kind("encoder_slips", On.AXIS, "the encoder turns on its shaft, once", machines.encoder_slips, (
+            Parameter("counts", Sort.WHOLE, "so far", "counts", low=-FAR, high=FAR),), at_once=True,
+            check=machines.check_encoder),
+        Kind("encoder_loses", On.AXIS, "the encoder loses counts", machines.encoder_loses, (
+            Parameter("every", Sort.WHOLE, "each so manieth is lost", "counts", 10, low=2, high=FAR),),
+            check=machines.check_encoder),
+        Kind("encoder_reversed", On.AXIS, "the encoder counts backwards", machines.encoder_reversed,
+             check=machines.check_encoder),
+        Kind("encoder_dead", On.AXIS, "the encoder counts no more", machines.encoder_dead,
+             check=machines.check_encoder),
+        Kind("stall", On.AXIS, "the motor loses its torque", machines.stall, (
+            Parameter("left", Sort.NUMBER, "what is left of it", default=0.0, low=0, high=1),),
+            check=machines.check_data_sheet),
+        Kind("jam", On.AXIS, "the shaft cannot turn", machines.jam),
+        Kind("load", On.AXIS, "a torque comes on to the shaft", machines.load, (
+            Parameter("torque", Sort.NUMBER, "positive turns it in the positive direction", "N·m", low=-1000,
+                      high=1000),)),
+        Kind("push", On.AXIS, "the load is displaced, once", machines.push, (
+            Parameter("counts", Sort.WHOLE, "so far", "counts", low=-FAR, high=FAR),), at_once=True,
+            check=machines.check_push),
+        Kind("drive_fault", On.AXIS, "the drive switches off and tells the controller", machines.drive_fault,
+             check=machines.check_drive),
+        # On controllers
+        Kind("overheat", On.CONTROLLER, "it is hot around a SmartMotor", machines.overheat, (
+            Parameter("celsius", Sort.NUMBER, "so hot", "°C", 90.0, low=-40, high=150),), check=machines.check_motor),
+        Kind("supply_dip", On.CONTROLLER, "the supply sags; a SmartMotor resets below 18 V", machines.supply_dip, (
+            Parameter("left", Sort.NUMBER, "of the voltage of a SmartMotor", default=0.5, low=0, high=1),),
+            check=machines.check_data_sheet),
+        Kind("power_cut", On.CONTROLLER, "the power is off", machines.power_cut),
+    )
+}  # fmt: skip
+"""Each kind by its name."""
+
+PLACES = {On.LINE: places.lines, On.PIN: places.pins, On.AXIS: places.axes, On.CONTROLLER: places.controllers}
+"""What there is for a fault to act on."""
+THINGS = {On.LINE: "serial line", On.PIN: "pin", On.AXIS: "axis", On.CONTROLLER: "controller"}
+"""What that is called."""
+
+
+def kind_of(name: str) -> Kind:
+    """The kind of this name.  Raises UsageError if there is none."""
+    if name in KINDS:
+        return KINDS[name]
+    close = get_close_matches(name, KINDS, n=1)
+    instead = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(KINDS)}"
+    raise UsageError(f"no fault {name!r}: {instead}")

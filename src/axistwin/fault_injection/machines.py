@@ -1,0 +1,266 @@
+"""Faults of the machine: switches and pins, encoders, motors, drives, supplies."""
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from math import prod
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.fault_injection.places import Spot
+from axistwin.fault_injection.table import Case, Mend
+from axistwin.plant.axes import Axis
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.pins import Pin
+from axistwin.units import MS
+
+
+def _nothing() -> None:
+    """It was over at once."""
+
+
+# Terminals
+
+
+def stuck(case: Case) -> Mend:
+    """The terminal stays at a level, whoever drives it."""
+    return _pin(case).hold(case.values["level"])
+
+
+class Bounce:
+    """A contact that opens and closes again a few times whenever it changes.
+
+    Meanwhile it follows nobody; if it is found elsewhere in the end, it bounces again.
+    """
+
+    def __init__(self, case: Case) -> None:
+        self._case, self._pin = case, _pin(case)
+        self._bouncing = False
+        self._let_go: Callable[[], None] = _nothing
+        self._unwatch = self._pin.watch(self._changed)
+
+    def end(self) -> None:
+        """It is a good contact again."""
+        self._unwatch()
+        self._bouncing = False
+        self._release()
+
+    def _changed(self, pin: Pin) -> None:
+        if not self._bouncing:
+            self._bouncing = True
+            self._go_on(pin.level, 2 * self._case.values["count"])
+
+    def _go_on(self, level: bool, left: int) -> None:
+        self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
+
+    def _swing(self, level: bool, left: int) -> None:
+        """The contact goes to `level`; so many swings are left, this one included."""
+        if not self._bouncing:
+            return
+        before, self._let_go = self._let_go, self._pin.hold(level)
+        before()
+        if left > 1:
+            self._go_on(level, left - 1)
+        else:
+            self._bouncing = False
+            self._release()
+
+    def _release(self) -> None:
+        let_go, self._let_go = self._let_go, _nothing
+        let_go()
+
+    def _pause_ns(self) -> int:
+        mean_ns: int = round(self._case.values["ms"] * MS / (2 * self._case.values["count"]))
+        chance = self._case.chance
+        return max(1, mean_ns if chance is None else mean_ns // 2 + chance.below(mean_ns + 1))
+
+
+def bounce(case: Case) -> Mend:
+    """Each change of level is followed by others that go back and forth."""
+    return Bounce(case).end
+
+
+def open_limit(case: Case) -> Mend:
+    """The circuit of a limit switch is open."""
+    product, pins = case.spot.machine.product, case.spot.machine.pins
+    assert product.limit_pins is not None, "it has been checked"
+    sides = {"minus": product.limit_pins[:1], "plus": product.limit_pins[1:], "both": product.limit_pins}
+    ends = [pins[name].hold(not product.closed_level) for name in sides[case.values["side"]]]
+
+    def mend() -> None:
+        for end in ends:
+            end()
+
+    return mend
+
+
+def check_limits(spot: Spot) -> None:
+    """Raises UsageError if there are no limit switches."""
+    if spot.machine.product.limit_pins is None:
+        raise UsageError(f"{spot.name} has no limit inputs")
+
+
+# Encoders
+
+
+def encoder_slips(case: Case) -> Mend:
+    """The encoder turns on its shaft, once."""
+    _axis(case).encoder.slip(case.values["counts"])
+    return _nothing
+
+
+def encoder_loses(case: Case) -> Mend:
+    """It does not count each n-th of its counts."""
+    return _miscount(case, "encoder_loses")
+
+
+def encoder_reversed(case: Case) -> Mend:
+    """It counts backwards: two of its wires are exchanged."""
+    return _miscount(case, "encoder_reversed")
+
+
+def encoder_dead(case: Case) -> Mend:
+    """It counts no more."""
+    return _miscount(case, "encoder_dead")
+
+
+MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
+    "encoder_loses": lambda values: Fraction(values["every"] - 1, values["every"]),
+    "encoder_reversed": lambda _: Fraction(-1),
+    "encoder_dead": lambda _: Fraction(0),
+}
+"""How many counts it makes for one."""
+
+
+def _miscount(case: Case, kind: str) -> Mend:
+    """An encoder can have several defects at once."""
+    encoder = _axis(case).encoder
+
+    def count(*own: Fraction) -> None:
+        others = (MISCOUNTS[name](values) for name, values in case.others() if name in MISCOUNTS)
+        ratio = prod((*own, *others), start=Fraction(1))
+        encoder.miscount(ratio.numerator, ratio.denominator)
+
+    count(MISCOUNTS[kind](case.values))
+    return count
+
+
+def check_encoder(spot: Spot) -> None:
+    """Raises UsageError if there is none that could be bad."""
+    if isinstance(spot.axis, ServoAxis):
+        check_data_sheet(spot)
+    elif spot.axis is not None:
+        _ = spot.axis.encoder  # says itself what is missing
+
+
+def check_data_sheet(spot: Spot) -> None:
+    """Raises UsageError for a servo motor that does exactly what it is told, whatever happens."""
+    axis = spot.axis or next(iter(spot.machine.axes.values()))
+    if isinstance(axis, ServoAxis) and axis.motor is None:
+        raise UsageError(f'{spot.name} has an ideal motor, which feels none of that: give it one, motor="frame23"')
+
+
+# Motors
+
+
+def stall(case: Case) -> Mend:
+    """The motor has lost torque, all of it or some."""
+    return _axis(case).weaken(case.values["left"])
+
+
+def jam(case: Case) -> Mend:
+    """The shaft cannot turn."""
+    return _axis(case).seize()
+
+
+def load(case: Case) -> Mend:
+    """A torque comes on to the shaft, beside what is there."""
+    return _axis(case).burden(case.values["torque"])
+
+
+def push(case: Case) -> Mend:
+    """Somebody, or something, displaces the load."""
+    _axis(case).encoder.displace(case.values["counts"])
+    return _nothing
+
+
+def check_push(spot: Spot) -> None:
+    """Raises UsageError if there is nothing that could tell."""
+    if isinstance(spot.axis, StepperAxis):
+        _ = spot.axis.encoder
+
+
+def drive_fault(case: Case) -> Mend:
+    """The drive switches off, and says so: the motor has no torque."""
+    let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
+    energise = _axis(case).weaken(0.0)
+
+    def mend() -> None:
+        energise()
+        let_go()
+
+    return mend
+
+
+def check_drive(spot: Spot) -> None:
+    """Raises UsageError if no drive tells the controller of its faults."""
+    _fault_pin(spot)
+
+
+def _fault_pin(spot: Spot) -> str:
+    name = spot.name.rpartition(".")[2]
+    pins = spot.machine.product.drive_fault_pins
+    if name not in pins:
+        has = f"there are {', '.join(pins)}" if pins else "its motor and drive are one: stall, jam or overheat it"
+        raise UsageError(f"no drive tells {spot.machine.name} of a fault of {name}: {has}")
+    return pins[name]
+
+
+# Controllers
+
+
+def overheat(case: Case) -> Mend:
+    """It has become hot around the motor."""
+    return _servo(case.spot).heat(case.values["celsius"])
+
+
+def supply_dip(case: Case) -> Mend:
+    """The supply sags.  A SmartMotor has less voltage, and resets if it is too low; any other controller resets."""
+    axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
+    return power_cut(case) if axis is None else axis.sag(case.values["left"])
+
+
+def power_cut(case: Case) -> Mend:
+    """No power, until it is mended."""
+    machine = case.spot.machine
+    machine.power(False)
+    servo = any(isinstance(axis, ServoAxis) for axis in machine.axes.values())
+    cuts = ("power_cut",) if servo else ("power_cut", "supply_dip")
+
+    def mend() -> None:
+        if not any(name in cuts for name, _ in case.others()):
+            machine.power(True)
+
+    return mend
+
+
+def check_motor(spot: Spot) -> None:
+    """Raises UsageError if it is not a motor."""
+    _servo(spot)
+
+
+def _servo(spot: Spot) -> ServoAxis:
+    axis = next((axis for axis in spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
+    if axis is None:
+        raise UsageError(f"{spot.name} is no motor: that is for SmartMotors")
+    return axis
+
+
+def _axis(case: Case) -> Axis:
+    assert case.spot.axis is not None, "an axis was found"
+    return case.spot.axis
+
+
+def _pin(case: Case) -> Pin:
+    assert case.spot.pin is not None, "a terminal was found"
+    return case.spot.pin

@@ -1,0 +1,106 @@
+"""A fault as a line of text, as conversations and scripts have it, and back.
+
+    lose 3                              the next three characters to the only controller that is meant
+    stuck input1 low duration=0.5
+    jam X when="X passes 1000" duration=0.25
+    flip serial way=from probability=0.01 seed=7
+
+The kind comes first; then, as one likes, what it acts on, the values of its parameters in their order, and NAME=VALUE.
+"""
+
+import shlex
+from collections.abc import Callable
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.fault_injection.injector import Fault, Faults, Terms
+from axistwin.fault_injection.kinds import kind_of
+from axistwin.fault_injection.table import Kind
+from axistwin.numbers import NumberError, real, whole
+
+TERMS: dict[str, Callable[[str], Any]] = {
+    "name": str, "at": real, "when": str, "nth": whole, "duration": real, "seed": whole,
+}  # fmt: skip
+"""What every fault may be given, and what it is."""
+
+
+def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
+    """The fault in this text, to be done when called; `here`: the controller that is meant.  Raises UsageError."""
+    words = _split(text)
+    if not words:
+        raise UsageError("name a fault, like: lose 3")
+    kind = kind_of(words[0])
+    named, bare = _sorted(words[1:])
+    if "on" not in named and bare:
+        spots = faults.spots(kind.on, here)
+        place = next((word for word in bare if word in spots), None)
+        if place is not None:
+            bare.remove(place)
+            named["on"] = place
+    named |= _in_order(kind, bare, named)
+    terms = {name: named.pop(name) for name in TERMS if name in named}
+    return faults.plan(kind.name, named.pop("on", ""), Terms(**terms, here=here), named)
+
+
+def name_in(text: str) -> str | None:
+    """The name that this text gives to a fault; None: it gives none, or cannot be read."""
+    try:
+        words = _split(text)
+    except UsageError:
+        return None
+    return next((word.removeprefix("name=") for word in words if word.startswith("name=")), None)
+
+
+def write(fault: Fault) -> str:
+    """A fault that begins now, with all that makes it the same again."""
+    words = [fault.kind.name, fault.spot.name]
+    words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
+    words += [f"seed={fault.seed}"] if fault.seed is not None else []
+    return " ".join([*words, f"name={shlex.quote(fault.name)}"])
+
+
+def _split(text: str) -> list[str]:
+    lexer = shlex.shlex(text, posix=True, punctuation_chars=False)
+    lexer.whitespace_split, lexer.escape, lexer.commenters = True, "", ""
+    try:
+        return list(lexer)
+    except ValueError:
+        raise UsageError(f"{text!r}: a quotation mark is missing") from None
+
+
+def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
+    """NAME=VALUE words, and the others."""
+    named: dict[str, Any] = {}
+    bare: list[str] = []
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals:
+            bare.append(word)
+        elif name in named:
+            raise UsageError(f"{name} is given twice")
+        else:
+            named[name] = _value(name, value)
+    return named, bare
+
+
+def _value(name: str, text: str) -> Any:
+    if name not in TERMS:
+        return text
+    try:
+        return TERMS[name](text)
+    except NumberError as error:
+        raise UsageError(f"{name}={error}") from None
+
+
+def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
+    """Values without names belong to the parameters that have none yet."""
+    free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
+    if len(bare) > len(free):
+        raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is neither what it acts on nor one of its values")
+    return dict(zip(free, bare, strict=False))
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "high" if value else "low"
+    return repr(value) if isinstance(value, float) else str(value)

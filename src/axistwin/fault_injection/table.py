@@ -1,0 +1,150 @@
+"""What a row of the table of faults is: a kind, what it acts on, and its parameters with units and ranges."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.fault_injection.chance import Chance
+from axistwin.fault_injection.places import Spot
+from axistwin.numbers import NumberError, real, shortened, whole
+from axistwin.sim.clock import Clock
+
+LEVELS = {"high": True, "on": True, "low": False, "off": False}
+
+
+class On(Enum):
+    """What a fault acts on; the value is how that is written."""
+
+    LINE = "if1.serial, motor.rs485, chain"
+    PIN = "if1.input1"
+    AXIS = "if1.X"
+    CONTROLLER = "if1"
+
+
+class Sort(Enum):
+    """What a parameter's value may be."""
+
+    WHOLE = "a whole number"
+    NUMBER = "a number"
+    LEVEL = "high or low"
+    WORD = "a word"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter.  `default` None: it must be given, unless it is `optional`."""
+
+    name: str
+    sort: Sort
+    doc: str
+    unit: str = ""
+    default: Any = None
+    optional: bool = False
+    low: float | None = None
+    high: float | None = None
+    words: tuple[str, ...] = ()
+
+    def read(self, value: object) -> Any:
+        """A value as it was given, perhaps as text.  Raises UsageError with what is wanted."""
+        found = self._read(value.strip() if isinstance(value, str) else value)
+        if found is None or not self._within(found):
+            shown = shortened(value) if isinstance(value, str) else repr(value)
+            raise UsageError(f"{self.name}={shown}: give {self.wanted}")
+        return found
+
+    @property
+    def wanted(self) -> str:
+        """In words, what may be given."""
+        if self.words:
+            return " or ".join(self.words)
+        what = self.sort.value + (f" of {self.unit}" if self.unit else "")
+        if self.low is not None and self.high is not None:
+            return f"{what} from {self.low:g} to {self.high:g}"
+        return what if self.low is None else f"{what}, {self.low:g} or more"
+
+    def _read(self, value: object) -> Any:
+        match self.sort:
+            case Sort.LEVEL:
+                return LEVELS.get(value) if isinstance(value, str) else value if isinstance(value, bool) else None
+            case Sort.WORD:
+                return value if value in self.words else None
+            case Sort.WHOLE:
+                return _whole(value)
+        return _number(value)
+
+    def _within(self, value: Any) -> bool:
+        if self.low is not None and not value >= self.low:
+            return False
+        return self.high is None or bool(value <= self.high)
+
+
+def _whole(value: object) -> int | None:
+    if isinstance(value, str):
+        try:
+            return whole(value, base=0)
+        except NumberError:
+            return None
+    return value if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+def _number(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    try:
+        number = real(value) if isinstance(value, str) else float(value)
+    except (NumberError, OverflowError):
+        return None
+    return number if abs(number) < float("inf") else None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fault that begins: where, with which values, by which chance, and what to call when it is over by itself."""
+
+    clock: Clock
+    spot: Spot
+    values: Mapping[str, Any]
+    chance: Chance | None
+    lasts: bool
+    """Whether it is to be mended after a while, or by somebody."""
+    over: Callable[[], None]
+    others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
+    """Kinds and values of the other faults that are there now."""
+
+    def luck(self, what: str) -> Chance:
+        """Its chance.  Raises UsageError if it has no seed."""
+        if self.chance is None:
+            raise UsageError(f"{what} is a matter of chance: give a seed, such as seed=1")
+        return self.chance
+
+
+Mend = Callable[[], None]
+"""What ends a fault."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of fault.  `begin` does it and returns what mends it; `at_once`: it happens and is over."""
+
+    name: str
+    on: On
+    doc: str
+    begin: Callable[[Case], Mend]
+    parameters: tuple[Parameter, ...] = ()
+    at_once: bool = False
+    check: Callable[[Spot], None] = lambda spot: None
+    """Raises UsageError if it cannot be there."""
+
+    def read(self, given: Mapping[str, object]) -> dict[str, Any]:
+        """All its parameters.  Raises UsageError if there is one that it has not, or a value that may not be."""
+        known = {parameter.name: parameter for parameter in self.parameters}
+        for name in given:
+            if name not in known:
+                takes = ", ".join(known) or "none of its own"
+                raise UsageError(f"fault {self.name} has no parameter {name!r}: it takes {takes}")
+        missing = [p.name for p in self.parameters if p.default is None and not p.optional and p.name not in given]
+        if missing:
+            raise UsageError(f"fault {self.name}: {missing[0]} is missing: give {known[missing[0]].wanted}")
+        return {name: p.read(given[name]) if name in given else p.default for name, p in known.items()}

@@ -1,0 +1,243 @@
+r"""What a fault may wait for, as a sentence.
+
+    table.X passes 1000         an axis comes to a position, or jumps over it: on that very pulse or sample
+    table.X passes 1000 up      in the positive direction only, or down
+    table.output1 rises         an edge on a pin; falls, changes
+    table hears X1000           the device has received these characters; a board on a bus, this command in hex
+    table says U\r              the host has received these
+    motor raises Be             a fault flag of the device; the names are its manual's
+    motor runs 12               line 12 of its program begins, or step 12 of its sequence; they count from 1
+    board runs 3:2              command 2 of sequence 3
+    cable begins                another fault, by its name; ends
+
+Names need not have the controller's before them where it is clear whose they are.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from axistwin.controllers.product import Listing
+from axistwin.errors import UsageError
+from axistwin.fault_injection import places
+from axistwin.fault_injection.places import Find, Machine, Spot, World
+from axistwin.numbers import whole
+from axistwin.plant.axes import MOST_POSITION, Axis
+from axistwin.sim.pins import Pin
+
+if TYPE_CHECKING:
+    from axistwin.fault_injection.injector import Faults
+
+Unwatch = Callable[[], object]
+Arm = Callable[[Callable[[], None]], Unwatch]
+"""Calls what it is given each time it happens; returns what ends that."""
+
+_SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
+_POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?", re.ASCII)
+_LINE = re.compile(r"(?:(?P<program>\d+):)?(?P<line>\d+)", re.ASCII)
+_ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
+_LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
+
+
+def other_fault(text: str | None) -> str | None:
+    """The name of the fault that this sentence waits for, if it is one."""
+    found = _SENTENCE.fullmatch((text or "").strip())
+    return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
+
+
+def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
+    """What this sentence waits for.  Raises UsageError if there is no such thing."""
+    found = _SENTENCE.fullmatch(text.strip())
+    if found is None or found["verb"] not in _VERBS:
+        raise UsageError(f"when={text!r}: write it like 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
+    return _VERBS[found["verb"]](_Wish(world, faults, here, found["who"], found["verb"], found["what"] or ""))
+
+
+class _Wish:
+    """The parts of a sentence."""
+
+    def __init__(self, world: World, faults: "Faults", here: str, who: str, verb: str, what: str) -> None:
+        self.world, self.faults, self.here = world, faults, here
+        self.who, self.verb, self.what = who, verb, what
+
+    def spot(self, found: Iterable[tuple[str, Find]], thing: str) -> Spot:
+        return places.find(places.names(found, self.here), self.who, thing)
+
+    def wrong(self, example: str) -> UsageError:
+        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: write it like {example!r}")
+
+
+def _passes(wish: _Wish) -> Arm:
+    axis = wish.spot(places.axes(wish.world), "axis").axis
+    assert axis is not None, "an axis was found"
+    found = _POSITION.fullmatch(wish.what)
+    if found is None:
+        raise wish.wrong("X passes 1000")
+    ways = {"up": (1,), "down": (-1,), None: (1, -1)}[found["way"]]
+    position = whole(found["position"], -MOST_POSITION, MOST_POSITION)
+    return lambda happens: _Passing(axis, position, ways, happens).end
+
+
+class _Passing:
+    """Looks whenever the axis leaves or enters a position; it has passed when it comes from one side and reaches it."""
+
+    def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
+        self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
+        self._side = self._find_side()
+        self.end = axis.watch_edges([position, position + 1], self._look)
+
+    def _find_side(self) -> int:
+        at = self._axis.position
+        return (at > self._position) - (at < self._position)
+
+    def _look(self) -> None:
+        before, self._side = self._side, self._find_side()
+        if before and self._side != before and -before in self._ways:
+            self._happens()
+
+
+def _edge(wish: _Wish) -> Arm:
+    pin = wish.spot(places.pins(wish.world), "pin").pin
+    assert pin is not None, "a terminal was found"
+    if wish.what:
+        raise wish.wrong("input1 rises")
+    wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
+
+    def arm(happens: Callable[[], None]) -> Unwatch:
+        def changed(changed_pin: Pin) -> None:
+            if changed_pin.level in wanted:
+                happens()
+
+        return pin.watch(changed)
+
+    return arm
+
+
+def _hears(wish: _Wish) -> Arm:
+    port = _port(wish)
+    if port is None:
+        board = wish.spot(places.controllers(wish.world), "controller").machine
+        return _messages(board.bus.listen, _hexadecimal(wish))
+    return _characters(port.to_device.receiver.hearers, _written(wish))
+
+
+def _says(wish: _Wish) -> Arm:
+    port = _port(wish)
+    if port is None:
+        board = wish.spot(places.controllers(wish.world), "controller").machine
+        return _messages(board.bus.hear, _hexadecimal(wish))
+    return _characters(port.from_device.receiver.hearers, _written(wish))
+
+
+def _port(wish: _Wish) -> Any:
+    """The host's end of the line; None: it is a board on a bus."""
+    machine = wish.world.controllers.get(wish.who or wish.here)
+    if machine is not None and machine.product.attend is not None:
+        return None
+    return wish.spot(places.lines(wish.world), "serial line").port
+
+
+def _characters(hearers: list[Callable[..., None]], pattern: bytes) -> Arm:
+    def arm(happens: Callable[[], None]) -> Unwatch:
+        latest = bytearray()
+
+        def heard(byte: int, _: object) -> None:
+            latest.append(byte)
+            del latest[: -len(pattern)]
+            if latest == pattern:
+                happens()
+
+        hearers.append(heard)
+        return lambda: hearers.remove(heard)
+
+    return arm
+
+
+def _messages(listen: Callable[[Callable[[bytes], None]], Unwatch], pattern: bytes) -> Arm:
+    return lambda happens: listen(lambda message: happens() if message.startswith(pattern) else None)
+
+
+def _written(wish: _Wish) -> bytes:
+    def meant(escape: re.Match[str]) -> str:
+        return chr(int(escape["hex"], 16)) if escape["hex"] else _LETTERS[escape["letter"]]
+
+    try:
+        pattern = _ESCAPE.sub(meant, wish.what).encode("latin-1")
+    except UnicodeEncodeError:
+        pattern = b""
+    if not pattern:
+        raise wish.wrong(r"if1 hears X1000\r")
+    return pattern
+
+
+def _hexadecimal(wish: _Wish) -> bytes:
+    try:
+        pattern = bytes.fromhex(wish.what)
+    except ValueError:
+        pattern = b""
+    if not pattern:
+        raise wish.wrong("1811 hears 33 00")
+    return pattern
+
+
+def _raises(wish: _Wish) -> Arm:
+    machine = wish.spot(places.controllers(wish.world), "controller").machine
+    alarms = machine.alarms
+    if alarms is None or (wish.what and wish.what not in alarms.names):
+        there = f"there are {', '.join(alarms.names)}" if alarms else "it tells none"
+        raise UsageError(f"{machine.name} raises no flag {wish.what!r}: {there}")
+    return lambda happens: alarms.watch(lambda name: happens() if wish.what in ("", name) else None)
+
+
+def _runs(wish: _Wish) -> Arm:
+    machine = wish.spot(places.controllers(wish.world), "controller").machine
+    names = machine.product.programs
+    if not names:
+        raise UsageError(f"{machine.name} runs nothing by itself: a {machine.product.model} keeps no programs")
+    found = _LINE.fullmatch(wish.what)
+    if found is None or (len(names) > 1) != bool(found["program"]):
+        raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
+    name, line = _program(machine, found["program"]), whole(found["line"])
+    _check_line(machine, name, line)
+    return lambda happens: machine.watch_lines(lambda program, index: happens(), (name, line - 1))
+
+
+def _program(machine: Machine, number: str | None) -> str:
+    """The one that is meant; where there are several, their names end in their numbers."""
+    names = machine.product.programs
+    found = next((name for name in names if number is None or name.split()[-1] == number), None)
+    if found is None:
+        raise UsageError(f"{machine.name} has no program {number}: there are {names[0]} to {names[-1]}")
+    return found
+
+
+def _check_line(machine: Machine, name: str, line: int) -> None:
+    """It need not be there yet, but it must be possible."""
+    most = machine.product.most_lines
+    if line < 1 or (most is not None and line > most):
+        raise UsageError(f"{machine.name} runs no line {line}: they count from 1" + (f" to {most}" if most else ""))
+    listing = machine.programs.get(name)
+    if listing is not None and line - 1 in listing.silent:
+        raise UsageError(f"{machine.name} never runs line {line}: {_silence(listing, line)}")
+
+
+def _silence(listing: Listing, line: int) -> str:
+    """Why a line never runs, and the next one that does."""
+    after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
+    remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
+    return f"{listing.lines[line - 1]} takes no time{remedy}"
+
+
+def _other_fault(wish: _Wish) -> Arm:
+    known = dict.fromkeys((*wish.faults.names, *wish.faults.announced))
+    if wish.who not in known:
+        raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(known) or 'none yet'}")
+    return lambda happens: wish.faults.watch(
+        lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
+    )
+
+
+_VERBS: dict[str, Callable[[_Wish], Arm]] = {
+    "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _hears, "says": _says,
+    "raises": _raises, "runs": _runs, "begins": _other_fault, "ends": _other_fault,
+}  # fmt: skip

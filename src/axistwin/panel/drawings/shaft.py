@@ -1,0 +1,164 @@
+"""An axis that turns: a disc with a mark, the caliper of its brake, and the wheel that measures for it.
+
+The hollow mark outside shows where the shaft should be, so that one sees the following error as an angle.  Positive is
+clockwise.
+"""
+
+from html import escape
+
+from axistwin.bench import Bench, Controller
+from axistwin.panel.drawings.drawing import Drawing
+from axistwin.panel.drawings.figure import SELDOM, STATES, readout, readouts, states, unit
+from axistwin.panel.drawings.scale import grouped, signed
+from axistwin.plant.axes import Axis
+from axistwin.plant.master import Master
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant.stepper import StepperAxis
+
+ASSUMED = 400
+"""Units that are drawn as a turn where nobody has said; the drawing tells."""
+WHEEL_EDGES = 2000
+"""The same for a measuring wheel that sits on no shaft that turns."""
+MOST_TURNS = 2
+"""More in a frame cannot be seen."""
+
+
+class Shaft:
+    """The shaft of one axis."""
+
+    def __init__(self, controller: Controller, name: str) -> None:
+        axis = controller.axes[name]
+        self.name, self.per_rev = name, axis.per_rev or ASSUMED
+        self._said = axis.per_rev is not None
+        self._before, self._frames = 0, 0
+        self.drawing = Drawing(self._art(controller, axis)).classes("drawing shaft")
+        self.drawing.mark(f"axis {controller.name}.{name}")
+
+    def show(self, controller: Controller, *, smooth: bool) -> None:
+        """Where it is, how fast, and what is the matter with it."""
+        axis, drawing = controller.axes[self.name], self.drawing
+        position = axis.position
+        wanted = axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
+        smooth = smooth and abs(position - self._before) <= MOST_TURNS * self.per_rev
+        self._before = position
+        drawing.place("disc", self._angle(position), smooth=smooth)
+        drawing.place("ghost", self._angle(wanted), smooth=smooth)
+        drawing.flag("machine", "jammed", axis.jammed)
+        drawing.write("states", states(controller, self.name))
+        self._write(axis, position, wanted - position)
+        self._show_brake(controller)
+        if isinstance(axis, ServoAxis):
+            self._show_servo(controller, axis, smooth=smooth)
+        elif axis.encoder_count is not None:
+            drawing.write("encoder", grouped(axis.encoder_count))
+        drawing.send()
+
+    def _angle(self, position: int) -> str:
+        return f"rotate({360 * position / self.per_rev:.1f}deg)"
+
+    def _write(self, axis: Axis, position: int, behind: int) -> None:
+        drawing, velocity = self.drawing, axis.velocity
+        turns, rest = divmod(position, self.per_rev)
+        drawing.write("position", grouped(position))
+        drawing.write("velocity", signed(round(velocity)))
+        drawing.write("behind", signed(behind))
+        drawing.flag("row-behind", "wrong", isinstance(axis, StepperAxis) and behind != 0)
+        if self._said:
+            drawing.write("turns", f"{grouped(turns)} + {360 * rest / self.per_rev:.1f}°")
+            drawing.write("rpm", signed(round(60 * velocity / self.per_rev)))
+
+    def _show_brake(self, controller: Controller) -> None:
+        pin = controller.product.brake_pin
+        if pin is not None:
+            engaged = controller.pins[pin].level
+            self.drawing.flag("brake", "engaged", engaged)
+            self.drawing.place("caliper", "translate(-9px, 0)" if engaged else "translate(0, 0)")
+            self.drawing.write("brake-word", "brake holds" if engaged else "brake released")
+
+    def _show_servo(self, controller: Controller, axis: ServoAxis, *, smooth: bool) -> None:
+        if self._frames % SELDOM == 0:
+            self.drawing.write("temperature", f"{axis.temperature:.1f}")
+        self._frames += 1
+        master = axis.master
+        used = master.moving or master.count != 0
+        self.drawing.flag("wheel", "there", used)
+        if used:
+            self._show_wheel(controller.bench, master, smooth=smooth)
+
+    def _show_wheel(self, bench: Bench | None, master: Master, *, smooth: bool) -> None:
+        assert bench is not None, "it stands on one"
+        drawing, edges, count = self.drawing, _edges_per_turn(master), master.count
+        drawing.place("tyre", f"rotate({360 * count / edges:.1f}deg)", smooth=smooth)
+        drawing.write("edges", grouped(count))
+        drawing.write("sits-on", _sits_on(bench, master))
+
+    def _art(self, controller: Controller, axis: Axis) -> str:
+        of = unit(axis)
+        rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
+        if self._said:
+            rows += [readout("turns", "turns"), readout("rpm", "speed", "rpm")]
+        if isinstance(axis, ServoAxis):
+            rows += [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
+        else:
+            rows += [readout("behind", "lost", of)]
+            rows += [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
+        note = "" if self._said else f'<text class="figures" x="75" y="152">drawn: {ASSUMED} a turn</text>'
+        return (
+            f'<div class="drawn"><svg viewBox="0 0 170 150" role="img" aria-label="{escape(self.name)}: a shaft">'
+            f'<g data-part="machine">{_DIAL}'
+            f'<g transform="translate(75 75)"><g class="moves disc" data-part="disc">{_DISC}</g>'
+            f'<g class="moves wanted" data-part="ghost"><path d="M0 -56l-5 -10h10z"/></g></g>'
+            f"{_brake(controller)}</g>{note}</svg>{_WHEEL if isinstance(axis, ServoAxis) else ''}</div>"
+            f"{readouts(*rows)}{STATES}"
+        )
+
+
+def _brake(controller: Controller) -> str:
+    """A brake that is only signalled has a dashed outline."""
+    if controller.product.brake_pin is None:
+        return ""
+    fitted = "brake" if controller.given.get("brake") else "brake signal"
+    caliper = '<g class="moves" data-part="caliper"><path d="M123 60h24v30h-24v-8h9v-14h-9z"/></g>'
+    word = '<text class="word end" x="169" y="147" data-part="brake-word"></text>'
+    return f'<g class="{fitted}" data-part="brake">{caliper}{word}</g>'
+
+
+def _edges_per_turn(master: Master) -> float:
+    followed = master.followed
+    if isinstance(followed, StepperAxis | ServoAxis) and followed.per_rev:
+        return float(followed.per_rev * master.ratio) or WHEEL_EDGES
+    return WHEEL_EDGES
+
+
+def _sits_on(bench: Bench, master: Master) -> str:
+    for name, controller in bench.controllers.items():
+        for axis_name, axis in controller.axes.items():
+            if axis is master.followed:
+                return f"on {name}.{axis_name}"
+    return ""
+
+
+_DIAL = (
+    '<circle class="dial" cx="75" cy="75" r="68"/>'
+    + "".join(f'<path class="tick" d="M75 9v{6 if turn % 90 == 0 else 3}" transform="rotate({turn} 75 75)"/>'
+              for turn in range(0, 360, 30))
+)  # fmt: skip
+_DISC = (
+    '<circle class="face" r="54"/><circle class="groove" r="44"/><circle class="hub" r="15"/>'
+    '<circle class="bore" r="6"/>'
+    '<path class="keyway" d="M-2 -9h4v4h-4z"/>'
+    + "".join(f'<circle class="bolt" cy="-30" r="5" transform="rotate({turn})"/>' for turn in (60, 120, 180, 240, 300))
+    + '<path class="index" d="M0 -53l-6 13h12z"/><path class="index line" d="M0 -40V-16"/>'
+)
+_WHEEL = (
+    '<svg class="wheel" data-part="wheel" viewBox="0 0 110 150" role="img" aria-label="external encoder">'
+    '<path class="link" d="M78 62C92 44 100 40 110 38"/><path class="web" d="M4 113h102"/>'
+    '<g transform="translate(55 79)"><g class="moves" data-part="tyre"><circle class="rubber" r="32"/>'
+    '<circle class="rim" r="25"/>'
+    '<path class="spokes" d="M0 -25V25M-25 0H25M-17.7 -17.7L17.7 17.7M17.7 -17.7L-17.7 17.7"/>'
+    '<circle class="hub" r="7"/><path class="index" d="M0 -31l-4 8h8z"/></g></g>'
+    '<text class="figures" x="55" y="14">external encoder</text>'
+    '<text class="figures" x="55" y="27" data-part="sits-on"></text>'
+    '<text class="figures big" x="55" y="132" data-part="edges"></text>'
+    '<text class="figures" x="55" y="145">edges</text></svg>'
+)

@@ -1,0 +1,137 @@
+"""An axis with travel as a slide: its carriage between limit switches, above a scale in the axis's own unit."""
+
+from collections.abc import Iterator
+
+from axistwin.bench import Controller
+from axistwin.panel.drawings.drawing import Drawing
+from axistwin.panel.drawings.figure import SELDOM, STATES, readout, readouts, states, unit
+from axistwin.panel.drawings.scale import grouped, signed, ticks
+from axistwin.plant.axes import Axis
+from axistwin.plant.servo_axis import ServoAxis
+
+LEFT, RIGHT = 30.0, 270.0
+"""Where the limit switches stand, of a width of 300."""
+OVERRUN = 18.0
+"""So far the carriage goes beyond them before it is at the end of the bed."""
+MOST_TICKS = 5
+
+
+class Slide:
+    """The carriage of one axis, and a ghost of it where it should be if that is somewhere else."""
+
+    def __init__(self, controller: Controller, name: str) -> None:
+        axis = controller.axes[name]
+        assert axis.limits is not None, "it has travel"
+        self.name, self.limits = name, axis.limits
+        self._frames = 0
+        self.drawing = (
+            Drawing(self._art(controller, axis)).classes("drawing slide").mark(f"axis {controller.name}.{name}")
+        )
+
+    def show(self, controller: Controller, *, smooth: bool) -> None:
+        """Where it is, how fast, and what is the matter with it."""
+        axis, drawing = controller.axes[self.name], self.drawing
+        position, (first, last) = axis.position, self.limits
+        wanted = axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
+        drawing.place("carriage", self._at(position), smooth=smooth)
+        drawing.place("ghost", self._at(wanted), smooth=smooth)
+        drawing.flag("ghost", "there", wanted != position)
+        for part, beyond in (("minus", position < first), ("plus", position > last)):
+            drawing.flag(part, "lit", beyond)
+            drawing.write(f"{part}-word", "open" if beyond else "")
+        drawing.flag("machine", "jammed", axis.jammed)
+        drawing.write("states", states(controller, self.name))
+        drawing.write("position", grouped(position))
+        drawing.write("velocity", signed(round(axis.velocity)))
+        self._show_rest(axis, wanted - position)
+        if isinstance(axis, ServoAxis):
+            self._show_servo(controller, axis)
+        drawing.send()
+
+    def _show_rest(self, axis: Axis, behind: int) -> None:
+        drawing = self.drawing
+        drawing.write("behind", signed(behind))
+        drawing.flag("row-behind", "wrong", not isinstance(axis, ServoAxis) and behind != 0)
+        if isinstance(axis, ServoAxis):
+            return
+        if axis.encoder_count is not None:
+            drawing.write("encoder", grouped(axis.encoder_count))
+        if axis.home is not None:
+            drawing.flag("home", "lit", axis.home[0] <= axis.position <= axis.home[1])
+
+    def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
+        drawing, pin = self.drawing, controller.product.brake_pin
+        if self._frames % SELDOM == 0:
+            drawing.write("temperature", f"{axis.temperature:.1f}")
+        self._frames += 1
+        if pin is not None:
+            engaged = controller.pins[pin].level
+            drawing.write("brake", "holds" if engaged else "released")
+            drawing.flag("row-brake", "wrong", engaged)
+        drawing.flag("row-edges", "unused", not (axis.master.moving or axis.master.count))
+        drawing.write("edges", grouped(axis.master.count))
+
+    def _x(self, position: float) -> float:
+        first, last = self.limits
+        return LEFT + (position - first) / max(last - first, 1) * (RIGHT - LEFT)
+
+    def _at(self, position: int) -> str:
+        return f"translate({min(max(self._x(position), LEFT - OVERRUN), RIGHT + OVERRUN):.2f}px, 0)"
+
+    def _art(self, controller: Controller, axis: Axis) -> str:
+        of = unit(axis)
+        told = f"{self.name}: a slide of {self.limits[0]} to {self.limits[1]} {of}"
+        rows = [readout("position", "position", of), readout("velocity", "velocity", f"{of}/s")]
+        if isinstance(axis, ServoAxis):
+            rows += [readout("behind", "following error", of), readout("temperature", "motor", "°C")]
+            rows += [readout("brake", "brake")] if controller.product.brake_pin is not None else []
+            rows += [readout("edges", "external encoder", "edges")]
+        else:
+            rows += [readout("behind", "lost", of)]
+            rows += [readout("encoder", "encoder", "counts")] if axis.encoder_count is not None else []
+        return (
+            f'<svg viewBox="0 0 300 84" role="img" aria-label="{told}"><g data-part="machine">{_BED}'
+            f"{''.join(self._scale())}{self._home(axis)}{self._switch('minus', LEFT)}{self._switch('plus', RIGHT)}"
+            f'<g class="moves ghost" data-part="ghost"><rect x="-19" y="27" width="38" height="32" rx="4"/></g>'
+            f'<g class="moves carriage" data-part="carriage">{_CARRIAGE}</g></g></svg>{readouts(*rows)}{STATES}'
+        )
+
+    def _scale(self) -> Iterator[str]:
+        first, last = self.limits
+        minor = list(ticks(first, last, 5 * MOST_TICKS))
+        major = set(ticks(first, last, MOST_TICKS))
+        for position in minor:
+            yield f'<path class="tick" d="M{self._x(position):.2f} 65v{5 if position in major else 2.5}"/>'
+        for position in major:
+            yield f'<text class="figures" x="{self._x(position):.2f}" y="80">{grouped(position)}</text>'
+
+    def _home(self, axis: Axis) -> str:
+        if isinstance(axis, ServoAxis) or axis.home is None:
+            return ""
+        low, high = (min(max(self._x(end), LEFT), RIGHT) for end in axis.home)
+        bar = f'<rect x="{low - 1:.2f}" y="60" width="{high - low + 2:.2f}" height="4" rx="1"/>'
+        middle = min(max((low + high) / 2, LEFT + 26), RIGHT - 26)
+        word = f'<text class="figures" x="{middle:.2f}" y="14">home</text>'
+        return f'<g class="home" data-part="home">{bar}{word}</g>'
+
+    def _switch(self, part: str, x: float) -> str:
+        sign, side, anchor = ("\u2212", -1, "start") if part == "minus" else ("+", 1, "end")
+        lever = f'<path d="M{x:.2f} 27v-7l{-7 * side} -4"/>'
+        body = f'<rect x="{x - 9:.2f}" y="5" width="18" height="11" rx="2"/><circle cx="{x:.2f}" cy="10.5" r="3.4"/>'
+        label = f'<text class="figures" x="{x + 13 * side:.2f}" y="14">{sign}</text>'
+        word = f'<text class="word {anchor}" x="{x - 13 * side:.2f}" y="14" data-part="{part}-word"></text>'
+        return f'<g class="limit" data-part="{part}">{lever}{body}{label}{word}</g>'
+
+
+_BED = (
+    '<rect class="bed" x="6" y="33" width="288" height="28" rx="4"/>'
+    '<path class="rail" d="M10 38h280M10 56h280"/><rect class="screw" x="10" y="44" width="280" height="6"/>'
+    '<path class="thread" d="M10 47h280"/>'
+)
+_CARRIAGE = (
+    '<rect class="saddle" x="-19" y="27" width="38" height="32" rx="4"/>'
+    '<circle class="bolt" cx="-13" cy="33" r="2"/><circle class="bolt" cx="13" cy="33" r="2"/>'
+    '<circle class="bolt" cx="-13" cy="53" r="2"/><circle class="bolt" cx="13" cy="53" r="2"/>'
+    '<path class="nut" d="M-8 43h16v8h-16z"/><path class="pointer" d="M0 66l-5 -8h10z"/>'
+    '<path class="cut" d="M0 27v31"/>'
+)

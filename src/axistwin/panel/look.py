@@ -1,0 +1,107 @@
+"""Somebody who looks at the bench: one page in one browser."""
+
+from collections.abc import Awaitable, Callable
+from logging import getLogger
+from typing import TypeVar, cast
+
+from nicegui import ui
+
+from axistwin.bench import Bench
+from axistwin.errors import AxistwinError
+from axistwin.panel.people import People, Person
+from axistwin.sessions.session import Session
+
+log = getLogger("axistwin.cli")
+
+Thing = TypeVar("Thing")
+Refresh = Callable[[], None]
+"""Brings a view up to date."""
+
+
+def careful(view: Refresh) -> Refresh:
+    """The same view; a defect in it is reported, once until it is mended, and the page's other views go on."""
+    failing = False
+
+    def refresh() -> None:
+        nonlocal failing
+        try:
+            view()
+        except Exception:
+            if not failing:
+                log.exception("a view of the panel cannot be brought up to date")
+            failing = True
+        else:
+            failing = False
+
+    return refresh
+
+
+def together(*views: Refresh) -> Refresh:
+    """One view of several."""
+
+    def refresh() -> None:
+        for each in views:
+            each()
+
+    return refresh
+
+
+class Common:
+    """What all who look at one session have in common."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._made: dict[object, object] = {}
+
+    def __call__(self, make: Callable[[Session], Thing]) -> Thing:
+        """What `make` makes of the session, made for whoever is the first to ask."""
+        if make not in self._made:
+            self._made[make] = make(self.session)
+        return cast("Thing", self._made[make])
+
+
+class Look:
+    """What a view is given: the session, what all who look at it have in common, and who looks at it."""
+
+    def __init__(self, common: Common, people: People, person: Person) -> None:
+        self.session, self.common, self.people, self.person = common.session, common, people, person
+
+    @property
+    def bench(self) -> Bench:
+        """The bench as it is now."""
+        return self.session.bench
+
+    @property
+    def drives(self) -> bool:
+        """Whether this person may touch things."""
+        return self.people.driver is self.person
+
+    def touch(self, act: Callable[[], object]) -> bool:
+        """Do something to the bench if this person drives; what is wrong is told.  Returns whether it was done."""
+        if not self._may():
+            return False
+        try:
+            act()
+        except AxistwinError as error:
+            _complain(error)
+            return False
+        return True
+
+    async def wait_for(self, act: Callable[[], Awaitable[object]]) -> object:
+        """The same for what takes a while; returns what it returns, None if it was not done."""
+        if not self._may():
+            return None
+        try:
+            return await act()
+        except AxistwinError as error:
+            _complain(error)
+            return None
+
+    def _may(self) -> bool:
+        if not self.drives:
+            ui.notify(f"{self.people.driver_name} drives: press Drive to take over", type="warning")
+        return self.drives
+
+
+def _complain(error: AxistwinError) -> None:
+    ui.notify(str(error), type="negative", multi_line=True)

@@ -1,0 +1,100 @@
+"""What two cursors measure: the time between them, and what each signal was at them and in between."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from axistwin.panel.scope.tracks import Track
+from axistwin.units import MS, US, S
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A signal at two cursors, and between them; not a number: not known."""
+
+    a: float
+    b: float
+    low: float
+    high: float
+    mean: float
+
+    @property
+    def difference(self) -> float:
+        """From A to B."""
+        return self.b - self.a
+
+
+def value_at(track: Track, time_ns: int) -> float:
+    """What it was when everything of that nanosecond had happened; within an interval of old times: not known."""
+    rows = track.rows(time_ns, time_ns + 1)
+    place = int(np.searchsorted(rows.begin, time_ns, "right")) - 1
+    if place < 0 or rows.end[place] > time_ns:
+        return np.nan
+    return float(rows.last[place])
+
+
+def between(track: Track, a_ns: int, b_ns: int) -> Reading:
+    """All that can be said of it; the mean is that over time."""
+    from_ns, to_ns = sorted((a_ns, b_ns))
+    rows = track.rows(from_ns, to_ns + 1)
+    begun = int(np.searchsorted(rows.begin, to_ns, "right"))
+    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
+    part = rows.cut(slice(first, begun))
+    at = value_at(track, a_ns), value_at(track, b_ns)
+    if not len(part.begin) or part.begin[0] > from_ns:
+        return Reading(*at, np.nan, np.nan, np.nan)
+    within = bool(part.end[0] > from_ns)
+    low = np.append(part.low[1:], part.low[0] if within else part.last[0]).min()
+    high = np.append(part.high[1:], part.high[0] if within else part.last[0]).max()
+    return Reading(*at, float(low), float(high), _mean(track, from_ns, to_ns))
+
+
+def _mean(track: Track, from_ns: int, to_ns: int) -> float:
+    """Area by time; of an interval that a cursor is in, a part as large as that of its time."""
+    rows = track.rows(from_ns, to_ns)
+    if to_ns == from_ns:
+        return value_at(track, from_ns)
+    ends = np.append(rows.begin[1:], max(to_ns, int(rows.end[-1])))
+    inside = np.clip(rows.end, from_ns, to_ns) - np.clip(rows.begin, from_ns, to_ns)
+    spans = np.maximum(rows.end - rows.begin, 1)
+    still = np.clip(ends, from_ns, to_ns) - np.clip(rows.end, from_ns, to_ns)
+    areas = np.where(inside > 0, rows.area / spans * inside, 0.0) + np.where(still > 0, rows.last * still, 0.0)
+    return float(areas.sum() / (to_ns - from_ns))
+
+
+def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int | None:
+    """The nearest change of any of them, at most so far away."""
+    found: list[int] = []
+    for track in tracks:
+        begins = track.rows(time_ns - within_ns - 1, time_ns + within_ns + 1).begin
+        if not len(begins):
+            continue
+        place = int(np.searchsorted(begins, time_ns))
+        found += begins[max(place - 1, 0) : place + 1].tolist()
+    near = [edge for edge in found if abs(edge - time_ns) <= within_ns]
+    return min(near, key=lambda edge: abs(edge - time_ns), default=None)
+
+
+def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None:
+    """The next change after a time, or, if `upto_ns` comes before it, the one before."""
+    found: list[int] = []
+    for track in tracks:
+        begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns)).begin
+        if upto_ns > time_ns:
+            found += begins[begins > time_ns][:1].tolist()
+        else:
+            found += begins[(begins < time_ns) & (begins >= upto_ns)][-1:].tolist()
+    return min(found, key=lambda edge: abs(edge - time_ns), default=None)
+
+
+def duration(time_ns: float) -> str:
+    """In the unit that suits it: `12.5 ms`."""
+    size = abs(time_ns)
+    unit, name = next(((u, n) for u, n in ((S, "s"), (MS, "ms"), (US, "µs")) if size >= u), (1, "ns"))
+    return f"{time_ns / unit:.9g} {name}"
+
+
+def rate(time_ns: int) -> str:
+    """So often in a second."""
+    return f"{S / abs(time_ns):.6g} Hz" if time_ns else "–"

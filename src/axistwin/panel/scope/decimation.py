@@ -1,0 +1,145 @@
+"""A span of time, pixel by pixel: the least and the greatest of what a signal was in each, and a line that shows it.
+
+A pixel is from its left edge to before its right one; what the signal was when it began belongs to it, so that an
+edge anywhere is seen.  The line holds each value until the next point, with two points for a pixel at most: its
+change if there is only one, else its least and its greatest.
+"""
+
+from bisect import bisect_left
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
+
+FEW = 4
+"""With fewer changes than one for so many pixels, a window is not worked out pixel by pixel."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A signal from `edges[0]` to `edges[-1]`; not a number: not known."""
+
+    edges: Times
+    low: Numbers
+    """For each pixel."""
+    high: Numbers
+    times: Times
+    """Points of the line."""
+    values: Numbers
+
+
+class Line(NamedTuple):
+    """Points, each value held until the next."""
+
+    times: Times
+    values: Numbers
+
+
+@dataclass(frozen=True)
+class _Pixels:
+    held: Numbers
+    low: Numbers
+    high: Numbers
+    ends: NDArray[np.intp]
+    """How many rows begin before the right edge."""
+    single: NDArray[np.bool_]
+    busy: NDArray[np.bool_]
+
+
+def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
+    """What is to be seen of it; `now_ns`: nothing is known from then on."""
+    edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with what it was just before
+    seen = _pixels(rows, edges)
+    past = edges[:-1] >= now_ns
+    seen.low[past] = seen.high[past] = np.nan
+    times, values = _line(rows, edges, seen, min(to_ns, now_ns))
+    return Window(edges, seen.low, seen.high, times, values)
+
+
+def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
+    """The window's line; where little has happened, simply all of it."""
+    until_ns = min(to_ns, now_ns)
+    rows = track.rows(from_ns, until_ns)
+    if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
+        seen = window(track, from_ns, to_ns, pixels, now_ns)
+        return Line(seen.times, seen.values)
+    first = max(int(np.searchsorted(rows.begin, from_ns, "right")) - 1, 0)
+    times, values = np.maximum(rows.begin[first:], from_ns), rows.last[first:]
+    if not len(times) or times[0] >= until_ns:
+        return Line(times[:0], values[:0])
+    return Line(np.append(times, until_ns), np.append(values, values[-1]))
+
+
+def _pixels(rows: Rows, edges: Times) -> _Pixels:
+    begun = np.searchsorted(rows.begin, edges)
+    begins, ends = begun[:-1], begun[1:]
+    held = np.full(len(begins), np.nan)
+    held[begins > 0] = rows.last[begins[begins > 0] - 1]
+    low, high = held.copy(), held.copy()
+    some = ends > begins
+    single = ends - begins == 1
+    busy = ends - begins > 1
+    if some.any():
+        starts, upto = begins[some], ends[-1]
+        low[some] = np.fmin(low[some], np.fmin.reduceat(rows.low[:upto], starts))
+        high[some] = np.fmax(high[some], np.fmax.reduceat(rows.high[:upto], starts))
+    _spread(rows, edges, (low, high, busy))
+    return _Pixels(held, low, high, ends, single & ~busy, busy)
+
+
+def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
+    """Rows that are not single changes fill all pixels that they reach: where in them things happened is not known."""
+    wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
+    if not len(wide):
+        return
+    low, high, busy = pixels
+    first = np.maximum(np.searchsorted(edges, rows.begin[wide], "right") - 1, 0)
+    last = np.minimum(np.searchsorted(edges, rows.end[wide], "right") - 1, len(low) - 1)
+    counts = np.maximum(last - first + 1, 0)
+    which = np.repeat(wide, counts)
+    where = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(first, counts)
+    np.fmin.at(low, where, rows.low[which])
+    np.fmax.at(high, where, rows.high[which])
+    busy[where] = True
+
+
+def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times, Numbers]:
+    """A point in each of two places for a pixel, as far as there are any, and the end."""
+    times, values = np.empty((len(seen.low), 2), np.int64), np.full((len(seen.low), 2), np.nan)
+    used = np.zeros(times.shape, bool)
+    busy, single = seen.busy, seen.single
+    left = ~busy & np.concatenate(((True,), busy[:-1])) & ~np.isnan(seen.held)
+    times[:, 0], used[:, 0] = edges[:-1], left | busy
+    values[:, 0] = np.where(busy, _nearer(seen), seen.held)
+    times[:, 1], used[:, 1] = edges[:-1], single | busy
+    values[:, 1] = np.where(busy, _farther(seen), np.nan)
+    rows_of = seen.ends[single] - 1
+    times[single, 1], values[single, 1] = rows.begin[rows_of], rows.last[rows_of]
+    used &= times < until_ns
+    found_times, found_values = times[used], values[used]
+    if len(found_times) and until_ns > found_times[-1]:
+        last = rows.last[-1]
+        return np.append(found_times, until_ns), np.append(found_values, last)
+    return found_times, found_values
+
+
+def _nearer(seen: _Pixels) -> Numbers:
+    """The extreme that is nearer to where a pixel begins comes first."""
+    return np.where(seen.held - seen.low <= seen.high - seen.held, seen.low, seen.high)
+
+
+def _farther(seen: _Pixels) -> Numbers:
+    return np.where(seen.held - seen.low <= seen.high - seen.held, seen.high, seen.low)
+
+
+def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
+    """What was said and when it began, the first in each of so many parts of the time."""
+    edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
+    places = [bisect_left(words.begins, edge) for edge in edges]
+    firsts = [first for first, upto in pairwise(places) if first < upto]
+    return [(words.begins[at], words.messages[at]) for at in firsts]

@@ -1,0 +1,105 @@
+"""A screen as it is sent to a browser: the line of each signal as pairs of 16-bit numbers, in base 64."""
+
+from base64 import b64encode
+from math import ceil, floor, isfinite, log10
+from typing import Any
+
+import numpy as np
+
+from axistwin.panel.scope.decimation import Line, line, marks
+from axistwin.panel.scope.screen import Screen
+from axistwin.panel.scope.tracks import Track, Words
+from axistwin.panel.scope.triggers import OFF
+from axistwin.traces.signals import COUNT, REAL
+from axistwin.units import MS, US, S
+
+FULL = 65_535
+"""The right edge; as a value: that it is not known."""
+TOP = 4000
+"""The greatest value of a signal's range: finer no screen is."""
+WORD_PIXELS = 72
+"""A word for so many pixels, at most."""
+UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
+
+
+def frame(screen: Screen) -> dict[str, Any]:
+    """All that has to be drawn."""
+    from_ns, to_ns = screen.edges
+    base_ns, unit_ns, unit = _axis(from_ns, to_ns)
+    return {
+        "from": (from_ns - base_ns) / unit_ns,
+        "to": (to_ns - base_ns) / unit_ns,
+        "axis": f"{unit} from {base_ns / S:.9g} s on" if base_ns else unit,
+        "lanes": screen.lanes,
+        "signals": [_signal(screen, name, from_ns, to_ns) for name in screen.names],
+        "cursors": [_place(time_ns, from_ns, to_ns) for time_ns in (screen.cursors.a_ns, screen.cursors.b_ns)],
+        "trigger": _place(screen.hit_ns if screen.trigger.mode != OFF else None, from_ns, to_ns),
+    }
+
+
+def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
+    """What times are told from and in: short numbers, whatever the time."""
+    span_ns = to_ns - from_ns
+    unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
+    if abs(to_ns) < 1000 * span_ns or unit_ns == S:
+        return 0, unit_ns, unit
+    coarse_ns = 10 ** ceil(log10(span_ns)) * 10
+    return from_ns // coarse_ns * coarse_ns, unit_ns, unit
+
+
+def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
+    """As a part of the width, if it is in it."""
+    return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
+
+
+def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, Any]:
+    track = screen.record.tracks.get(name)
+    if track is None:
+        return {"name": name, "data": "", "low": "", "high": "", "words": []}
+    seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
+    low, high = span(track, seen)
+    numbers = track.kind in (COUNT, REAL)
+    return {
+        "name": name,
+        "data": packed(seen, (from_ns, to_ns), (low, high)),
+        "low": f"{low:.9g}" if numbers else "",
+        "high": f"{high:.9g}" if numbers else "",
+        "words": _words(track, from_ns, to_ns, screen.pixels) if isinstance(track, Words) else [],
+    }
+
+
+def _words(words: Words, from_ns: int, to_ns: int, pixels: int) -> list[tuple[float, str]]:
+    found = marks(words, from_ns, to_ns, max(pixels // WORD_PIXELS, 1))
+    return [((time_ns - from_ns) / (to_ns - from_ns), text) for time_ns, text in found]
+
+
+def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
+    """Points: where, as a part of the time, and what, as a part of the range."""
+    (from_ns, to_ns), (low, high) = times_ns, values
+    pairs = np.empty((len(seen.times), 2), "<u2")
+    pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
+    parts = np.rint((seen.values - low) * (TOP / (high - low)))
+    parts[np.isnan(parts)] = FULL
+    pairs[:, 1] = parts
+    new = np.append(np.diff(parts[:-1], prepend=-1) != 0, True)[: len(parts)]  # and where the line ends
+    return b64encode(pairs[new].tobytes()).decode()
+
+
+def span(track: Track, seen: Line) -> tuple[float, float]:
+    """The range that a signal is drawn in: of a number round limits around what it is in the window."""
+    if track.kind not in (COUNT, REAL):
+        return 0.0, 1.0
+    low = float(np.fmin.reduce(seen.values, initial=np.inf))
+    high = float(np.fmax.reduce(seen.values, initial=-np.inf))
+    if not isfinite(low) or not isfinite(high):
+        return 0.0, 1.0
+    if low == high:
+        return low - 1, high + 1
+    grain = _grain(high - low)
+    return floor(low / grain) * grain, ceil(high / grain) * grain
+
+
+def _grain(size: float) -> float:
+    """A tenth of it or less, 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** floor(log10(size / 10))
+    return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

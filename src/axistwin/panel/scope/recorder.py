@@ -1,0 +1,145 @@
+"""Records the signals that people look at, all together and once, as long as the session lasts.
+
+Another bench that takes the place of the one before begins at 0, and so does the record.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from axistwin.bench import Bench
+from axistwin.errors import UsageError
+from axistwin.panel.scope.tracks import Times, Track, Words
+from axistwin.traces.batch import Part, Value
+from axistwin.traces.provenance import provenance
+from axistwin.traces.signals import REAL, TEXT, Signal, catalogue
+from axistwin.traces.trace import Tracer
+
+MOST_SIGNALS = 32
+"""So many are recorded or remembered; see `tracks.MOST_BYTES`."""
+GROWING = ("host_says", "controller_says")
+
+
+@dataclass
+class Record:
+    """What has been recorded, by name, up to `now_ns`."""
+
+    now_ns: int = 0
+    tracks: dict[str, Track] = field(default_factory=dict)
+    about: dict[str, str] = field(default_factory=dict)
+    """What it is a record of."""
+
+
+class Recorder:
+    """A session's one recorder; `attach` it to each bench."""
+
+    def __init__(self) -> None:
+        self.record = Record()
+        self.signals: dict[str, Signal] = {}
+        """All there are."""
+        self.version = 0
+        """Another whenever something has been added."""
+        self.watchers: list[Callable[[], None]] = []
+        """Called when something has been added."""
+        self._bench: Bench | None = None
+        self._tracer: Tracer | None = None
+        self._stack = ExitStack()
+        self._wanted: dict[object, tuple[str, ...]] = {}
+        self._recorded: list[Signal] = []
+
+    def attach(self, bench: Bench) -> None:
+        """From now on it is this one, and its own record."""
+        self._stack.close()
+        self._bench, self._tracer, self._recorded = bench, None, []
+        self.signals = {signal.full: signal for signal in catalogue(bench)}
+        self.record = Record(bench.now, {}, provenance(bench))
+        self._follow_wishes()
+
+    def want(self, who: object, names: Sequence[str]) -> None:
+        """What somebody looks at, from now on.  Raises UsageError for too many."""
+        others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
+        if len(others | set(names)) > MOST_SIGNALS:
+            raise UsageError(f"{MOST_SIGNALS} signals at most are recorded for all who look on: choose fewer")
+        self._wanted[who] = tuple(names)
+        self._follow_wishes()
+
+    def leave(self, who: object) -> None:
+        """Somebody looks no longer; when nobody does, what was looked at last is recorded on."""
+        if len(self._wanted) > 1:
+            self._wanted.pop(who, None)
+            self._follow_wishes()
+
+    def catch_up(self) -> Record:
+        """All that has happened before now."""
+        if self._tracer is not None and self._bench is not None and self._bench.now > self.record.now_ns:
+            self._tracer.catch_up(for_others=False)
+            self.record.now_ns = self._tracer.written_ns
+        return self.record
+
+    def frozen(self, names: Sequence[str]) -> Record:
+        """A part of the record as it is now, which does not go on."""
+        tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
+        return Record(self.record.now_ns, tracks, self.record.about)
+
+    def _follow_wishes(self) -> None:
+        wanted = {name for names in self._wanted.values() for name in names}
+        signals = [signal for name, signal in self.signals.items() if name in wanted]
+        if self._bench is None or signals == self._recorded:
+            return
+        self.catch_up()
+        self._stack.close()
+        for signal in self._recorded:
+            if signal not in signals:
+                self.record.tracks[signal.full].interrupt(self._bench.now)
+        self._recorded = signals
+        self._forget({signal.full for signal in signals})
+        if signals:
+            self._begin(self._bench)
+
+    def _forget(self, needed: set[str]) -> None:
+        """What nobody looks at any more, if it is too much; first what was looked at first."""
+        tracks = self.record.tracks
+        spare = [name for name in tracks if name not in needed]
+        for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
+            del tracks[name]
+
+    def _begin(self, bench: Bench) -> None:
+        tracer = self._tracer = Tracer(bench, self._recorded)
+        for signal, value in zip(self._recorded, tracer.first(), strict=True):
+            track = self.record.tracks.setdefault(signal.full, _track(signal))
+            _add(track, np.array([bench.now], np.int64), [value])
+        tracer.taker = self._take
+        self.record.now_ns = bench.now
+        self.version += 1
+        self._stack.enter_context(tracer)
+
+    def _take(self, parts: list[Part], texts: list[bytes]) -> None:
+        """Changes, signal by signal."""
+        for part in parts:
+            if len(part.times):
+                self._add(part, texts)
+        self.version += 1
+        for watcher in tuple(self.watchers):
+            watcher()
+
+    def _add(self, part: Part, texts: list[bytes]) -> None:
+        signal = self._recorded[part.signal]
+        track = self.record.tracks[signal.full]
+        if isinstance(track, Words):
+            track.say(part.times, [texts[n] for n in part.values])
+        else:
+            track.add(part.times, part.values.view(float) if signal.kind == REAL else part.values.astype(float))
+        self.record.now_ns = max(self.record.now_ns, int(part.times[-1]) + 1)
+
+
+def _track(signal: Signal) -> Track:
+    return Words(signal.kind, signal.name in GROWING) if signal.kind == TEXT else Track(signal.kind)
+
+
+def _add(track: Track, times: Times, values: Sequence[Value]) -> None:
+    if isinstance(track, Words):
+        track.say(times, [value for value in values if isinstance(value, bytes)])
+    else:
+        track.add(times, np.array(values, float))

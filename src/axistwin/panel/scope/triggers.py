@@ -1,0 +1,56 @@
+"""Edges: of levels and words, and of numbers that pass a value."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from axistwin.panel.scope.tracks import Rows, Times, Track
+
+UP, DOWN, EITHER = "up", "down", "either"
+SLOPES = (UP, DOWN, EITHER)
+OFF, AUTO, NORMAL, SINGLE = "off", "auto", "normal", "single"
+MODES = {
+    OFF: "what is newest",
+    AUTO: "the newest edge; without one what is newest",
+    NORMAL: "the newest edge",
+    SINGLE: "the first edge, and then pause",
+}
+
+
+@dataclass
+class Trigger:
+    """Which edge a window is fixed to; `place`: where in it, from 0 at the left to 1."""
+
+    mode: str = OFF
+    signal: str = ""
+    slope: str = UP
+    value: float = 0.5
+    place: float = 0.5
+
+    def last(self, track: Track, after_ns: int, upto_ns: int) -> int | None:
+        """The newest edge from `after_ns` to `upto_ns`."""
+        found = self._edges(track, after_ns, upto_ns)
+        return int(found[-1]) if len(found) else None
+
+    def first(self, track: Track, after_ns: int, upto_ns: int) -> int | None:
+        """The oldest of them."""
+        found = self._edges(track, after_ns, upto_ns)
+        return int(found[0]) if len(found) else None
+
+    def _edges(self, track: Track, after_ns: int, upto_ns: int) -> Times:
+        times = edges(track.rows(after_ns - 1, upto_ns + 1), self.slope, self.value)
+        return times[(times >= after_ns) & (times <= upto_ns)]
+
+
+def edges(rows: Rows, slope: str, value: float) -> Times:
+    """When it comes to `value` from below (up), or falls below it (down).
+
+    Of an interval of old times only that there was an edge in it is known: that counts where the interval begins.
+    """
+    before = np.concatenate(((np.nan,), rows.last[:-1]))
+    high = rows.first >= value
+    within = (rows.low < value) & (rows.high >= value)
+    up = (high & (before < value)) | within
+    down = ((rows.first < value) & (before >= value)) | within
+    wanted = {UP: up, DOWN: down, EITHER: up | down}[slope]
+    return rows.begin[wanted]

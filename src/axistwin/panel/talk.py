@@ -1,0 +1,104 @@
+"""What hosts and controllers have said lately, for terminals on the page: kept once, shown to everybody.
+
+Only what happens is kept while the bench runs; it is made into text when somebody looks.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from itertools import islice
+
+from axistwin.bench import Bench, endpoints
+from axistwin.bench.codec import Codec
+from axistwin.bench.control_characters import word
+from axistwin.bench.events import Broke, Event, Heard, Said, observing
+from axistwin.sessions.session import Session
+from axistwin.units import MS, to_seconds
+
+KEPT = 20_000
+"""Utterances of each partner that are remembered; on a serial line what comes is heard character by character."""
+SHOWN = 4_000
+"""Of these a terminal that was away is told the last ones."""
+PAUSE_NS = 50 * MS
+"""After such a silence what follows begins a line of its own."""
+CR, LF = b"\r", b"\n"
+
+Utterance = Said | Heard | Broke
+
+DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m", "\x1b[0m"
+
+
+class Talk:
+    """Of one session.  `generation` counts the benches: what was said on one that is gone is forgotten."""
+
+    def __init__(self, session: Session) -> None:
+        self.generation = 0
+        self._said: dict[str, deque[Utterance]] = {}
+        self._count: dict[str, int] = {}
+        self._listening = ExitStack()
+        session.each_bench(self._attach)
+
+    def _attach(self, bench: Bench) -> None:
+        """Listen to this bench, and to no other."""
+        self._listening.close()
+        self.generation += 1
+        self._said = {name: deque(maxlen=KEPT) for name in endpoints.names(bench)}
+        self._count = dict.fromkeys(self._said, 0)
+        self._listening.enter_context(observing(bench, self._take))
+
+    def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
+        """How much one partner has heard and said so far, and what of it came after `count`."""
+        total, said = self._count.get(name, 0), self._said.get(name, deque())
+        new = min(total - count, len(said), SHOWN)
+        return total, list(islice(said, len(said) - new, None))
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, Utterance) and event.controller in self._said:
+            self._said[event.controller].append(event)
+            self._count[event.controller] += 1
+
+
+class Printer:
+    """Makes text for one terminal: a line for each side that says something, with the time at which it began."""
+
+    def __init__(self, codec: Codec, whole: bool) -> None:
+        self._codec, self._whole = codec, whole
+        self._by_host: bool | None = None
+        """Whose line it is; None: nobody's."""
+        self._last_ns = 0
+        self._ended = False
+
+    def text(self, said: Iterable[Utterance]) -> str:
+        """What has been said, on to what was printed before."""
+        return "".join(part for utterance in said for part in self._parts(utterance))
+
+    def _parts(self, said: Utterance) -> Iterator[str]:
+        by_host = not isinstance(said, Heard)
+        if self._begins_line(said, by_host):
+            sign = f"{HOST}>" if by_host else f"{DEVICE}<"
+            yield f"\r\n{DIM}{to_seconds(said.time_ns):12.6f}{NORMAL} {sign}{NORMAL} "
+        self._by_host, self._last_ns = by_host, said.time_ns
+        if isinstance(said, Broke):
+            yield f"{DIM}<BREAK {said.seconds:g} s>{NORMAL}"
+        elif self._whole:
+            yield self._message(said)
+        else:
+            yield from self._characters(said)
+
+    def _begins_line(self, said: Utterance, by_host: bool) -> bool:
+        if self._whole or by_host is not self._by_host or said.time_ns > self._last_ns + PAUSE_NS:
+            return True
+        return self._ended and not (isinstance(said, Heard) and said.data == LF)
+
+    def _message(self, said: Said | Heard) -> str:
+        by_host = isinstance(said, Said)
+        data = said.data if by_host else said.data.rstrip(b"\0") or said.data[:1]
+        return f"{self._codec.show(data)}   {DIM}{self._codec.words(said.data, by_host)}{NORMAL}"
+
+    def _characters(self, said: Said | Heard) -> Iterator[str]:
+        wrong = isinstance(said, Heard) and bool(said.errors)
+        for byte in said.data:
+            shown = word(byte)
+            colour = WRONG if wrong else DIM if len(shown) > 1 else ""
+            yield f"{colour}{shown}{NORMAL}" if colour else shown
+        self._ended = said.data[-1:] in (CR, LF)

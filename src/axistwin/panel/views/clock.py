@@ -1,0 +1,15 @@
+"""Virtual time."""
+
+from nicegui import ui
+
+from axistwin.panel.look import Look, Refresh
+
+
+def clock(look: Look) -> Refresh:
+    """What time it is on the bench, in seconds; to the microsecond where it stands."""
+    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
+
+    def refresh() -> None:
+        label.text = f"{look.session.seconds:.{3 if look.session.running else 6}f} s"
+
+    return refresh

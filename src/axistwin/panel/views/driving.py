@@ -1,0 +1,295 @@
+"""Driving: run, pause, step, speed, go to a moment, run until something happens, stop whenever it happens; save."""
+
+import io
+import zipfile
+from collections.abc import Awaitable, Callable, Iterator
+
+from nicegui import events, ui
+
+from axistwin.errors import UsageError
+from axistwin.links.pacing import read_speed
+from axistwin.numbers import NumberError, real, shortened
+from axistwin.panel.look import Look, Refresh, together
+from axistwin.panel.sentences import stems
+from axistwin.panel.turns import breathe
+from axistwin.panel.views.keys import keys
+from axistwin.sessions.breaks import Break
+
+SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
+"""What the slider chooses from; any other number can be typed."""
+STEPS = {
+    "event": "something can be seen",
+    "statement": "a line of a program begins",
+    "move": "a move begins or ends",
+}
+STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
+SELDOM = 10
+"""What need not be smooth is brought up to date in one frame of so many."""
+
+
+def driving(look: Look) -> Refresh:
+    """The bar with which one drives."""
+    with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
+        views = list(_made(look, _run, _speed, _state))
+    with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
+        views += _made(look, _timeline, _until, _breaks)
+        _save(look)
+        breathe()
+        keys(lambda key: _key(look, key))
+    return together(*views)
+
+
+def _made(look: Look, *views: Callable[[Look], Refresh]) -> Iterator[Refresh]:
+    for view in views:
+        yield view(look)
+        breathe()
+
+
+# Running
+
+
+def _run(look: Look) -> Refresh:
+    button = ui.button(on_click=lambda: _toggle(look)).props("dense no-caps").classes("run").mark("run")
+    for kind, what in STEPS.items():
+        step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
+        step.props("dense outline no-caps color=white").mark(f"step-{kind}").tooltip(f"on to where {what}")
+
+    def refresh() -> None:
+        moves = look.session.running or look.session.busy
+        button.text = "Stop" if look.session.busy else "Pause" if moves else "Run"
+        button.set_icon("pause" if moves else "play_arrow")
+
+    return refresh
+
+
+def _toggle(look: Look) -> None:
+    session = look.session
+    look.touch(session.give_up if session.busy else session.pause if session.running else session.run)
+
+
+async def _step(look: Look, kind: str) -> None:
+    found = await look.wait_for(lambda: look.session.step(kind))
+    if found is False:
+        ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
+
+
+async def _key(look: Look, key: str) -> None:
+    match key:
+        case " ":
+            _toggle(look)
+        case "+":
+            _change_speed(look, 1)
+        case "-":
+            _change_speed(look, -1)
+        case _:
+            await _step(look, STEPS_BY_KEY[key])
+
+
+# Speed
+
+
+def _speed(look: Look) -> Refresh:
+    slider = (
+        ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
+    )
+    box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
+    box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
+    shown: float | None = -1.0
+
+    def show() -> None:
+        nonlocal shown
+        shown = look.session.speed
+        box.value, slider.value = _said(shown), _nearest(shown)
+
+    def wish(act: Callable[[], object]) -> None:
+        look.touch(act)
+        show()  # at once: in the next frame somebody may be typing again
+
+    slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
+    box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))
+
+    def refresh() -> None:
+        if look.session.speed != shown:
+            show()
+
+    return refresh
+
+
+def _said(speed: float | None) -> str:
+    return "max" if speed is None else f"{speed:g}"
+
+
+def _nearest(speed: float | None) -> int:
+    """The place of a speed on the slider."""
+    if speed is None:
+        return len(SPEEDS) - 1
+    return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
+
+
+def _set_speed(look: Look, speed: float | None) -> None:
+    look.session.speed = speed
+
+
+def _read_speed(look: Look, text: str) -> None:
+    look.session.speed = read_speed(text.strip())
+
+
+def _change_speed(look: Look, by: int) -> None:
+    place = _nearest(look.session.speed) + by
+    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]))
+
+
+# How it is
+
+
+def _state(look: Look) -> Refresh:
+    """In words, also for those who hear the page."""
+    words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
+    late = ui.label().classes("quiet").mark("late")
+    frame = 0
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        words.text = _in_words(look)
+        if frame % SELDOM == 0:
+            late.text = look.session.pacer.report() or ""
+
+    return refresh
+
+
+def _in_words(look: Look) -> str:
+    session = look.session
+    if session.progress is not None:
+        return f"repeating the run: {session.progress:.0%}"
+    if session.busy:
+        return "on its way"
+    repeating = ", repeating what was recorded" if session.repeating else ""
+    if session.running:
+        return f"running{repeating}"
+    return f"stands{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
+
+
+# Time
+
+
+def _timeline(look: Look) -> Refresh:
+    slider = (
+        ui.slider(min=0, max=1, step=0.001)
+        .props('aria-label="moment, in seconds"')
+        .classes("timeline")
+        .mark("timeline")
+    )
+    box = (
+        ui.input(placeholder="seconds")
+        .props('dense outlined aria-label="go to this moment"')
+        .classes("moment")
+        .mark("moment")
+    )
+    dragged = False
+
+    def drag(event: events.GenericEventArguments) -> None:
+        nonlocal dragged
+        dragged = event.args == "start"
+
+    slider.on("pan", drag).on("change", lambda event: _go_to(look, float(event.args)))
+    box.on("keydown.enter", lambda: _go_to(look, box.value))
+    forget = ui.button("Live from here", on_click=lambda: look.touch(look.session.forget_rest))
+    forget.props("dense outline no-caps color=white").mark("forget").tooltip(
+        "the rest of what was recorded is forgotten"
+    )
+    frame = 0
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        if frame % SELDOM == 1 and not dragged:
+            forget.set_visibility(look.session.repeating)
+            slider.props["max"] = max(round(look.session.recorded_seconds, 3), 0.001)
+            slider.value = round(look.session.seconds, 3)
+            slider.update()
+
+    return refresh
+
+
+async def _go_to(look: Look, moment: float | str) -> None:
+    def go() -> Awaitable[object]:
+        return look.session.go_to(_seconds(moment))
+
+    await look.wait_for(go)
+
+
+def _seconds(moment: float | str) -> float:
+    try:
+        return real(str(moment))
+    except NumberError:
+        raise UsageError(f"{shortened(str(moment))} is no number of seconds") from None
+
+
+# Until, and whenever
+
+
+def _until(look: Look) -> Refresh:
+    box = ui.input(placeholder="run until …", autocomplete=stems(look.bench)).props(
+        'dense outlined aria-label="run until"'
+    )
+    box.classes("sentence").mark("until").tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
+    box.on("keydown.enter", lambda: look.touch(lambda: look.session.run_until(box.value.strip())))
+    ui.button("Until", on_click=lambda: look.touch(lambda: look.session.run_until(box.value.strip()))).props(
+        "dense outline no-caps color=white"
+    ).mark("run-until")
+    return lambda: None
+
+
+def _breaks(look: Look) -> Refresh:
+    button = ui.button("Breaks", icon="pan_tool").props("dense outline no-caps color=white").mark("breaks")
+    with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
+        box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new-break")
+        box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
+        those = ui.column().mark("those-breaks")
+    shown: list[tuple[str, bool, int]] = []
+
+    def refresh() -> None:
+        nonlocal shown
+        now = [(each.sentence, each.on, each.hits) for each in look.session.breaks]
+        if now != shown:
+            shown = now
+            button.text = f"Breaks ({len(now)})" if now else "Breaks"
+            _list_breaks(look, those)
+
+    return refresh
+
+
+def _list_breaks(look: Look, those: ui.column) -> None:
+    those.clear()
+    with those:
+        for each in look.session.breaks:
+            with ui.row().classes("break"):
+                ui.checkbox(each.sentence, value=each.on, on_change=_switch(look, each))
+                ui.label(f"{each.hits} times" if each.hits != 1 else "once").classes("quiet")
+                ui.button(icon="delete", on_click=_remove(look, each)).props('flat dense aria-label="remove"')
+
+
+def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments[bool | None]], object]:
+    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)))
+
+
+def _remove(look: Look, each: Break) -> Callable[[], object]:
+    return lambda: look.touch(lambda: look.session.remove_break(each))
+
+
+# Saving
+
+
+def _save(look: Look) -> None:
+    ui.button("Save", icon="save", on_click=lambda: _download(look)).props("dense outline no-caps color=white").mark(
+        "save"
+    ).tooltip("the session as a scene that repeats it, with what the hosts said")
+
+
+def _download(look: Look) -> None:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in look.session.save().items():
+            archive.writestr(name, text)
+    ui.download.content(packed.getvalue(), "session.zip")

@@ -1,0 +1,195 @@
+"""What goes wrong: power switches, the temperature, and faults of every kind there is, to be put in and mended."""
+
+import shlex
+from functools import partial
+from typing import Any
+
+from nicegui import ui
+
+from axistwin.bench.actions import targets
+from axistwin.fault_injection.injector import Fault, State
+from axistwin.fault_injection.kinds import KINDS, THINGS
+from axistwin.fault_injection.table import Kind, Parameter, Sort
+from axistwin.panel.look import Look, Refresh
+from axistwin.panel.views.parts import Key, called, drawer
+from axistwin.units import to_seconds
+
+TERMS = {
+    "at": ("at", "s", "seconds since the beginning; empty: now"),
+    "when": ("when", "", "a sentence such as X passes 1000"),
+    "nth": ("for the n-th time", "", "of what `when` says"),
+    "duration": ("for", "s", "seconds; empty: until it is mended"),
+    "seed": ("seed", "", "for what is left to chance"),
+    "name": ("name", "", "empty: its kind's"),
+}
+"""What may be said of any fault: how it is labelled, its unit, what it is."""
+CELSIUS = (-40, 150)
+
+
+def power(look: Look, name: str) -> Refresh:
+    """The power switch of a controller, and where it is a motor the temperature around it."""
+    controller = look.bench[name]
+
+    def turn() -> None:
+        word = "off" if look.bench[name].powered else "on"
+        look.touch(partial(look.session.do, name, "power", word))
+
+    key = called(Key("power:", f"power of {name}", turn).classes("power"), f"{name}-power")
+    show_ambient = _ambient(look, name) if "ambient" in targets(controller) else lambda: None
+
+    def refresh() -> None:
+        powered = look.bench.controllers[name].powered
+        key.show(powered)
+        if key.text != (text := "power: on" if powered else "power: off"):
+            key.text = text
+        show_ambient()
+
+    return refresh
+
+
+def _ambient(look: Look, name: str) -> Refresh:
+    known: float | None = None
+
+    def set_it() -> None:
+        nonlocal known
+        known = None  # if it has been refused, what it is comes back
+        if number.value is not None:
+            look.touch(partial(look.session.do, name, "ambient", f"{number.value:g}"))
+
+    number = ui.number("around it, °C", min=CELSIUS[0], max=CELSIUS[1], step=1).props("dense").classes("ambient")
+    called(number.on("change", set_it, []).on("keydown.enter", set_it, []), f"{name}-ambient")
+
+    def refresh() -> None:
+        nonlocal known
+        celsius = look.bench.controllers[name].ambient
+        if celsius != known:
+            known = number.value = celsius
+
+    return refresh
+
+
+def faults(look: Look) -> Refresh:
+    """The faults there are, and a form for another."""
+    shown = _list(look)
+    with drawer(look, "faults form", "Put in a fault"):
+        _Form(look)
+    return shown
+
+
+# The faults there are
+
+
+def _list(look: Look) -> Refresh:
+    box = called(ui.element("ul").classes("faults"), "faults")
+    box.props["aria-label"] = "faults"
+    known: list[tuple[str, State]] | None = None
+
+    def refresh() -> None:
+        nonlocal known
+        now = [(fault.name, fault.state) for fault in look.bench.faults]
+        if now == known:
+            return
+        known = now
+        box.clear()
+        with box:
+            for fault in look.bench.faults:
+                _row(look, fault)
+            if not now:
+                ui.label("No faults.").classes("quiet")
+
+    return refresh
+
+
+def _row(look: Look, fault: Fault) -> None:
+    name, who = fault.name, _who(look, fault.spot.name)
+    began = "" if fault.began_ns is None else f" since {to_seconds(fault.began_ns):.3f} s"
+    state = {State.WAITING: "waiting", State.ON: f"on{began}", State.OVER: "over"}[fault.state]
+    values = ", ".join(f"{key} {_shown(value)}" for key, value in fault.values.items() if value is not None)
+    with ui.element("li").classes(f"fault-row {fault.state.value}"):
+        ui.label(name).classes("fault-name")
+        what = f"{fault.kind.name} of {fault.spot.name}" + (f" ({values})" if values else "")
+        ui.label(what).props["title"] = fault.kind.doc
+        called(ui.label(state).classes("why"), f"fault-{name}-state")
+        if fault.state is not State.OVER:
+            mend = partial(look.session.do, who, "mend", name)
+            called(Key("mend", f"mend {name}", lambda: look.touch(mend)), f"mend-{name}")
+
+
+def _who(look: Look, spot: str) -> str:
+    """The controller through which it is spoken of: its own, or for a line that motors share any."""
+    own = spot.partition(".")[0]
+    return own if own in look.bench.controllers else next(iter(look.bench.controllers))
+
+
+def _shown(value: Any) -> str:
+    return ("high" if value else "low") if isinstance(value, bool) else f"{value}"
+
+
+# The form
+
+
+class _Form:
+    """The table of kinds as a form: what it acts on, its parameters, when it begins and ends."""
+
+    def __init__(self, look: Look) -> None:
+        self._look = look
+        with ui.element("div").classes("form"):
+            self._kind = ui.select(
+                {kind.name: f"{kind.name}: {kind.doc}" for kind in KINDS.values()}, label="kind", value="lose",
+                on_change=self._build,
+            )  # fmt: skip
+            called(self._kind, "fault-kind")
+            self._own = ui.element("div").classes("form")
+        with ui.element("div").classes("form terms"):
+            self._terms = {name: self._term(name) for name in TERMS}
+        called(ui.button("Put it in", on_click=self._put).props("no-caps"), "fault-put")
+        self._build()
+
+    @property
+    def kind(self) -> Kind:
+        """The kind that has been chosen."""
+        return KINDS[str(self._kind.value)]
+
+    def _build(self) -> None:
+        """What this kind needs."""
+        self._own.clear()
+        spots = self._spots()
+        with self._own:
+            self._on = ui.select(spots, label=THINGS[self.kind.on], value=spots[0] if spots else None)
+            called(self._on, "fault-on")
+            self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
+
+    def _spots(self) -> list[str]:
+        """What it can act on, each by its whole name."""
+        found = self._look.bench.faults.spots(self.kind.on)
+        spots = {name: find() for name, find in found.items()}
+        return list(dict.fromkeys(spot.name for spot in spots.values()))
+
+    def _term(self, name: str) -> ui.input:
+        label, unit, hint = TERMS[name]
+        field = ui.input(f"{label}, {unit}" if unit else label, placeholder=hint).props("dense")
+        return called(field, f"fault-{name}")
+
+    def _put(self) -> None:
+        if self._on.value is None:
+            ui.notify(f"there is no {THINGS[self.kind.on]} here", type="warning")
+            return
+        words = [self.kind.name, f"on={self._on.value}"]
+        for name, field in (*self._values.items(), *self._terms.items()):
+            if field.value not in (None, ""):
+                words.append(f"{name}={shlex.quote(str(field.value).strip())}")
+        on = str(self._on.value)
+        self._look.touch(partial(self._look.session.do, _who(self._look, on), "fault", " ".join(words)))
+
+
+def _field(parameter: Parameter) -> ui.input | ui.select:
+    """A field for a parameter, with its range and what it is if it is left empty."""
+    label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
+    mark = f"fault-{parameter.name}"
+    if parameter.sort in (Sort.LEVEL, Sort.WORD):
+        words = list(parameter.words) or ["high", "low"]
+        usual = _shown(parameter.default) if parameter.default is not None else words[0]
+        return called(ui.select(words, label=label, value=usual).props("dense").tooltip(parameter.doc), mark)
+    usual = "" if parameter.default is None else f"{parameter.default:g}"
+    field = ui.input(label, placeholder=parameter.wanted, value=usual).props("dense")
+    return called(field.props(f'hint="{parameter.doc}"'), mark)

@@ -1,0 +1,158 @@
+"""The front panel of a controller: whatever its product says that it shows, and all its registers for who opens them.
+
+A controller whose product says nothing gets a panel of its terminals and its registers.
+"""
+
+from collections.abc import Callable, Iterable
+
+from nicegui import ui
+
+from axistwin.bench import Controller
+from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
+from axistwin.panel.look import Look, Refresh
+from axistwin.panel.turns import breathe
+from axistwin.panel.views.parts import Light, Told, called, drawer
+
+Show = Callable[[int | str | None], None]
+"""Shows a value; None: there is no power."""
+SELDOM = 5
+"""Registers in a long list are brought up to date in one frame of so many."""
+
+
+def front(look: Look, name: str) -> Refresh:
+    """Lamps, words and readings, group by group; below them what they mean, and all registers."""
+    controller = look.bench[name]
+    groups = controller.product.front or generic(controller)
+    with ui.element("section").classes("front") as section:
+        section.props["aria-label"] = f"front of {name}"
+        shown = [_group(look, name, group) for group in groups]
+    if controller.product.front:
+        _meaning(look, name, groups)
+        shown.append(_registers(look, name))
+
+    def refresh() -> None:
+        for each in shown:
+            each()
+
+    return refresh
+
+
+def generic(controller: Controller) -> tuple[Group, ...]:
+    """What can be told of a controller whose product says nothing: its terminals, and its registers."""
+    outputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if pin.is_output)
+    inputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if not pin.is_output)
+    registers = tuple(Word(name, name, name) for name in controller.registers)
+    groups = (
+        Group("Outputs", "", outputs, row=True),
+        Group("Inputs", "", inputs, row=True),
+        Group("Registers", "", registers),
+    )
+    return tuple(group for group in groups if group.items)
+
+
+class _Source:
+    """A terminal or a register, and the items that show it."""
+
+    def __init__(self, look: Look, who: str, name: str) -> None:
+        self._look, self._who, self._name = look, who, name
+        self._terminal = name in look.bench[who].terminals
+        self._known: int | str | object | None = self  # nothing has been shown yet
+        self.shows: list[Show] = []
+
+    def refresh(self) -> None:
+        """Look; show it if it is another."""
+        controller = self._look.bench.controllers[self._who]
+        value: int | str | None = None
+        if not controller.powered:
+            pass
+        elif self._terminal:
+            value = controller.terminals[self._name].level
+        else:
+            value = controller.registers[self._name].read()
+        if value != self._known:
+            self._known = value
+            for show in self.shows:
+                show(value)
+
+
+def _group(look: Look, name: str, group: Group) -> Refresh:
+    sources = {source: _Source(look, name, source) for source in group.sources}
+    with ui.element("div").classes("group") as box:
+        box.props.update({"role": "group", "aria-label": group.title})
+        with ui.label(group.title).classes("group-title") as title:
+            title.props["title"] = group.chapter
+        with ui.element("div").classes("row-of-lamps" if group.row else "told-list"):
+            for item in group.items:
+                sources[item.source].shows.append(_item(name, item, group))
+    looks = [source.refresh for source in sources.values()]
+
+    def refresh() -> None:
+        for look_at in looks:
+            look_at()
+
+    return refresh
+
+
+def _item(who: str, item: Item, group: Group) -> Show:
+    tip = f"{item.name.capitalize()}.  {item.doc}  [{group.chapter}]".replace("  []", "")
+    mark = f"{who} {item.label or item.name} {group.title}".replace(" ", "-")
+    if isinstance(item, Lamp):
+        lamp, light = item, called(Light(item.label, item.name, item.tone, tip), mark)
+        return lambda value: light.show(lamp.shows(_number(value)))
+    told = called(Told(item.label, item.name, item.unit if isinstance(item, Reading) else "", tip), mark)
+    if isinstance(item, Word):
+        word = item
+        return lambda value: told.show(word.shows(value), word.tones.get(value, Tone.PLAIN))
+    reading = item
+    return lambda value: told.show(reading.shows(_number(value)))
+
+
+def _number(value: int | str | None) -> int | None:
+    return None if value is None else int(value)
+
+
+def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
+    """What the lamps mean, for those who have no mouse to ask them with."""
+    with drawer(look, f"{name} meaning", "What it means"):
+        for group in groups:
+            ui.label(f"{group.title}: {group.chapter}").classes("group-title")
+            with ui.element("dl").classes("meaning"):
+                for item in group.items:
+                    _plain("dt", item.label or item.name)
+                    _plain("dd", f"{item.name}.  {item.doc}")
+
+
+def _plain(tag: str, text: str) -> None:
+    breathe()
+    with ui.element(tag):
+        ui.label(text)
+
+
+def _plainly(told: Told) -> Show:
+    return lambda value: told.show("" if value is None else str(value))
+
+
+def _registers(look: Look, name: str) -> Refresh:
+    """All of them in a list, which is made when it is first opened."""
+    found = drawer(look, f"{name} registers", "All registers")
+    sources: list[_Source] = []
+    frame = 0
+
+    def build() -> None:
+        with found, ui.element("div").classes("registers"):
+            for register in look.bench[name].registers:
+                source = _Source(look, name, register)
+                source.shows.append(_plainly(called(Told(register, register), f"{name}-register-{register}")))
+                sources.append(source)
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        if not found.value or frame % SELDOM:
+            return
+        if not sources:
+            build()
+        for source in sources:
+            source.refresh()
+
+    return refresh

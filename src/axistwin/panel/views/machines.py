@@ -1,0 +1,43 @@
+"""Axes drawn as the machines they are: a slide where there is travel, a shaft where there is none, an X-Y table."""
+
+from nicegui import ui
+
+from axistwin.bench import Controller
+from axistwin.panel.drawings.figure import Figure
+from axistwin.panel.drawings.scale import Flow
+from axistwin.panel.drawings.shaft import Shaft
+from axistwin.panel.drawings.slide import Slide
+from axistwin.panel.look import Look, Refresh
+from axistwin.panel.views.table import table
+
+
+def machines(look: Look, name: str) -> Refresh:
+    """Every axis of a controller that is used, or has been; all of them if none is."""
+    flow, controller = Flow(), look.bench[name]
+    with ui.element("div").classes("axes"):
+        top_view = table(look, name)
+        frames = {axis: _frame(controller, axis) for axis in controller.axes}
+
+    def refresh() -> None:
+        smooth, controller = flow.goes_on(look.bench), look.bench[name]
+        top_view(smooth)
+        used = [axis for axis in controller.axes if _used(controller, axis)] or list(controller.axes)
+        for axis, (box, figure) in frames.items():
+            box.visible = axis in used
+            if box.visible:
+                figure.show(controller, smooth=smooth)
+
+    return refresh
+
+
+def _frame(controller: Controller, axis: str) -> tuple[ui.element, Figure]:
+    with ui.element("section").classes("axis") as box:
+        ui.label(axis).classes("axis-name").props("role=heading aria-level=3")
+        figure = Slide(controller, axis) if controller.axes[axis].limits is not None else Shaft(controller, axis)
+    return box, figure
+
+
+def _used(controller: Controller, name: str) -> bool:
+    """Whether somebody has said something of it, or it has been moved."""
+    axis = controller.axes[name]
+    return bool(controller.given.get(name)) or axis.position != 0 or axis.moving

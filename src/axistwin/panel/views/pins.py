@@ -1,0 +1,216 @@
+"""Terminals to be touched: inputs as switches, analog ones as sliders, a joystick, the host's control lines."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+from nicegui import events, ui
+
+from axistwin.bench import Controller
+from axistwin.bench.actions import targets
+from axistwin.controllers.product import Product
+from axistwin.errors import AxistwinError
+from axistwin.panel.look import Look, Refresh
+from axistwin.panel.views.parts import Key, Light, called
+from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
+
+LEVELS = {"high": True, "low": False}
+HOST_LINES = ("dtr", "rts")
+STEP_V = 0.05
+THROTTLE_S = 0.1
+"""At most so often is a slider or a stick that is being moved listened to."""
+ARROWS = {"ArrowRight": 1, "ArrowUp": 1, "ArrowLeft": -1, "ArrowDown": -1}
+GENTLY = 0.2
+"""How far an arrow key deflects a joystick; with Shift all the way."""
+
+
+def pins(look: Look, name: str) -> Refresh:
+    """Everything of a controller that can be touched."""
+    controller = look.bench[name]
+    possible = targets(controller)
+    shown: list[Refresh] = []
+    if controller.product.joystick is not None:
+        shown.append(_joystick(look, name, controller.product))
+    with ui.element("div").classes("switches"):
+        shown += [_terminal(look, name, names) for names in inputs(controller)]
+        shown += [_host_line(look, name, line) for line in HOST_LINES if line in possible]
+    if "master" in possible:
+        _encoder(look, name)
+
+    def refresh() -> None:
+        for each in shown:
+            each()
+
+    return refresh
+
+
+def inputs(controller: Controller) -> list[list[str]]:
+    """Terminals that somebody outside may decide about, each by all names that it has."""
+    found: dict[Pin, list[str]] = {}
+    for name, pin in controller.pins.items():
+        if not pin.is_output or isinstance(pin, UserPin):
+            found.setdefault(pin, []).append(name)
+    return list(found.values())
+
+
+def _terminal(look: Look, name: str, names: list[str]) -> Refresh:
+    """A terminal with its level, who decides about it, and keys for a test lead."""
+    pin_name = names[0]
+    analog = isinstance(look.bench[name].pins[pin_name], UserPin)
+    with ui.element("div").classes("switch analog" if analog else "switch") as row:
+        row.props.update({"role": "group", "aria-label": f"{name}.{pin_name}"})
+        light = called(Light(", ".join(names), f"{pin_name} high"), f"{name}-{pin_name}-level")
+        why = called(ui.label().classes("why"), f"{name}-{pin_name}-why")
+        with ui.element("span").classes("keys"):
+            keys = {word: _key(look, name, pin_name, word) for word in (*LEVELS, "release")}
+        volts = _volts(look, name, pin_name) if analog else None
+
+    def refresh() -> None:
+        pin = look.bench.controllers[name].pins[pin_name]
+        light.show(pin.level)
+        word = _decides(pin)
+        if why.text != word:
+            why.text = word
+        now = _pressed(pin)
+        for level, key in keys.items():
+            key.show(level == now)
+        if volts is not None and isinstance(pin, UserPin):
+            volts(pin)
+
+    return refresh
+
+
+def _pressed(pin: Pin) -> str:
+    """Which of its keys is pressed; none while it is driven to a voltage between."""
+    if not pin.driven:
+        return "release"
+    if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
+        return ""
+    return "high" if pin.level else "low"
+
+
+def _decides(pin: Pin) -> str:
+    """Who decides about the level of a terminal."""
+    if pin.held:
+        return "stuck"
+    if pin.driven:
+        return "driven"
+    if pin.is_output:
+        return "output"
+    return "wired" if pin.wired else ""
+
+
+def _key(look: Look, name: str, target: str, word: str) -> Key:
+    def press() -> None:
+        look.touch(partial(look.session.do, name, target, word))
+
+    return called(Key(word, f"{word} {name}.{target}", press), f"{name}-{target}-{word}")
+
+
+def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
+    """A slider that drives a terminal to a voltage, and what the converter makes of it."""
+    known: float | None = None
+
+    def moved(event: events.GenericEventArguments) -> None:
+        nonlocal known
+        look.touch(partial(look.session.do, name, pin_name, f"{float(event.args):.2f}V"))
+        pin = look.bench[name].pins[pin_name]
+        known = float(event.args) if isinstance(pin, UserPin) and pin.volts == float(event.args) else None
+
+    slider = ui.slider(min=0, max=PULLED_UP_VOLTS, step=STEP_V, value=0).classes("volts")
+    called(slider, f"{name}-{pin_name}-volts")
+    slider.props["aria-label"] = f"{name}.{pin_name} volts"
+    slider.on("update:model-value", moved, throttle=THROTTLE_S)
+    figure = called(ui.label().classes("figure"), f"{name}-{pin_name}-figure")
+    figure.props["title"] = f"0 to {FULL_SCALE} are 0 to {PULLED_UP_VOLTS:g} V"
+
+    def show(pin: UserPin) -> None:
+        nonlocal known
+        if pin.volts != known:
+            known = slider.value = pin.volts
+        text = f"{pin.volts:.2f} V = {pin.analog}"
+        if figure.text != text:
+            figure.text = text
+
+    return show
+
+
+def _host_line(look: Look, name: str, line: str) -> Refresh:
+    """A control line at the host's end."""
+    with ui.element("div").classes("switch") as row:
+        row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
+        light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
+        with ui.element("span").classes("keys"):
+            keys = {word: _key(look, name, line, word) for word in LEVELS}
+
+    def refresh() -> None:
+        host = look.bench.controllers[name].ports[name].host
+        level = (host.dtr_line if line == "dtr" else host.rts_line).level
+        light.show(level)
+        for word, key in keys.items():
+            key.show(LEVELS[word] is level)
+
+    return refresh
+
+
+def _encoder(look: Look, name: str) -> None:
+    """The external encoder: turn it so far in so long."""
+    with ui.row().classes("encoder items-center"):
+        ui.label("External encoder")
+        counts = called(ui.number("counts", value=2000, precision=0).props("dense"), f"{name}-master-counts")
+        seconds = called(ui.number("in seconds", value=1, min=0.001).props("dense"), f"{name}-master-seconds")
+
+        def turn() -> None:
+            run = f"{int(counts.value or 0)} in {float(seconds.value or 0):.6f}"
+            look.touch(partial(look.session.do, name, "master", run))
+
+        called(Key("turn", f"turn the external encoder of {name}", turn), f"{name}-master-turn")
+
+
+# Joystick
+
+
+def _joystick(look: Look, name: str, product: Product) -> Refresh:
+    """A stick that springs back; with the keyboard, as long as an arrow is held."""
+    assert product.joystick is not None, "it takes one"
+    most, client = product.joystick.usual, ui.context.client
+    held = 0
+
+    def deflect(part: float) -> None:
+        nonlocal held
+        rate = round(part * 50) * most // 50
+        if rate != held and look.touch(partial(look.session.do, name, "joystick", str(rate))):
+            held = rate
+
+    def let_go() -> None:
+        """The page is gone, and with it the hand on the stick."""
+        if held and look.drives:
+            with suppress(AxistwinError):  # it may be on its way to another moment
+                look.session.do(name, "joystick", "0")
+
+    def pressed(event: events.GenericEventArguments) -> None:
+        if event.args["key"] in ARROWS and not event.args.get("repeat"):
+            deflect(ARROWS[event.args["key"]] * (1 if event.args.get("shiftKey") else GENTLY))
+
+    with ui.element("div").classes("stick-row"):
+        box = ui.element("div").classes("stick")
+        label = called(ui.label().classes("figure"), f"{name}-joystick-rate")
+    with box:
+        box.props.update({"tabindex": "0", "role": "slider", "aria-label": f"joystick of {name}, by arrow keys"})
+        box.props.update({"aria-valuemin": -most, "aria-valuemax": most, "aria-valuenow": 0})
+        box.on("keydown", pressed, ["key", "repeat", "shiftKey"]).on("keyup", lambda: deflect(0), [])
+        called(box.on("blur", lambda: deflect(0), []), f"{name}-stick")
+        ui.joystick(
+            on_move=lambda event: deflect(event.x or 0), on_end=lambda: deflect(0), throttle=THROTTLE_S,
+            color="#2457c5", size=90, mode="static", position={"left": "50%", "top": "50%"},
+        ).mark(f"{name}-joystick")  # fmt: skip
+    client.on_disconnect(let_go)
+
+    def refresh() -> None:
+        rate = look.bench.controllers[name].joystick.rate
+        text = f"joystick: {rate} pulses/s" if rate else "joystick: at zero"
+        if label.text != text:
+            label.text = text
+            box.props["aria-valuenow"] = rate
+
+    return refresh

@@ -1,0 +1,212 @@
+"""The stored programs of a controller: their lines, the running one marked, and breaks at lines.
+
+What starts and stops a program is what a host would say; the product tells it.
+"""
+
+import re
+from collections.abc import Mapping
+from functools import partial
+from pathlib import PurePath
+
+from nicegui import ui
+from nicegui.elements.upload_files import FileUpload
+from nicegui.events import GenericEventArguments, UploadEventArguments
+
+from axistwin.bench import FAMILIES, Controller, endpoints
+from axistwin.controllers.product import Listing, Order
+from axistwin.panel.drawings.listing import Lines
+from axistwin.panel.look import Look, Refresh
+from axistwin.scenes.hosting import KINDS
+
+MOST_BYTES = 1 << 18
+"""No program is a tenth as long, and NiceGUI's browsers keep what is four times as long to themselves."""
+TOO_LONG = f"no program has more than {MOST_BYTES:,} characters: give its own text"
+SUFFIXES = {**KINDS, ".sms": "smartmotor"}
+"""Whose the files are that can be loaded."""
+EMPTY = Listing("", ())
+SELDOM = 4
+"""While time passes, it is looked at in one of so many frames: to tell the line, a motor is brought up to now."""
+
+
+def program(look: Look, name: str) -> Refresh:
+    """The programs of one controller."""
+    return _View(look, name).refresh
+
+
+class _View:
+    def __init__(self, look: Look, name: str) -> None:
+        self.look, self.name = look, name
+        self._orders: dict[str, ui.row] = {}
+        self._frames = 0
+        with ui.element("section").classes("program"):
+            with ui.element("div").classes("program-head"):
+                self._choice = ui.select([], label="program", on_change=self._chosen).props(_DENSE)
+                self._choice.mark(f"{name} which")
+                self._title = ui.label().classes("quiet").mark(f"{name} title")
+                self._state = ui.label().classes("running-line").mark(f"{name} runs")
+                self._follow = ui.checkbox("follow", value=self._follows, on_change=self._set_follow).props("dense")
+                self._follow.mark(f"{name} follow")
+            self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
+            self._none = ui.label("Nothing is stored.").classes("quiet")
+            self._buttons()
+
+    @property
+    def _controller(self) -> Controller:
+        return self.look.bench[self.name]
+
+    def refresh(self) -> None:
+        """Lines, the running one, breaks."""
+        self._frames += 1
+        if self.look.session.running and self._frames % SELDOM:
+            return
+        programs = self._controller.programs
+        self._offer(programs)
+        which = self._which(programs)
+        listing = programs.get(which, EMPTY)
+        self._title.text = listing.title
+        self._state.text = "" if listing.running is None else f"line {listing.running + 1} runs"
+        self._none.visible = not listing.lines
+        self._lines.visible = bool(listing.lines)
+        self._lines.show(listing, follow=bool(self._follow.value))
+        self._show_breaks(which)
+        for each, row in self._orders.items():
+            row.visible = each == which
+
+    # Which of them
+
+    def _offer(self, programs: Mapping[str, Listing]) -> None:
+        names = list(programs)
+        if names != self._choice.options:
+            self._choice.set_options(names)
+        self._choice.visible = len(names) > 1
+
+    def _which(self, programs: Mapping[str, Listing]) -> str:
+        """The one that is wanted; while following, the one that runs."""
+        wanted = self.look.person.settings.get(f"{self.name} program")
+        if self._follow.value or wanted not in programs:
+            running = (each for each, listing in programs.items() if listing.running is not None)
+            wanted = next(running, wanted if wanted in programs else next(iter(programs), ""))
+        if programs and self._choice.value != wanted:
+            self._choice.value = wanted
+        return str(wanted)
+
+    def _chosen(self) -> None:
+        self.look.person.settings[f"{self.name} program"] = self._choice.value
+
+    @property
+    def _follows(self) -> bool:
+        return bool(self.look.person.settings.get(f"{self.name} follow", True))
+
+    def _set_follow(self) -> None:
+        self.look.person.settings[f"{self.name} follow"] = self._follow.value
+
+    # Breaks
+
+    def _toggle(self, index: int) -> None:
+        """A break at this line is made, or taken away."""
+        session, sentence = self.look.session, f"{self.name} runs {self._place(index)}"
+        there = next((each for each in session.breaks if each.sentence == sentence), None)
+        if there is not None:
+            self.look.touch(partial(session.remove_break, there))
+        else:
+            self.look.touch(lambda: session.add_break(sentence))
+
+    def _place(self, index: int) -> str:
+        """As a sentence has it: with the number of the program where there are several."""
+        names = self._controller.product.programs
+        number = f"{str(self._choice.value).split()[-1]}:" if len(names) > 1 else ""
+        return f"{number}{index + 1}"
+
+    def _show_breaks(self, which: str) -> None:
+        several = len(self._controller.product.programs) > 1
+        number = f"{which.split()[-1]}:" if several and which else ""
+        sentence = re.compile(rf"{re.escape(self.name)} runs {number}(?P<line>\d+)", re.ASCII)
+        found = [(int(match["line"]) - 1, each.on) for each in self.look.session.breaks
+                 if (match := sentence.fullmatch(each.sentence))]  # fmt: skip
+        self._lines.set_breaks({line for line, on in found if on}, {line for line, on in found if not on})
+
+    # What can be done
+
+    def _buttons(self) -> None:
+        controller = self._controller
+        reached = self.name in endpoints.names(self.look.bench)
+        with ui.element("div").classes("program-foot"):
+            for which in controller.product.programs if reached else ():
+                with ui.row().classes("orders") as self._orders[which]:
+                    for order in controller.product.orders(which):
+                        self._order(order)
+            load = _Loading(self.look, self.name)
+            ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")
+            cycle = ui.button("Off and on", icon="power_settings_new", on_click=self._power_cycle).props(_FLAT)
+            cycle.mark(f"{self.name} power-cycle").tooltip("Switch it off and on again; what it keeps is what it keeps")
+
+    def _order(self, order: Order) -> None:
+        say = partial(self.look.session.say, self.name, order.says)
+        button = ui.button(order.label, on_click=lambda: self.look.touch(say)).props(_FLAT)
+        button.mark(f"{self.name} {order.label}").tooltip(order.doc)
+
+    def _power_cycle(self) -> None:
+        def cycle() -> None:
+            for level in ("off", "on"):
+                self.look.session.do(self.name, "power", level)
+
+        self.look.touch(cycle)
+
+
+class _Loading:
+    """A dialog for a program from a file, or from the clipboard."""
+
+    def __init__(self, look: Look, name: str) -> None:
+        self.look, self.name = look, name
+        family = FAMILIES[look.bench[name].product.model]
+        suffix = next((each for each, whose in SUFFIXES.items() if whose == family), "")
+        with ui.dialog() as self._dialog, ui.card().classes("loading"):
+            ui.label(f"A program for {name}").classes("title")
+            self._upload = ui.upload(
+                label=f"a file ({suffix})", max_file_size=MOST_BYTES, auto_upload=True,
+                on_upload=self._come, on_rejected=self._refuse,
+            )  # fmt: skip
+            self._upload.props(f'accept="{suffix}" flat bordered').classes("upload").mark(f"{name} file")
+            self._file = ui.input("called", value=f"program{suffix}").props("dense").mark(f"{name} called")
+            self._text = ui.textarea("or its text").props("outlined").classes("pasted").mark(f"{name} text")
+            with ui.row():
+                shown = f"() => emit(document.getElementById('{self._text.html_id}').value.length)"
+                ui.button("Load").on("click", self._load, js_handler=shown).mark(f"{name} loading")
+                ui.button("Cancel", on_click=self._dialog.close).props("flat")
+
+    def open(self) -> None:
+        """Show it, empty."""
+        self._upload.reset()
+        self._text.value = ""
+        self._dialog.open()
+
+    def _refuse(self) -> None:
+        """What was there before is not what somebody now wants to load."""
+        self._text.value = ""
+        ui.notify(TOO_LONG, type="negative")
+
+    async def _come(self, event: UploadEventArguments) -> None:
+        self._text.value = await _read(event.file)
+        self._file.value = PurePath(event.file.name).name
+
+    def _load(self, event: GenericEventArguments) -> None:
+        """`event` tells how long the text is that the browser shows."""
+        text, file = str(self._text.value or ""), str(self._file.value or "")
+        if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
+            self._refuse()
+            return
+        if self.look.touch(lambda: self.look.session.load(self.name, file, text)):
+            self._dialog.close()
+
+
+async def _read(file: FileUpload) -> str:
+    """Files of that age are in all kinds of 8-bit codes."""
+    data = await file.read()
+    try:
+        return data.decode()
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+_DENSE = "dense options-dense outlined"
+_FLAT = "flat dense no-caps"

@@ -1,0 +1,214 @@
+"""An oscilloscope: any signals of the bench against time."""
+
+import asyncio
+import json
+from collections.abc import Callable
+from math import isfinite
+from typing import Any
+
+from nicegui import events, run, ui
+
+from axistwin.errors import AxistwinError
+from axistwin.panel.look import Look, Refresh
+from axistwin.panel.people import Person
+from axistwin.panel.scope import frames
+from axistwin.panel.scope.recorder import Recorder
+from axistwin.panel.scope.saving import PICTURES, TRACES, exact_ns, saved
+from axistwin.panel.scope.screen import PIXELS, Screen, first_choice
+from axistwin.panel.turns import breathe
+from axistwin.panel.views import scope_controls as controls
+from axistwin.sessions.session import Session
+from axistwin.units import to_seconds
+
+READOUT_EVERY = 5
+"""Numbers are told in every so manieth frame: faster nobody reads."""
+
+
+class Scopes:
+    """A session's recorder, attached to each of its benches; and everybody's screen."""
+
+    def __init__(self, session: Session) -> None:
+        self.recorder = Recorder()
+        self.drawn = 0
+        """Pictures that have been sent, to all."""
+        self.saving = asyncio.Lock()
+        self._pages: dict[Screen, int] = {}
+        session.each_bench(self.recorder.attach)
+
+    def come(self, person: Person) -> Screen:
+        """One more page of this person, until it goes; somebody who is new sees how the axes move."""
+        screen = person.settings.get("scope")
+        if not isinstance(screen, Screen):
+            screen = person.settings["scope"] = Screen(self.recorder)
+            screen.names = tuple(first_choice(list(self.recorder.signals.values())))
+        self._pages[screen] = self._pages.get(screen, 0) + 1
+        breathe()
+        try:
+            screen.show(screen.names)
+        except AxistwinError:  # the others look at so much
+            screen.show(())
+        return screen
+
+    def go(self, screen: Screen) -> None:
+        """A page less."""
+        self._pages[screen] -= 1
+        if not self._pages[screen]:
+            self.recorder.leave(screen)
+
+
+def scope(look: Look) -> Refresh:
+    """An oscilloscope for whoever looks."""
+    all_ = look.common(Scopes)
+    screen = all_.come(look.person)
+    ui.context.client.on_delete(lambda: all_.go(screen))
+    breathe()
+    with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
+        return _Scope(screen, all_).refresh
+
+
+class _Scope:
+    """The card."""
+
+    def __init__(self, screen: Screen, all_: Scopes) -> None:
+        self.screen, self._all = screen, all_
+        self._client = ui.context.client
+        self._pixels, self._seen = screen.pixels, True
+        self._drawn: object = None
+        self._frames = 0
+        self._views: list[Refresh] = []
+        for control in (controls.head, controls.choice, controls.trigger):
+            self._views.append(control(self))
+            breathe()
+        self.plot = ui.echart({"series": []}).classes("scope-plot").mark("scope-plot")
+        self.plot.props(f'tabindex=0 role=application aria-label="Oscilloscope. {HELP}" data-test=scope-plot')
+        ui.label(HELP).classes("hint")
+        breathe()
+        self._views.append(controls.readout(self))
+        ui.on("scope", self._done)
+        self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
+
+    def refresh(self) -> None:
+        """The controls, and the picture if it is another."""
+        screen = self.screen
+        screen.recorder.catch_up()
+        for view in self._views:
+            view()
+        self._frames += 1
+        if not self._seen:
+            return
+        screen.pixels = self._pixels
+        state = (
+            screen.edges, screen.names, screen.pixels, screen.lanes, screen.cursors.a_ns, screen.cursors.b_ns,
+            screen.hit_ns, screen.frozen is None and screen.recorder.version, screen.record.now_ns, id(screen.record),
+        )  # fmt: skip
+        if state != self._drawn:
+            self._drawn = state
+            self._all.drawn += 1
+            self._client.run_javascript(f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
+
+    @property
+    def time_to_tell(self) -> bool:
+        """Whether numbers are to be told in this frame."""
+        return self._frames % READOUT_EVERY == 0
+
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Do it; what is wrong is told.  Returns whether it was done."""
+        try:
+            act()
+        except AxistwinError as error:
+            ui.notify(str(error), type="negative", multi_line=True)
+            return False
+        return True
+
+    # What a browser tells
+
+    def _done(self, event: events.GenericEventArguments) -> None:
+        told = event.args if isinstance(event.args, dict) else {}
+        screen, place = self.screen, _number(told.get("place"), 0.0, 1.0, 0.5)
+        match told.get("do"):
+            case "size":
+                self._pixels = int(_number(told.get("pixels"), *PIXELS, 800))
+            case "seen":
+                self._seen = bool(told.get("seen"))
+            case "zoom":
+                screen.zoom(_number(told.get("factor"), 0.01, 100.0, 1.0), place)
+            case "pan":
+                screen.pan(_number(told.get("part"), -10.0, 10.0, 0.0))
+            case "drag":
+                screen.put_cursor("b" if told.get("which") == "b" else "a", place)
+            case "click":
+                self._click(place, bool(told.get("other")))
+            case "key":
+                self._key(str(told.get("key")), bool(told.get("shift")), bool(told.get("alt")))
+
+    def _click(self, place: float, other: bool) -> None:
+        """The active cursor; the first two clicks set both."""
+        cursors = self.screen.cursors
+        which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
+        self.screen.put_cursor(which, place)
+        if cursors.b_ns is None:
+            cursors.active = "b"
+
+    def _key(self, key: str, shift: bool, alt: bool) -> None:
+        screen = self.screen
+        if key in ("ArrowLeft", "ArrowRight"):
+            forward = 1 if key == "ArrowRight" else -1
+            if shift:
+                screen.move_cursor(forward * (10 if alt else 1))
+            else:
+                screen.pan(0.1 * forward)
+        elif key in KEYS:
+            KEYS[key](screen)
+
+    # Saving
+
+    async def save(self, suffix: str, whole: bool) -> None:
+        """What is seen, or all that is known of these signals, as a file for the browser to keep."""
+        screen = self.screen
+        signals = {name: screen.recorder.signals[name] for name in screen.tracks}
+        from_ns, to_ns = (0, screen.record.now_ns) if whole else screen.edges
+        record = screen.frozen or screen.recorder.frozen(screen.names)
+        async with self._all.saving:
+            try:
+                data = await run.io_bound(saved, record, signals, from_ns, to_ns, suffix)
+            except AxistwinError as error:
+                ui.notify(str(error), type="negative", multi_line=True)
+                return
+        if suffix in TRACES and exact_ns(record, signals) > max(from_ns, 0):
+            since_s = to_seconds(exact_ns(record, signals))
+            ui.notify(
+                f"Before {since_s:.6f} s it holds the extremes of intervals, no longer every change", type="warning"
+            )
+        assert data is not None, "the application is still there"
+        ui.download.content(data, f"scope{suffix}")
+
+
+HELP = (
+    "Wheel or two fingers zoom, dragging moves, a click sets a cursor. Keys: + and − zoom, arrows move, space pauses, "
+    "Home shows all, a and b choose a cursor, which shift with arrows moves, comma and full stop from edge to edge."
+)
+KEYS: dict[str, Callable[[Screen], object]] = {
+    "+": lambda screen: screen.zoom(0.5),
+    "=": lambda screen: screen.zoom(0.5),
+    "-": lambda screen: screen.zoom(2.0),
+    "a": lambda screen: controls.activate(screen, "a"),
+    "b": lambda screen: controls.activate(screen, "b"),
+    "A": lambda screen: controls.activate(screen, "a"),
+    "B": lambda screen: controls.activate(screen, "b"),
+    ",": lambda screen: screen.jump_cursor(False),
+    ".": lambda screen: screen.jump_cursor(True),
+    "<": lambda screen: screen.jump_cursor(False),
+    ">": lambda screen: screen.jump_cursor(True),
+    " ": lambda screen: screen.pause() if screen.frozen is None else screen.live(),
+    "Home": lambda screen: screen.fit(),
+    "Escape": lambda screen: controls.clear_cursors(screen),
+    "l": lambda screen: setattr(screen, "lanes", not screen.lanes),
+}
+SUFFIXES = (*TRACES, *PICTURES)
+
+
+def _number(told: Any, least: float, most: float, otherwise: float) -> float:
+    """A number between these, whatever a browser says."""
+    if isinstance(told, int | float) and isfinite(told):
+        return min(max(float(told), least), most)
+    return otherwise

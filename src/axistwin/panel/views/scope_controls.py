@@ -1,0 +1,317 @@
+"""The oscilloscope's knobs: time, signals, trigger, cursors."""
+
+from bisect import bisect_left
+from collections.abc import Awaitable, Callable
+from math import isnan
+from typing import Any, Protocol
+
+from nicegui import ui
+from nicegui.elements.mixins.value_element import ValueElement
+
+from axistwin.panel.look import Refresh
+from axistwin.panel.scope.cursors import between, duration, rate, value_at
+from axistwin.panel.scope.saving import PICTURES, TRACES
+from axistwin.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
+from axistwin.panel.scope.tracks import Words
+from axistwin.panel.scope.triggers import MODES, OFF, SINGLE, SLOPES
+from axistwin.panel.turns import breathe
+from axistwin.traces.signals import split
+from axistwin.units import to_seconds
+
+MOST_FOUND = 60
+UNKNOWN = "–"
+
+
+class Card(Protocol):
+    """What the knobs belong to."""
+
+    screen: Screen
+    plot: ui.echart
+
+    @property
+    def time_to_tell(self) -> bool:
+        """Whether numbers are to be told in this frame."""
+
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Do it; what is wrong is told."""
+
+    def save(self, suffix: str, whole: bool) -> Awaitable[None]:
+        """As a file."""
+
+
+def head(card: Card) -> Refresh:
+    """Pause, time base, lanes, saving."""
+    screen = card.screen
+    with ui.row().classes("scope-row"):
+        ui.label("Oscilloscope").classes("scope-title")
+        pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
+        pause.props("dense no-caps data-test=scope-pause").mark("scope-pause")
+        breathe()
+        refresh_time = _time_base(screen)
+        breathe()
+        all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='all that is known'")
+        all_.mark("scope-all").tooltip("All that is known")
+        lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
+        refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
+        breathe()
+        _save_menu(card)
+        state = ui.label().classes("scope-state").props("role=status").mark("scope-state")
+
+    def refresh() -> None:
+        refresh_time()
+        refresh_lanes()
+        pause.text = "Pause" if screen.frozen is None else "Live"
+        state.text = _state(screen)
+
+    return refresh
+
+
+def _state(screen: Screen) -> str:
+    if screen.frozen is not None:
+        return "view paused; the bench goes on"
+    if screen.waiting:
+        return (
+            f"waiting for an edge of {screen.trigger.signal}" if screen.trigger.signal else "the trigger has no signal"
+        )
+    return ""
+
+
+def _time_base(screen: Screen) -> Refresh:
+    def turn(steps: int) -> None:
+        place = min(max(bisect_left(SPANS_NS, screen.span_ns) + steps, 0), len(SPANS_NS) - 1)
+        screen.zoom(SPANS_NS[place] / screen.span_ns, 0.5 if screen.frozen is not None else 1.0)
+
+    def turned() -> None:
+        if knob.value is not None and round(knob.value) != bisect_left(SPANS_NS, screen.span_ns):
+            screen.zoom(SPANS_NS[round(knob.value)] / screen.span_ns, 0.5 if screen.frozen is not None else 1.0)
+
+    shorter = ui.button(icon="remove", on_click=lambda: turn(-1)).props("dense flat round aria-label='shorter time'")
+    shorter.mark("scope-shorter")
+    knob = ui.knob(bisect_left(SPANS_NS, screen.span_ns), min=0, max=len(SPANS_NS) - 1, step=1, on_change=turned)
+    knob.props("aria-label='time base' size=2.4rem track-color=grey-4").mark("scope-time")
+    longer = ui.button(icon="add", on_click=lambda: turn(1)).props("dense flat round aria-label='longer time'")
+    longer.mark("scope-longer")
+    label = ui.label().classes("scope-span").mark("scope-span")
+
+    def refresh() -> None:
+        label.text = duration(float(f"{screen.span_ns:.4g}"))
+        place = bisect_left(SPANS_NS, screen.span_ns)
+        if knob.value != place and place < len(SPANS_NS):
+            knob.value = place
+
+    return refresh
+
+
+def _save_menu(card: Card) -> None:
+    with (
+        ui.button("Save", icon="download").props("dense flat no-caps data-test=scope-save").mark("scope-save"),
+        ui.menu(),
+    ):
+        for whole, what in ((False, "what is seen"), (True, "all that is known")):
+            for suffix in (*TRACES, *PICTURES):
+                breathe()
+                item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: card.save(s, w))
+                item.props("role=menuitem").mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
+
+
+def choice(card: Card) -> Refresh:
+    """Which signals: patterns, or from a list that is searched."""
+    screen = card.screen
+
+    def take() -> None:
+        card.attempt(lambda: screen.choose(split(wanted.value)))
+
+    with ui.row().classes("scope-row"):
+        wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
+        wanted.props("dense data-test=scope-signals").classes("scope-wanted").mark("scope-signals")
+        breathe()
+        ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
+        with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
+            _list(card)
+    shown: list[tuple[str, ...]] = []
+
+    def refresh() -> None:
+        if shown != [screen.names]:
+            shown[:] = [screen.names]
+            wanted.value = ", ".join(screen.names)
+
+    return refresh
+
+
+def _list(card: Card) -> None:
+    screen = card.screen
+
+    def set_shown(name: str, shown: bool) -> None:
+        names = [other for other in screen.names if other != name] + [name] * shown
+        if not card.attempt(lambda: screen.show(names)):
+            found.refresh()
+
+    @ui.refreshable
+    def found() -> None:
+        signals = searched(list(screen.recorder.signals.values()), search.value or "")
+        for signal in signals[:MOST_FOUND]:
+            breathe()
+            box = ui.checkbox(signal.full, value=signal.full in screen.names)
+            box.on_value_change(lambda event, name=signal.full: set_shown(name, bool(event.value)))
+            box.props("dense").mark(f"scope-box-{signal.full}")
+        if len(signals) > MOST_FOUND:
+            ui.label(f"and {len(signals) - MOST_FOUND} more: search for a part of the name").classes("hint")
+
+    with ui.column().classes("scope-list"):
+        search = ui.input("Search", placeholder="part of a name, or *", on_change=lambda: found.refresh())
+        search.props("dense clearable").mark("scope-search")
+        ui.label(f"{MOST_SHOWN} at most").classes("hint")
+        found()
+
+
+def trigger(card: Card) -> Refresh:
+    """Mode, signal, slope, value, place."""
+    screen = card.screen
+    set_ = screen.trigger
+
+    def armed() -> None:
+        if not set_.signal and screen.names:
+            set_.signal = screen.names[0]
+        screen.arm()
+
+    with ui.row().classes("scope-row"):
+        mode = ui.select(list(MODES), label="Trigger", value=set_.mode)
+        mode.props("dense options-dense").mark("scope-trigger")
+        signal = ui.select(_names(screen), label="on", value=set_.signal)
+        signal.props("dense options-dense").classes("scope-on").mark("scope-trigger-signal")
+        slope = ui.select(list(SLOPES), label="edge", value=set_.slope)
+        slope.props("dense options-dense").mark("scope-slope")
+        breathe()
+        value = ui.number("at", value=set_.value).props("dense").mark("scope-value")
+        ui.label("place").classes("hint")
+        place = ui.slider(min=0, max=1, step=0.05, value=set_.place).props("aria-label='place of the edge'")
+        place.classes("scope-place").mark("scope-place")
+        arm = ui.button("Arm", on_click=screen.live).props("dense no-caps").mark("scope-arm")
+    same = [
+        kept(mode, set_, "mode", armed),
+        kept(signal, set_, "signal", screen.arm),
+        kept(slope, set_, "slope", screen.arm),
+        kept(value, set_, "value", screen.arm),
+        kept(place, set_, "place", screen.arm),
+    ]
+
+    def refresh() -> None:
+        names = _names(screen)
+        if signal.options != names:
+            signal.set_options(names)
+        for refresh_one in same:
+            refresh_one()
+        off = set_.mode == OFF
+        for element in (signal, slope, value, place):
+            if element.enabled == off:
+                element.set_enabled(not off)
+        if arm.visible != (set_.mode == SINGLE):
+            arm.set_visibility(set_.mode == SINGLE)
+
+    return refresh
+
+
+def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
+    """What is set here is kept there, and shown again by what is returned: another page may have set it."""
+
+    def set_() -> None:
+        if element.value is not None and element.value != getattr(owner, name):
+            setattr(owner, name, element.value)
+            then()
+
+    def refresh() -> None:
+        if element.value != getattr(owner, name):
+            element.value = getattr(owner, name)
+
+    element.on_value_change(set_)
+    return refresh
+
+
+def _names(screen: Screen) -> list[str]:
+    signal = screen.trigger.signal
+    return ["", *screen.names, *([signal] if signal and signal not in screen.names else [])]
+
+
+def activate(screen: Screen, which: str) -> None:
+    """This cursor is the active one; it comes into the middle if it is nowhere."""
+    screen.cursors.active = which
+    if screen.cursors.active_ns is None:
+        screen.move_cursor(0)
+
+
+def clear_cursors(screen: Screen) -> None:
+    """There are none."""
+    screen.cursors.set("b", None)
+    screen.cursors.set("a", None)
+
+
+LABELS = {
+    "name": "signal", "now": "newest", "a": "at A", "b": "at B", "d": "B − A", "low": "least", "high": "greatest",
+    "mean": "mean",
+}  # fmt: skip
+COLUMNS = [
+    {"name": name, "label": label, "field": name, "align": "left" if name == "name" else "right"}
+    for name, label in LABELS.items()
+]
+
+
+def readout(card: Card) -> Refresh:
+    """What the cursors measure, as text."""
+    screen = card.screen
+    with ui.row().classes("scope-row"):
+        for which in ("a", "b"):
+            button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
+            button.props(f"dense no-caps aria-label='cursor {which.upper()}'").mark(f"scope-cursor-{which}")
+        for icon, forward, what in (("navigate_before", False, "edge before"), ("navigate_next", True, "next edge")):
+            step = ui.button(icon=icon, on_click=lambda f=forward: screen.jump_cursor(f))
+            step.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
+        snap = ui.switch("to edges", value=screen.cursors.snap).props("dense").mark("scope-snap")
+        refresh_snap = kept(snap, screen.cursors, "snap")
+        ui.button("Clear", on_click=lambda: clear_cursors(screen)).props("dense flat no-caps").mark("scope-clear")
+        times = ui.label().classes("scope-times").mark("scope-times")
+    table = ui.table(columns=COLUMNS, rows=[], row_key="name").props(
+        "dense flat hide-pagination :rows-per-page-options=[0]"
+    )
+    table.classes("scope-readout").mark("scope-readout")
+
+    def refresh() -> None:
+        if not card.time_to_tell:
+            return
+        refresh_snap()
+        times.text = _times(screen)
+        rows = [_row(screen, name) for name in screen.names]
+        if table.rows != rows:
+            table.rows = rows
+
+    return refresh
+
+
+def _times(screen: Screen) -> str:
+    a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
+    active = f"{screen.cursors.active.upper()} moves"
+    told = [f"{name} {to_seconds(at):.9f} s" for name, at in (("A", a_ns), ("B", b_ns)) if at is not None]
+    if a_ns is not None and b_ns is not None:
+        told += [f"B − A {duration(b_ns - a_ns)}", f"1/(B − A) {rate(b_ns - a_ns)}"]
+    return "   ".join([*told, active]) if told else "no cursors: click, or press a and b"
+
+
+def _row(screen: Screen, name: str) -> dict[str, str]:
+    track = screen.record.tracks.get(name)
+    row = dict.fromkeys(("now", "a", "b", "d", "low", "high", "mean"), UNKNOWN) | {"name": name}
+    if track is None:
+        return row
+    a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
+    if isinstance(track, Words):
+        times = (("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
+        return row | {key: track.at(at) for key, at in times if at is not None}
+    row["now"] = _shown(value_at(track, screen.record.now_ns))
+    row |= {key: _shown(value_at(track, at)) for key, at in (("a", a_ns), ("b", b_ns)) if at is not None}
+    if a_ns is not None and b_ns is not None:
+        found = between(track, a_ns, b_ns)
+        row |= {"d": _shown(found.difference), "low": _shown(found.low), "high": _shown(found.high)}
+        row["mean"] = _shown(found.mean, 6)
+    return row
+
+
+def _shown(value: float, digits: int = 10) -> str:
+    return UNKNOWN if isnan(value) else f"{value:.{digits}g}"

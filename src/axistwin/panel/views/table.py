@@ -1,0 +1,91 @@
+"""Two axes of one controller that make a table: seen from above and, for those who wish, in three dimensions."""
+
+from collections.abc import Callable
+
+from nicegui import ui
+
+from axistwin.bench import Controller
+from axistwin.panel.drawings.table import NO_TOOL, Table
+from axistwin.panel.drawings.table3d import Table3D
+from axistwin.panel.drawings.trail import Trail, Trails, table_axes
+from axistwin.panel.look import Look
+
+TURN = 30.0
+"""Degrees."""
+
+
+def table(look: Look, name: str) -> Callable[[bool], None]:
+    """The table of a controller, if it has one; what it returns is told whether things go on from where they were."""
+    names = table_axes(look.bench[name])
+    if names is None:
+        return lambda smooth: None
+    trails, controller = look.common(Trails), look.bench[name]
+    with ui.element("section").classes("axis table-box"):
+        with ui.element("div").classes("table-head"):
+            ui.label(" \u2013 ".join(names)).classes("axis-name").props("role=heading aria-level=3")
+            tool = _tool(look, controller)
+            solid = _Solid(look, controller, names)
+        flat = Table(controller, names)
+        solid.make_room()
+
+    def refresh(smooth: bool) -> None:
+        controller, trail = look.bench[name], trails[name]
+        flat.show(controller, trail, tool(), smooth=smooth)
+        solid.show(controller, trail, tool())
+
+    return refresh
+
+
+def _tool(look: Look, controller: Controller) -> Callable[[], str]:
+    """Which output lowers the tool, as this person has chosen; the first if nobody has."""
+    outputs = [name for name, pin in controller.pins.items() if pin.is_output]
+    key = f"{controller.name} tool"
+    first = outputs[0] if outputs else NO_TOOL
+    choice = ui.select(
+        {NO_TOOL: "no tool", **{name: name for name in outputs}},
+        label="tool",
+        value=look.person.settings.get(key, first),
+        on_change=lambda event: look.person.settings.update({key: event.value}),
+    )
+    choice.props("dense options-dense outlined").classes("tool-choice").mark(key)
+    return lambda: str(choice.value)
+
+
+class _Solid:
+    """The view in three dimensions, which is there while its switch is on."""
+
+    def __init__(self, look: Look, controller: Controller, names: tuple[str, str]) -> None:
+        self._look, self._name, self._names = look, controller.name, names
+        self._key = f"{controller.name} 3-D"
+        self._view: Table3D | None = None
+        on = bool(look.person.settings.get(self._key))
+        self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
+
+    def make_room(self) -> None:
+        """It will be here."""
+        self._room = ui.element("div").classes("solid")
+        self._make()
+
+    def show(self, controller: Controller, trail: Trail, tool: str) -> None:
+        """Bring it up to date, if it is there."""
+        if self._view is not None:
+            self._view.show(controller, trail, tool)
+
+    def _changed(self) -> None:
+        self._look.person.settings[self._key] = self._switch.value
+        self._make()
+
+    def _make(self) -> None:
+        self._room.clear()
+        self._view = None
+        if self._switch.value:
+            with self._room:
+                view = self._view = Table3D(self._look.bench[self._name], self._names)
+                with ui.element("div").classes("turns"):
+                    _turn(view, "rotate_left", "turn left", -TURN)
+                    _turn(view, "rotate_right", "turn right", TURN)
+
+
+def _turn(view: Table3D, icon: str, words: str, degrees: float) -> None:
+    button = ui.button(icon=icon, on_click=lambda: view.turn(degrees)).props(f'flat round dense aria-label="{words}"')
+    button.mark(words)

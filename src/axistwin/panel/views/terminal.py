@@ -1,0 +1,127 @@
+"""A terminal at each place where a host can be: what is said there, and what one says oneself."""
+
+from nicegui import events, ui
+
+from axistwin.bench import actions, endpoints
+from axistwin.errors import ProgramError, UsageError
+from axistwin.panel.look import Look, Refresh
+from axistwin.panel.talk import Printer, Talk
+
+SCREEN = {
+    "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
+    "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
+}  # fmt: skip
+PASSED_ON = "(event) => event.key !== 'Tab'"
+"""Which keys the screen takes: not the one that leads on to the next control.  The line below sends a TAB, too."""
+FITTED = (
+    "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
+)
+"""As wide as there is room, now and later."""
+TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
+REMEMBERED = 100
+
+
+def terminal(look: Look, name: str) -> Refresh:
+    """Of the partner of this name: a controller, its second channel, or a line that motors share."""
+    whole = endpoints.at_a_bus(look.bench, name)
+    with ui.row().classes("terminal-head"):
+        client = ui.label().classes("quiet").mark(f"client-{name}")
+    screen = ui.xterm(SCREEN, on_data=lambda event: _typed(look, name, event.data)).classes("terminal")
+    screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
+    screen.run_terminal_method(":attachCustomKeyEventHandler", f"({FITTED.format(id=screen.id)}, {PASSED_ON})")
+    _line(look, name, whole)
+    if not whole:
+        _buttons(look, name)
+    show = _roll(look, name, screen, whole)
+
+    def refresh() -> None:
+        show()
+        connected = look.session.client(name)
+        client.text = f"{connected} is connected" if connected else "nobody is connected from outside"
+
+    return refresh
+
+
+def _roll(look: Look, name: str, screen: ui.xterm, whole: bool) -> Refresh:
+    """Print what is new; all of it when another bench has taken the place of the one before."""
+    talk, generation, count = look.common(Talk), -1, 0
+    printer = Printer(endpoints.codec_at(look.bench, name), whole)
+
+    def show() -> None:
+        nonlocal generation, count, printer
+        if generation != talk.generation:
+            generation, count = talk.generation, 0
+            printer = Printer(endpoints.codec_at(look.bench, name), whole)
+            screen.run_terminal_method("reset")
+            screen.fit()
+        count, said = talk.since(name, count)
+        if said:
+            screen.write(printer.text(said))
+
+    return show
+
+
+# Typing
+
+
+def _typed(look: Look, name: str, text: str) -> None:
+    """Keys pressed in the terminal itself go out as they are."""
+    if endpoints.at_a_bus(look.bench, name):
+        ui.notify("a board takes whole commands: type them in the line below", type="warning")
+        return
+    data = text.encode("latin-1", "replace")
+    look.touch(lambda: look.session.say(name, data))
+
+
+def _line(look: Look, name: str, whole: bool) -> None:
+    """A line to type into, sent as a whole."""
+    history = look.person.lines.setdefault(name, [])
+    with ui.row().classes("terminal-line"):
+        hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for those that cannot be seen"
+        box = ui.input(placeholder=hint, autocomplete=history).props(f'dense outlined aria-label="say to {name}"')
+        box.classes("grow").mark(f"say-{name}").props(f'data-test="say {name}"')
+        ending = ui.select(list(TERMINATORS), value=look.person.ending).props('dense outlined aria-label="ended by"')
+        ending.set_visibility(not whole)
+
+        def send() -> None:
+            look.person.ending = ending.value
+            if look.touch(lambda: look.session.say(name, _bytes(look, name, box.value, whole, ending.value))):
+                history[:] = [*(line for line in history if line != box.value), box.value][-REMEMBERED:]
+                box.value = ""
+
+        box.on("keydown.enter", send)
+        ui.button("Send", on_click=send).props("dense no-caps").mark(f"send-{name}")
+
+
+def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
+    codec = endpoints.codec_at(look.bench, name)
+    try:
+        return codec.read(text) if whole else codec.read(text) + TERMINATORS[ending]
+    except ProgramError as error:
+        raise UsageError(f"{error.message} (column {error.column})") from None
+
+
+# What else a host's end of a serial line can do
+
+
+def _buttons(look: Look, name: str) -> None:
+    port = look.bench.port(name)
+    with ui.row().classes("terminal-line"):
+        ui.button("Break", on_click=lambda: _do(look, name, "break", "0.25")).props("dense outline no-caps").mark(
+            f"break-{name}"
+        )
+        if port.handshake:
+            for line, on in (("dtr", port.host.dtr), ("rts", port.host.rts)):
+                ui.switch(line.upper(), value=on, on_change=lambda e, line=line: _switch(look, name, line, e)).mark(
+                    f"{line}-{name}"
+                )
+        box = ui.input("format", value=str(port.host.format)).props("dense outlined").mark(f"format-{name}")
+        box.on("keydown.enter", lambda: _do(look, name, "line", box.value))
+
+
+def _switch(look: Look, name: str, line: str, event: events.ValueChangeEventArguments[bool]) -> None:
+    _do(look, name, line, actions.level_name(event.value))
+
+
+def _do(look: Look, name: str, target: str, value: str) -> None:
+    look.touch(lambda: look.session.do(name, target, value))

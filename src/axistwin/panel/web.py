@@ -1,0 +1,133 @@
+"""The panel on its own port, in the event loop that paces the bench."""
+
+import asyncio
+import gc
+import secrets
+import socket
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from importlib import resources
+
+import uvicorn
+from fastapi import FastAPI, Request
+from nicegui import app, ui
+
+from axistwin.errors import LinkError, UsageError
+from axistwin.links.urls import LOOPBACK
+from axistwin.numbers import NumberError, shortened, whole
+from axistwin.panel.gate import Gate, is_loopback
+from axistwin.panel.look import Common, Look
+from axistwin.panel.page import page, rehearse
+from axistwin.panel.people import People, Person
+from axistwin.panel.talk import Talk
+from axistwin.sessions.session import Session
+
+RECONNECT_S = 30.0
+"""So long a page that has lost its connection finds everything as it was."""
+GOODBYE_S = 1
+LOOK_S = 0.01
+NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the panel is to be.  `token`: what browsers have to know; None: none is needed, as on loopback."""
+
+    host: str
+    port: int
+    token: str | None
+
+    @staticmethod
+    def read(text: str, token: str | None) -> "Address":
+        """`8080`, `0.0.0.0:8080`, `[::1]:8080`; beyond this machine a token is made up if none is given.
+
+        Raises UsageError.
+        """
+        host, _, number = text.rpartition(":")
+        try:
+            port = whole(number, 0, 0xFFFF)
+        except NumberError:
+            message = f"no place {shortened(text)} for a panel: give a port such as 8080, or 0.0.0.0:8080"
+            raise UsageError(message) from None
+        host = host.strip("[]") or LOOPBACK
+        if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
+            raise UsageError("--panel-token: letters and digits only, as it stands in an address")
+        return Address(host, port, token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
+
+
+class Panel:
+    """A web server that shows a session."""
+
+    def __init__(self, title: str, session: Session, address: Address) -> None:
+        self.session, self.people, self.address = session, People(), address
+        self.common = Common(session)
+        self.common(Talk)  # which listens from the beginning
+        gate = Gate(_application(self, title), address.token)
+        self._server = _Server(
+            uvicorn.Config(
+                gate,
+                log_level="warning",
+                access_log=False,
+                timeout_graceful_shutdown=GOODBYE_S,
+                ws_per_message_deflate=False,  # which costs more than all else in a frame
+            )
+        )
+        self._task: asyncio.Task[None] | None = None
+
+    async def open(self) -> str:
+        """Show it.  Returns the address, with the token if there is one.  Raises LinkError."""
+        sock = _listening(self.address)
+        self._task = asyncio.create_task(self._server.serve(sockets=[sock]))
+        while not self._server.started and not self._task.done():
+            await asyncio.sleep(LOOK_S)
+        host, port = sock.getsockname()[:2]
+        rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
+        gc.collect()
+        gc.freeze()  # what there is now stays: to look through it again and again would keep hosts waiting
+        token = "" if self.address.token is None else f"?token={self.address.token}"
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
+
+    async def close(self) -> None:
+        """Say goodbye to every browser."""
+        self._server.should_exit = True
+        if self._task is not None:
+            await self._task
+
+
+class _Server(uvicorn.Server):
+    """One that leaves signals to the application."""
+
+    def capture_signals(self) -> AbstractContextManager[None]:  # type: ignore[override]
+        return nullcontext()
+
+
+def _application(panel: Panel, title: str) -> FastAPI:
+    application = FastAPI(openapi_url=None)
+    app.user_middleware.clear()  # there may have been a panel before in this process
+    app.middleware_stack = None
+    icon = (resources.files(__package__) / "panel.svg").read_text()
+
+    @ui.page("/")
+    async def visit(request: Request) -> None:
+        await page(lambda: Look(panel.common, panel.people, panel.people[request.scope["person"]]))
+
+    ui.run_with(
+        application,
+        title=f"VIRTUAL: {title}",
+        favicon=icon,
+        show_welcome_message=False,
+        reconnect_timeout=RECONNECT_S,
+        tailwind=False,
+    )
+    return application
+
+
+def _listening(address: Address) -> socket.socket:
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    try:
+        return socket.create_server((address.host, address.port), family=family)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise LinkError(
+            f"cannot show a panel on {address.host}:{address.port}: {reason}: choose another port, or 0 for any free"
+        ) from None

@@ -1,0 +1,116 @@
+"""What a picture shows, before it is drawn: panels with curves, lanes with levels, words, on one time axis."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+from axistwin.plots.curves import Curve
+from axistwin.plots.history import Fault
+from axistwin.units import MS, S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55
+"""Heights of panels in inches."""
+UNSEEN = ("rts", "host.dtr", "host.rts", "host_dtr", "host_rts", "direction", "step", "index")
+"""Levels that are not drawn unless somebody asks for them: they go with the words, or with motion."""
+BACKGROUND = (*UNSEEN, "led", "dtr")
+"""Levels that do not decide which time is drawn."""
+
+
+@dataclass
+class Line:
+    """A curve in a panel.  `steps`: each value holds until the next; otherwise straight between them."""
+
+    curve: Curve
+    steps: bool = False
+    faint: bool = False
+    legend: str = ""
+
+
+@dataclass
+class Panel:
+    """Curves over one another.  `filled`: down to zero, as velocities and errors are; `colour`: its number."""
+
+    label: str
+    lines: list[Line]
+    height: float = MIDDLE
+    filled: bool = False
+    colour: int = 0
+
+
+@dataclass(frozen=True)
+class Word:
+    """Something said, and when it began."""
+
+    time_ns: int
+    text: str
+
+
+@dataclass
+class Chart:
+    """A picture's contents.  The time axis goes from `from_ns` to `edge_ns`; nothing is known beyond `to_ns`."""
+
+    title: str
+    from_ns: int
+    to_ns: int
+    edge_ns: int
+    panels: list[Panel] = field(default_factory=list)
+    lanes: dict[str, Curve] = field(default_factory=dict)
+    states: dict[str, list[Word]] = field(default_factory=dict)
+    """Texts that hold until the next."""
+    words: dict[str, list[Word]] = field(default_factory=dict)
+    """What was said, by who said it."""
+    marks: list[Word] = field(default_factory=list)
+    """Moments to be pointed out."""
+    faults: list[Fault] = field(default_factory=list)
+    """What was wrong meanwhile; what was over before or begins after it is left out."""
+
+    def add_faults(self, faults: Iterable[Fault]) -> None:
+        """Those that are there in the time that is drawn."""
+        seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
+        self.faults += sorted(seen, key=lambda fault: fault.begin_ns)
+
+
+def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
+    """From when to when to draw, and the edge: where something happens, and a little around it; else all there is."""
+    if not times:
+        return begin_ns, end_ns, max(end_ns, begin_ns + 1)
+    margin_ns = (max(times) - min(times)) // 25 + 20 * MS
+    from_ns, edge_ns = max(begin_ns, min(times) - margin_ns), max(times) + margin_ns
+    return from_ns, min(edge_ns, end_ns), edge_ns
+
+
+def colours(first: int = 0) -> Iterator[int]:
+    """One after the other."""
+    return count(first)
+
+
+def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
+    """The values in that time, with what they were at its beginning, and still are at its end."""
+    import numpy as np
+
+    first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)
+    last = int(np.searchsorted(times, to_ns, "right"))
+    seen = values[first:last] if last > first else values[first : first + 1]
+    at = np.clip(times[first : first + len(seen)], from_ns, to_ns)
+    return Curve([*(at / S).tolist(), to_ns / S], [*seen.tolist(), float(seen[-1])])
+
+
+BINS = 1500
+SHORTEST_NS = 4 * MS
+"""Over at least so long a velocity is taken: one count in a single sample would be thousands in a second."""
+
+
+def rate(times: "NDArray[np.int64]", values: "NDArray[np.int64]", from_ns: int, to_ns: int) -> Curve:
+    """How fast a position changes, per second, as steps."""
+    import numpy as np
+
+    bins = max(1, min(BINS, (to_ns - from_ns) // SHORTEST_NS))
+    edges = from_ns + (to_ns - from_ns) * np.arange(bins + 1, dtype=np.int64) // bins
+    where = np.maximum(np.searchsorted(times, edges, "right") - 1, 0)
+    rates = np.diff(values[where]) * (S / np.maximum(np.diff(edges), 1))
+    return Curve((edges / S).tolist(), [*rates.tolist(), float(rates[-1])])

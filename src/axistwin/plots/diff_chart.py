@@ -1,0 +1,45 @@
+"""A chart of where two traces differ: each signal that does, once as it is in one and once as in the other."""
+
+from axistwin.plots import chart
+from axistwin.plots.chart import FLAT, LOW, Chart, Line, Panel, Word
+from axistwin.plots.trace_chart import states
+from axistwin.traces.differences import Comparison
+from axistwin.traces.reading import Trace, Track
+from axistwin.traces.signals import TEXT
+from axistwin.units import MS
+
+MOST = 12
+"""Signals that are drawn."""
+BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
+"""How much time is drawn around the first difference, at least."""
+
+
+def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:
+    """Around the first difference, up to where the other signals that are drawn begin to differ."""
+    drawn = found.differences[:MOST]
+    begin_ns, last_ns = drawn[0].time_ns, drawn[-1].time_ns
+    around_ns = max(BEFORE_NS, (last_ns - begin_ns) // 4)
+    from_ns = max(begin_ns - around_ns, first.begin_ns, second.begin_ns)
+    to_ns = min(max(last_ns + around_ns, begin_ns + AFTER_NS), max(found.ends))
+    made = Chart(title, from_ns, to_ns, max(to_ns, from_ns + 1))
+    for number, difference in enumerate(drawn):
+        _add(made, difference.signal, first.tracks.get(difference.signal), second.tracks.get(difference.signal), number)
+    made.marks = [Word(begin_ns, f"first difference: {drawn[0].signal}")]
+    return made
+
+
+def _add(made: Chart, name: str, one: Track | None, other: Track | None, colour: int) -> None:
+    tracks = [track for track in (one, other) if track is not None]
+    span = made.from_ns, made.to_ns
+    if any(track.kind == TEXT for track in tracks):
+        for track, which in ((one, "first"), (other, "second")):
+            if track is not None:
+                made.states[f"{name}, {which}"] = states(track, *span)
+        return
+    lines = [
+        Line(chart.held(*track.columns(), *span), steps=True, faint=track is other, legend=which)
+        for track, which in ((one, "first"), (other, "second"))
+        if track is not None
+    ]
+    height = FLAT if all(set(track.values) <= {0, 1} for track in tracks) else LOW
+    made.panels.append(Panel(name, lines, height, colour=colour))

@@ -1,0 +1,156 @@
+"""A chart of a trace: its axes, levels, registers and words in a span of time."""
+
+from collections.abc import Iterator, Sequence
+
+from axistwin.plots import chart
+from axistwin.plots.chart import BACKGROUND, FLAT, TALL, UNSEEN, Chart, Line, Panel, Word
+from axistwin.plots.curves import Curve
+from axistwin.plots.history import Fault
+from axistwin.plots.history_chart import servo_panels, speaker
+from axistwin.traces.reading import Trace, Track
+from axistwin.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
+
+SAYS = ("host_says", "controller_says")
+AXIS = ("pulses", "velocity", "position", "commanded")
+RAILS = (0.0, 5.0)
+"""Voltages that the level tells as well."""
+
+
+def of_trace(
+    trace: Trace,
+    patterns: Sequence[str] = (EVERYTHING,),
+    from_ns: int | None = None,
+    to_ns: int | None = None,
+    title: str = "",
+) -> Chart:
+    """A chart of the signals that patterns mean, from `from_ns` to `to_ns` (None: where something happens).
+
+    Raises UsageError for a pattern that means nothing.
+    """
+    return _Drawn(trace, trace.choose(tuple(patterns)), from_ns, to_ns, title, tuple(patterns) == (EVERYTHING,)).chart
+
+
+class _Drawn:
+    def __init__(
+        self, trace: Trace, tracks: dict[str, Track], from_ns: int | None, to_ns: int | None, title: str, all_: bool
+    ) -> None:
+        self.tracks, self._all = tracks, all_
+        self._alone = len({name.partition(".")[0] for name in trace.tracks}) == 1
+        found_from, _, edge = chart.span(trace.begin_ns, trace.end_ns, self._times())
+        last = edge if to_ns is None else to_ns
+        first = found_from if from_ns is None else from_ns
+        self.chart = Chart(title, first, min(trace.end_ns, last), max(last, first + 1))
+        self._colours = chart.colours()
+        self._add_axes()
+        for name, track in tracks.items():
+            self._add(name, track)
+
+    def _times(self) -> list[int]:
+        """When something moves or switches."""
+        found = []
+        for name, track in self.tracks.items():
+            last = name.rpartition(".")[2]
+            if len(track) > 1 and last not in BACKGROUND and last not in SAYS and track.kind != TEXT:
+                found += [track.times[1], track.times[-1]]
+        return found
+
+    def _short(self, name: str) -> str:
+        return name.partition(".")[2] if self._alone else name
+
+    def _changes(self, track: Track) -> bool:
+        """Whether something happens in the time that is drawn."""
+        return any(self.chart.from_ns < track.times[n] <= self.chart.to_ns for n in range(1, len(track)))
+
+    def _add_axes(self) -> None:
+        """Axes that move."""
+        scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
+        for scope in scopes:
+            tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
+            axis = {one: track for one, track in tracks.items() if track.kind != TEXT}
+            if any(self._changes(track) for track in axis.values()):
+                self._add_axis(self._short(scope), axis)
+
+    def _add_axis(self, name: str, axis: dict[str, Track]) -> None:
+        colour, span = next(self._colours), (self.chart.from_ns, self.chart.to_ns)
+        curves = {one: chart.held(*track.columns(), *span) for one, track in axis.items()}
+        if "position" in axis and "commanded" in axis:
+            velocity = chart.rate(*axis["position"].columns(), *span)
+            error = difference(axis["commanded"], axis["position"], span)
+            places = curves["position"], curves["commanded"]
+            self.chart.panels += servo_panels(name, velocity, *places, error, colour, steps=True)
+            return
+        if "velocity" in curves:
+            line = Line(curves.pop("velocity"), steps=True)
+            self.chart.panels.append(Panel(f"{name}  velocity\npulses/s", [line], TALL, filled=True, colour=colour))
+        for one, curve in curves.items():
+            label = "position\npulses" if one == "pulses" else f"{one}\ncounts"
+            self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve, steps=True)], colour=colour))
+
+    def _add(self, name: str, track: Track) -> None:
+        """What is no axis, if it changes."""
+        last = name.rpartition(".")[2]
+        if last in SAYS and track.kind == TEXT:
+            self._add_words(name, track)
+        elif last == FAULTS:
+            self.chart.add_faults(faults(track))
+        elif last in AXIS or not self._changes(track) or (self._all and last in UNSEEN):
+            return
+        elif track.kind == LEVEL or (track.kind == COUNT and set(track.values) <= {0, 1}):
+            self.chart.lanes[self._short(name)] = chart.held(*track.columns(), self.chart.from_ns, self.chart.to_ns)
+        elif track.kind == TEXT:
+            self.chart.states[self._short(name)] = states(track, self.chart.from_ns, self.chart.to_ns)
+        elif track.kind == COUNT or (track.kind == REAL and not set(track.values) <= set(RAILS)):
+            curve = chart.held(*track.columns(), self.chart.from_ns, self.chart.to_ns)
+            label = self._short(name).replace("_volts", "\nvolts")
+            self.chart.panels.append(Panel(label, [Line(curve, steps=True)], FLAT, colour=next(self._colours)))
+
+    def _add_words(self, name: str, track: Track) -> None:
+        """Each message as long as it has become."""
+        scope, _, which = name.rpartition(".")
+        who = speaker("" if self._alone else scope, which == "host_says")
+        words = [w for w in messages(track) if self.chart.from_ns <= w.time_ns <= self.chart.to_ns]
+        if words or self._alone:
+            self.chart.words[who] = words
+
+
+def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
+    """The texts in that time, from the one at its beginning on."""
+    found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
+    before = [state for state in found if state.time_ns <= from_ns][-1:]
+    return before + [state for state in found if from_ns < state.time_ns <= to_ns]
+
+
+def faults(track: Track) -> Iterator[Fault]:
+    """Those that are in a list of names in turn."""
+    there: dict[str, int] = {}
+    for time_ns, text in zip(track.times, track.values, strict=True):
+        names = [name for name in str(text).split(", ") if name]
+        for name in [name for name in there if name not in names]:
+            yield Fault(name, there.pop(name), time_ns)
+        there = dict.fromkeys(names, time_ns) | there
+    yield from (Fault(name, begin_ns) for name, begin_ns in there.items())
+
+
+def messages(track: Track) -> list[Word]:
+    """What one end of a line has said, message by message: when each began, and what it was in the end."""
+    found: list[Word] = []
+    before = ""
+    for time_ns, text in zip(track.times, track.values, strict=True):
+        assert isinstance(text, str), "these are texts"
+        if text and before and text.startswith(before):
+            found[-1] = Word(found[-1].time_ns, text)
+        elif text:
+            found.append(Word(time_ns, text))
+        before = text
+    return found
+
+
+def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
+    """One signal less another."""
+    import numpy as np
+
+    (times, values), (others, those) = of.columns(), less.columns()
+    both = np.union1d(times, others)
+    here = np.maximum(np.searchsorted(times, both, "right") - 1, 0)
+    there = np.maximum(np.searchsorted(others, both, "right") - 1, 0)
+    return chart.held(both, values[here] - those[there], *span)

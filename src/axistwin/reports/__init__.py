@@ -1,0 +1,1 @@
+"""Texts about a run for people: what was said and what moved."""

@@ -1,0 +1,161 @@
+"""What was said and what moved, as text for people and as a dictionary for machines."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from axistwin.bench import endpoints
+from axistwin.bench.actions import level_name, voltage
+from axistwin.bench.codec import Codec
+from axistwin.bench.events import Changed, Turned
+from axistwin.plant.axes import Axis
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plots.history import AnyMove, History, Utterance
+from axistwin.sim.frames import LineError
+from axistwin.units import to_seconds
+
+UNTOLD = ("dtr", "rts", "host.dtr", "host.rts")
+"""Levels that are not told to people: they go with the words."""
+
+
+Happening = Utterance | AnyMove | Changed | Turned
+
+
+def text(history: History) -> Iterator[str]:
+    """Lines in order of time: `>` the host says, `<` the controller says, `!` somebody does, `=` it becomes so."""
+    several = endpoints.several(history.bench)
+    codecs = _codecs(history)
+    levels = filter(_worth_telling, history.changes)
+    told: list[Happening] = [*history.said, *levels, *history.turned, *history.moves()]
+    for item in sorted(told, key=_time_ns):  # what somebody does stands before the move that it causes
+        name = f"{item.controller}: " if several else ""
+        yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
+
+
+def summary(history: History) -> Iterator[str]:
+    """A table of the axes that moved."""
+    by_axis = _by_axis(history)
+    units = " or ".join(sorted({move.unit for moves in by_axis.values() for move in moves}, reverse=True))
+    rows = [("axis", "from", "to", units, "moving", "moves")]
+    for name, moves in by_axis.items():
+        total = sum(abs(move.target - move.origin) for move in moves)
+        time_s = to_seconds(sum((move.end_ns or move.now_ns) - move.start_ns for move in moves))
+        rows.append((name, str(moves[0].origin), str(moves[-1].target), str(total), f"{time_s:.6f} s", str(len(moves))))
+    if len(rows) > 1:
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        for row in rows:
+            cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+            yield "  ".join([row[0].ljust(widths[0]), *cells])
+    yield from _lost(history)
+
+
+def as_dict(history: History) -> dict[str, Any]:
+    """The same for `--json`; times in integer nanoseconds, rates in pulses/s."""
+    codecs = _codecs(history)
+    return {
+        "said": [_said(utterance, codecs[utterance.controller]) for utterance in history.said],
+        "moves": [_moved(move) for move in history.moves()],
+        "changes": [
+            {"time_ns": c.time_ns, "controller": c.controller, "pin": c.pin, "level": c.level, "driven": c.driven}
+            for c in history.changes
+        ],
+        "voltages": [
+            {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in history.turned
+        ],
+        "axes": [
+            {"controller": c.name, "axis": name, "position": axis.position, **_besides(axis)}
+            for c in history.bench.controllers.values()
+            for name, axis in c.axes.items()
+        ],
+        "complete": history.complete,
+        "end_ns": history.bench.now,
+    }
+
+
+def _besides(axis: Axis) -> dict[str, int]:
+    return {"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses}
+
+
+def _codecs(history: History) -> dict[str, Codec]:
+    bench = history.bench
+    return {name: endpoints.codec_at(bench, name) for name in (*bench.controllers, *endpoints.names(bench))}
+
+
+def _said(utterance: Utterance, codec: Codec) -> dict[str, Any]:
+    return {
+        "time_ns": utterance.time_ns,
+        "end_ns": utterance.last_ns,
+        "controller": utterance.controller,
+        "by": "host" if utterance.by_host else "controller",
+        "text": codec.show(bytes(utterance.data)),
+        **({"words": words} if (words := codec.words(bytes(utterance.data), utterance.by_host)) else {}),
+        "errors": _errors(utterance.errors),
+    }
+
+
+def _moved(move: AnyMove) -> dict[str, Any]:
+    return {
+        "start_ns": move.start_ns,
+        "end_ns": move.end_ns,
+        "controller": move.controller,
+        "axis": move.axis,
+        "from": move.origin,
+        "to": move.target,
+        "top_rate": float(move.top_rate),
+    }
+
+
+def _time_ns(item: Happening) -> int:
+    return item.start_ns if isinstance(item, AnyMove) else item.time_ns
+
+
+def _words(item: Happening, codec: Codec) -> str:
+    match item:
+        case Utterance():
+            errors = f"   ({', '.join(_errors(item.errors))})" if item.errors else ""
+            return f"{'>' if item.by_host else '<'} {_utterance(item, codec)}{errors}"
+        case Changed():
+            return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
+        case Turned():
+            return f"! {item.pin} {voltage(item.volts)}"
+    path = f"  {item.axis} {item.origin} → {item.target}, up to {_rate(item)} {item.unit}/s"
+    if item.end_ns is None:
+        return f"{path}, still going on at {to_seconds(item.now_ns):.6f}"
+    return f"{path}, until {to_seconds(item.end_ns):.6f}"
+
+
+def _rate(move: AnyMove) -> str:
+    """Pulses have an exact rate; counts are sampled, and four figures are more than is known of it."""
+    return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.0f}"
+
+
+def _utterance(item: Utterance, codec: Codec) -> str:
+    data = bytes(item.data)
+    words = codec.words(data, item.by_host)
+    if not words:
+        return codec.show(data)
+    shown = codec.show(data if item.by_host else data.rstrip(b"\0") or data[:1])
+    return f"{shown}   {words}"
+
+
+def _errors(errors: LineError) -> list[str]:
+    return [str(error.name).lower() for error in LineError if error in errors and error]
+
+
+def _worth_telling(change: Changed) -> bool:
+    return change.pin not in UNTOLD and not (change.flashing and change.pin == "led")
+
+
+def _by_axis(history: History) -> dict[str, list[AnyMove]]:
+    found: dict[str, list[AnyMove]] = {}
+    for move in history.moves():
+        several = len(history.bench.controllers) > 1
+        found.setdefault(f"{move.controller}.{move.axis}" if several else move.axis, []).append(move)
+    return found
+
+
+def _lost(history: History) -> Iterator[str]:
+    """Motors that do not stand where their pulses should have taken them."""
+    for controller in history.bench.controllers.values():
+        for name, axis in controller.axes.items():
+            if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:
+                yield f"{name} stands at {axis.position}: it has lost {abs(axis.pulses - axis.position)} pulses"

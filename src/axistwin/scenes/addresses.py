@@ -1,0 +1,59 @@
+"""Where the controllers of a scene are reached: which ports go together with whom, and with one another."""
+
+from collections.abc import Iterator
+
+from axistwin.bench import product
+from axistwin.links.urls import EXAMPLES, PortUrl, parse
+from axistwin.scenes.source import Source
+from axistwin.scenes.tables import SceneFile, shared_lines
+from axistwin.scenes.toml_places import Path
+
+
+def check_ports(contents: SceneFile, source: Source) -> None:
+    """Raises SceneError with the place of a port that cannot be."""
+    _check_shared(contents, source)
+    taken: dict[tuple[str, ...], str] = {}
+    for path, text, at_a_bus in _ports(contents, source):
+        with source.blaming(*path):
+            url = parse(text)
+        if (url.scheme == "bus") is not at_a_bus:
+            wanted = EXAMPLES["bus" if at_a_bus else "tcp"]
+            whose = "an 1810 or 1811 is on a bus" if at_a_bus else "only an 1810 or 1811 is on a bus"
+            raise source.error(path, f"{text}: {whose}: write it like {wanted}")
+        place = _place(url)
+        if place in taken:
+            raise source.error(path, f"{text} is {taken[place]} already: choose another one")
+        if place:
+            taken[place] = text
+
+
+def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
+    """Each with its place, and whether it has to lead to a bus."""
+    for number, table in enumerate(contents.controller):
+        with source.blaming("controller", number, "model"):
+            at_a_bus = product(table.model).attend is not None
+        for key, urls in (("ports", table.ports), ("rs485_ports", table.rs485_ports)):
+            for which, url in enumerate(urls):
+                yield ("controller", number, key, which), url, at_a_bus
+    for _, _, line, path in shared_lines(contents):
+        for which, url in enumerate(line.ports):
+            yield (*path, "ports", which), url, False
+
+
+def _place(url: PortUrl) -> tuple[str, ...]:
+    """What only one port can have; nothing if it takes what is free."""
+    if url.scheme in ("pty", "serial"):
+        return ("file", url.path) if url.path else ()
+    return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()
+
+
+def _check_shared(contents: SceneFile, source: Source) -> None:
+    """Channels that are on a shared line have no ports of their own."""
+    for kind, name, line, _ in shared_lines(contents):
+        for number, table in enumerate(contents.controller):
+            key = "ports" if kind == "chain" else "rs485_ports"
+            if table.called in line.motors and getattr(table, key):
+                message = (
+                    f"{table.called} is in [[{kind}]] {name!r}: its host is at the `ports` of that, leave these out"
+                )
+                raise source.error(("controller", number, key), message)

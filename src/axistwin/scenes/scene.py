@@ -1,0 +1,127 @@
+"""A scene: controllers with their machines, the wires between them and the ports they are reached at, as a TOML file.
+
+    [[controller]]                      # as many as you like
+    model = "if2"
+    name = "table"
+    ports = ["tcp://127.0.0.1:5001"]
+    options.wiring = "3-wire"           # what `Bench.add` takes for this model
+    axes.X.limits = [-100, 20_000]      # beyond these positions a limit switch opens
+
+    [[wire]]
+    from = "table.output1"
+    to = "table.input1"
+    delay_ms = 250
+
+    [[chain]]                           # SmartMotors on one RS232 line
+    motors = ["left", "right"]
+    ports = ["tcp://127.0.0.1:5002"]
+
+    [[fault]]                           # what goes wrong
+    kind = "lose"
+    on = "table.serial"
+    at = 12.5
+
+    [[script]]                          # what somebody does at the machine
+    at = 3.0
+    on = "table"
+    do = ["input1 high", "X.load 0.2"]
+
+All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `Scene.schema()` returns.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from axistwin.bench import Bench
+from axistwin.scenes.addresses import check_ports
+from axistwin.scenes.build import Builder, comes_back
+from axistwin.scenes.source import Given, Source
+from axistwin.scenes.tables import SceneFile, shared_lines
+
+if TYPE_CHECKING:
+    from axistwin.scenes.copying import Copy
+
+
+class Scene:
+    """A scene that has been read and checked.  `build` puts it on a bench."""
+
+    def __init__(self, contents: SceneFile, source: Source) -> None:
+        self._contents, self._source = contents, source
+        self._texts: dict[str, str] = {}
+        self._check_names()
+        check_ports(contents, source)
+        self._check_masters()
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a scene file.  Raises SceneError with file, line, column and what to do."""
+        source = Source(Path(path))
+        return cls(source.contents(), source)
+
+    @classmethod
+    def given(cls, table: Mapping[str, Any]) -> Self:
+        """A scene as a dict with what a file would have.  Raises SceneError with the keys that lead to the place."""
+        source = Given(table)
+        return cls(source.contents(), source)
+
+    @staticmethod
+    def schema() -> dict[str, Any]:
+        """The JSON Schema of a scene file."""
+        return SceneFile.model_json_schema()
+
+    @property
+    def title(self) -> str:
+        """What it is, in a few words; "" if its file does not say."""
+        return self._contents.title
+
+    @property
+    def ports(self) -> list[tuple[str, str]]:
+        """Where a host is to reach whom: the name of a controller, its second channel or a line, and a URL."""
+        found = [(table.called, url) for table in self._contents.controller for url in table.ports]
+        found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
+        return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
+
+    @property
+    def hosted(self) -> set[str]:
+        """Controllers that have a host of their own and no ports: nobody from outside is to talk to them."""
+        return {table.called for table in self._contents.controller if table.host and not table.ports}
+
+    @property
+    def programs(self) -> dict[str, str]:
+        """The programs beside it, or below, that its benches have been built with: their texts, by their names."""
+        beside = self._source.file.parent
+        named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
+        return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
+
+    def build(self, *, served: bool = False) -> Bench:
+        """A new bench with everything on it, the same each time; the controllers have just been switched on.
+
+        `served`: hosts come from outside to controllers with ports, so that their `host` stays away.
+        """
+        return Builder(self._contents, self._source, served, self._texts).build()
+
+    def copied(self, copy: "Copy", served: bool, note: str) -> str:
+        """Its text, with the hosts and the script that `copy` has; the files it needs are put there, too."""
+        copy.read.update(self._texts)
+        return copy.of_scene(self._contents, self._source, served, note)
+
+    # What a table by itself cannot tell
+
+    def _check_names(self) -> None:
+        count: Counter[str] = Counter()
+        for number, table in enumerate(self._contents.controller):
+            count[table.called] += 1
+            if count[table.called] > 1:
+                key = "model" if table.name is None else "name"
+                message = f"there is a controller {table.called!r} already: give each a name of its own"
+                raise self._source.error(("controller", number, key), message)
+
+    def _check_masters(self) -> None:
+        """Encoders do not follow each other round in circles: nobody would move first."""
+        sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
+        for number, table in enumerate(self._contents.controller):
+            if comes_back(table.called, sits_on):
+                message = f"{table.called} follows itself, by way of {table.master}: let it follow another axis"
+                raise self._source.error(("controller", number, "master"), message)

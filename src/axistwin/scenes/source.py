@@ -1,0 +1,231 @@
+"""What is wrong with a scene, where in the file, and what to do about it, in one line."""
+
+import json
+import re
+import tomllib
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from axistwin.bench import rules
+from axistwin.errors import ProgramError, SceneError, UsageError
+from axistwin.numbers import NumberError, check_values
+from axistwin.scenes import toml_places
+from axistwin.scenes.tables import SceneFile
+from axistwin.scenes.toml_text import toml
+
+_WORDS = {
+    "missing": "two numbers are wanted",  # for a pair; a missing key is told in other words
+    "too_long": "two numbers are wanted",
+    "string_pattern_mismatch": "only letters, digits, _ and - are wanted",
+}
+"""What pydantic says in terms of its own."""
+
+
+MOST_NESTED = 50
+"""Tables and lists within one another."""
+
+
+def _depth(value: object) -> int:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return 1 + max(map(_depth, inner), default=0)
+
+
+class Source:
+    """The text of a scene, for telling where in it something is wrong.  `text`: instead of what the file holds."""
+
+    def __init__(self, file: Path, text: str | None = None) -> None:
+        self.file = file
+        self.text = read_text(file) if text is None else text
+        try:
+            self.data = tomllib.loads(self.text)
+            nested = _depth(self.data) > MOST_NESTED
+        except tomllib.TOMLDecodeError as error:
+            raise self._not_toml(str(error)) from None
+        except RecursionError:
+            nested = True
+        except ValueError as error:  # a number of thousands of digits
+            raise self._not_toml(str(error).partition(":")[0]) from None
+        if nested:
+            raise self._not_toml("Tables or lists within one another, more than anybody wants")
+        self.places = toml_places.places(self.text)
+
+    def contents(self) -> SceneFile:
+        """What it says.  Raises SceneError if there is a key or a value that may not be."""
+        try:
+            return self._validated()
+        except ValidationError as error:
+            raise self._first_of(error.errors()) from None
+
+    def complaints(self) -> list[SceneError]:
+        """Everything that is wrong with its keys and values, table by table; in order of place."""
+        try:
+            self._validated()
+        except ValidationError as error:
+            found = [self._complaint(each) for each in error.errors()]
+            return sorted(found, key=lambda error: (error.line, error.column, error.message))
+        return []
+
+    def _validated(self) -> SceneFile:
+        contents = self._validated_as_json()
+        try:
+            check_values(self.data)
+        except NumberError as error:
+            raise self.error(error.path, f"{error.path[-1]}: {error}", rules.VALUE.code) from None
+        return contents
+
+    def _validated_as_json(self) -> SceneFile:
+        # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
+        return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
+
+    def _complaint(self, error: ErrorDetails) -> SceneError:
+        file, line, column = self._whereabouts(error["loc"])
+        rule = _RULES.get(error["type"], rules.VALUE)
+        close = get_close_matches(str(error["loc"][-1]), _keys_at(error["loc"][:-1]), 1) if _unknown(error) else []
+        return SceneError(
+            _complaint(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
+        )
+
+    def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
+        """An error at the place of `path`, or near it."""
+        file, line, column = self._whereabouts(path)
+        return SceneError(message, file=file, line=line, column=column, code=code)
+
+    def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
+        """File, line and column."""
+        return str(self.file), *toml_places.place_of(path, self.places)
+
+    def _not_toml(self, message: str) -> SceneError:
+        """`tomllib` tells the place in words, or that it is the end."""
+        what, _, _ = message.partition(" (at ")
+        found = re.search(r"line (\d+), column (\d+)", message)
+        end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
+        line, column = (int(found[1]), int(found[2])) if found else end
+        message = f"not TOML: {what[:1].lower()}{what[1:]}"
+        return SceneError(message, file=str(self.file), line=line, column=column, code=rules.NO_TOML.code)
+
+    @contextmanager
+    def blaming(self, *path: str | int) -> Iterator[None]:
+        """A UsageError or a ProgramError from here on is the fault of what stands at `path`."""
+        try:
+            yield
+        except UsageError as error:
+            raise self.error(path, str(error)) from None
+        except ProgramError as error:
+            raise self.error(path, str(error) if error.file else error.message) from None
+
+    @contextmanager
+    def blaming_one_of(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
+        """A UsageError is the fault of the key it names, as deep as it names it.
+
+        `tables`: what keys there are, each with the key below `path` that it stands at; empty: there itself.
+        """
+        try:
+            yield
+        except UsageError as error:
+            named = [(*filter(None, (at,)), *keys) for at, table in tables for keys in _named(table, str(error))]
+            raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
+
+    def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
+        """What pydantic has found, as one error: the first in the file."""
+        first = min(errors, key=lambda error: (self._place(error), error["type"] == "missing", _complaint(error)))
+        more = f" (and {len(errors) - 1} more)" if errors[1:] else ""
+        return self.error(first["loc"], _complaint(first) + more)
+
+    def _place(self, error: ErrorDetails) -> toml_places.Place:
+        return toml_places.place_of(error["loc"], self.places)
+
+
+class Given(Source):
+    """A scene that was given as a dict: no file, so that keys tell the place.
+
+    Files that it names are seen from where Python was started.
+    """
+
+    def __init__(self, table: Mapping[str, Any]) -> None:
+        super().__init__(Path("the scene"), toml(table))
+
+    def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
+        keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+        return f"{self.file}, {keys.removeprefix('.')}" if path else str(self.file), 0, 0
+
+
+def read_text(file: Path) -> str:
+    """The text of a scene file.  Raises SceneError."""
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise SceneError(f"cannot be read: {error.strerror}", file=str(file)) from None
+    except UnicodeDecodeError:
+        raise SceneError("is not a text file in UTF-8", file=str(file)) from None
+
+
+def _complaint(error: ErrorDetails) -> str:
+    """What is wrong, in the words of the file."""
+    path = error["loc"]
+    if not path:
+        return f"cannot be read: {error['msg'].partition(' at line')[0]}"
+    key = str(path[-1])
+    if _unknown(error):
+        return f"unknown key {key!r}: {instead(key, _keys_at(path[:-1]))}"
+    if error["type"] == "missing" and isinstance(path[-1], str):
+        return f"{key!r} is missing: add {'[[controller]]' if key == 'controller' else f'{key} = …'}"
+    name = ".".join(str(part) for part in path if isinstance(part, str))
+    what = _WORDS.get(error["type"]) or error["msg"].removeprefix("Value error, ")
+    return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
+
+
+def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
+    """Keys, each below those that it stands in, that are all named in a message."""
+    for key, value in table.items():
+        if re.search(rf"\b{re.escape(key)}\b", message):
+            yield (key,)
+            inner = _named(value, message) if isinstance(value, Mapping) else ()
+            yield from ((key, *rest) for rest in inner)
+
+
+_RULES = {
+    "extra_forbidden": rules.UNKNOWN_KEY,
+    "unexpected_keyword_argument": rules.UNKNOWN_KEY,
+    "missing": rules.MISSING_KEY,
+}
+"""What is found, by pydantic's name for it; everything else is about a value."""
+
+
+def _unknown(error: ErrorDetails) -> bool:
+    return _RULES.get(error["type"]) is rules.UNKNOWN_KEY
+
+
+def instead(word: str, known: Collection[str]) -> str:
+    """What somebody may have meant, or else all there is."""
+    close = get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
+
+
+def _keys_at(path: toml_places.Path) -> list[str]:
+    """The keys that may stand in the table at this path."""
+    schema = node = _schema()
+    for part in path:
+        node = _definition(schema, node)
+        if isinstance(part, int):
+            node = node["items"]
+        else:
+            node = node["properties"][part] if "properties" in node else node["additionalProperties"]
+    return list(_definition(schema, node)["properties"])
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return SceneFile.model_json_schema()
+
+
+def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    """What stands behind a reference, and before "or nothing"."""
+    node = node["anyOf"][0] if "anyOf" in node else node
+    return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

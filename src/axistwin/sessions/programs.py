@@ -1,0 +1,39 @@
+"""Programs that people load into a controller: looked through before anything is done."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from axistwin.bench import Bench
+from axistwin.controllers.diagnostics import Severity
+from axistwin.diagnostics.checking import check_kind, diagnose_text
+from axistwin.errors import ProgramError, UsageError
+from axistwin.scenes.hosting import KINDS, STORED
+
+OFF_S = 0.1
+"""So long a controller is off before a program is loaded; nothing is on its lines any more then."""
+
+
+def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
+    """The name under which this program is kept, its own unless another text has it.
+
+    Raises ProgramError with file, line and column, or UsageError.
+    """
+    file, controller = Path(filename), bench[name]
+    if file.suffix.lower() not in (STORED, *KINDS):
+        raise UsageError(
+            f"{filename} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
+        )
+    check_kind(file, controller.product)
+    if controller.product.attend is None and name not in bench.ports:
+        raise UsageError(f"{name} shares its line with others: it cannot be loaded into")
+    for found in diagnose_text(text, file.suffix.lower(), controller.product, filename):
+        if found.severity is Severity.ERROR:
+            raise ProgramError(found.message, file=filename, line=found.line, column=found.column, code=found.code)
+    return _free(file.name, text, known)
+
+
+def _free(name: str, text: str, known: Mapping[str, str]) -> str:
+    path = Path(re.sub(r"[^\w.-]", "_", name))
+    names = (path.name if n == 1 else f"{path.stem}-{n}{path.suffix}" for n in range(1, len(known) + 2))
+    return next(each for each in names if known.get(each, text) == text)

@@ -1,0 +1,121 @@
+"""A session as a scene that repeats it: what people did as its script, what hosts did as one conversation for each.
+
+At one nanosecond what is done is done in one file, so that it is in order: in a script if people did it to one
+controller; otherwise in the conversation of whom a host has talked to, a serial line's if there is one.
+"""
+
+import re
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+
+from axistwin.bench import Bench, endpoints
+from axistwin.bench.action_runner import LOAD
+from axistwin.bench.actions import BUS_ACTS, LINE_ACTS
+from axistwin.bench.codec import CHARACTERS, Codec
+from axistwin.conversations.conversation import Act, Comment, Do, Say, Wait, write
+from axistwin.fault_injection.kinds import KINDS
+from axistwin.scenes.copying import Copy, Files, entry
+from axistwin.scenes.hosting import OUTSIDE, rank_of
+from axistwin.scenes.scene import Scene
+from axistwin.sessions.journal import Journal, Moment
+from axistwin.units import to_seconds
+
+SCENE = "scene.toml"
+_HEADER = re.compile(r"^; host: (.+)$", re.MULTILINE)
+
+
+def files(
+    scene: Scene | None, served: bool, bench: Bench, journal: Journal, programs: dict[str, str], end_ns: int
+) -> dict[str, str]:
+    """The texts of the scene and of all that it needs, by name.  Raises UsageError for what no scene can say."""
+    found = Files()
+    if scene is not None:
+        found.texts.update(scene.programs)  # its own keep their names, by which its script may load them
+    renamed = {name: found.add(name, text) for name, text in programs.items()}
+    before = _saved_before(found.texts.values())
+    copy, talks = Copy(bench, found), _Talks(bench, before + 1)
+    for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
+        moments = [_renamed(moment, renamed) for moment in together]
+        if not before and all(map(_is_script, moments)):  # a script would come before what was saved then
+            copy.script += [_entry(moment) for moment in moments]
+        else:
+            talks.add(time_ns, moments)
+    for name, text in talks.texts():
+        host = name if name in bench.controllers or name in bench.lines else name.rpartition(".")[0]
+        copy.add_host(host, f"{name}.talk", text)
+    note = f"What was done in a session: axistwin run {SCENE} --for {to_seconds(end_ns):.9g}"
+    text = copy.of_bench(note) if scene is None else scene.copied(copy, served, note)
+    return {SCENE: text, **found.texts}
+
+
+def _saved_before(texts: Iterable[str]) -> int:
+    """How many sessions there are among these conversations, one going on where the other has ended."""
+    hosts = (found[1] for text in texts if (found := _HEADER.search(text)))
+    return max(map(rank_of, hosts), default=0)
+
+
+def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
+    acts = (
+        Do(LOAD, names[act.value], controller=act.controller) if isinstance(act, Do) and act.target == LOAD else act
+        for act in moment.acts
+    )
+    return Moment(moment.time_ns, tuple(acts))
+
+
+def _is_script(moment: Moment) -> bool:
+    """Whether people have done it, to one controller."""
+    return len({act.controller for act in moment.acts}) == 1 and all(
+        isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _knows_another(act)
+        for act in moment.acts
+    )
+
+
+def _knows_another(act: Do) -> bool:
+    """It is about another fault, by its name: a script would have to know that one from the beginning."""
+    if act.target == "mend":
+        return act.value.strip("\"'") not in (*KINDS, "all")
+    return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
+
+
+def _entry(moment: Moment) -> dict[str, object]:
+    acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
+    return entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts)
+
+
+class _Talks:
+    """Conversations in the making, by the names of those who are talked to."""
+
+    def __init__(self, bench: Bench, rank: int) -> None:
+        self.bench = bench
+        self._host = OUTSIDE if rank == 1 else f"{OUTSIDE} {rank}"
+        self._acts: dict[str, list[Act]] = {}
+        self._told_ns: dict[str, int] = {}
+
+    def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
+        """What was done at this time; each moment when all has happened that is due then."""
+        moments = list(moments)
+        name = self._whose(act for moment in moments for act in moment.acts)
+        acts = self._acts.setdefault(name, [])
+        for moment in moments:
+            acts.append(Wait(time_ns - self._told_ns.get(name, 0)))
+            acts += [self._as_said_to(name, act) for act in moment.acts]
+            self._told_ns[name] = time_ns
+
+    def texts(self) -> Iterator[tuple[str, str]]:
+        """Each of them."""
+        for name, acts in self._acts.items():
+            yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
+
+    def _whose(self, acts: Iterable[Say | Do]) -> str:
+        """Whose conversation it is in."""
+        named = [act.controller for act in acts if act.controller]
+        serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
+        return next(serial, named[0] if named else next(iter(self.bench.controllers)))
+
+    def _as_said_to(self, name: str, act: Say | Do) -> Act:
+        """With whom it is about, if that is somebody else."""
+        who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
+        return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
+
+    def _codec(self, name: str) -> Codec:
+        return endpoints.codec_at(self.bench, name) if endpoints.at_a_bus(self.bench, name) else CHARACTERS

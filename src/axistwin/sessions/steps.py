@@ -1,0 +1,86 @@
+"""What a step goes on to: a nanosecond in which something can be seen, a line begins, an axis starts or stops."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+from axistwin.bench import Bench
+from axistwin.bench.events import observing
+from axistwin.errors import UsageError
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.clock import Clock
+
+KINDS = "event", "statement", "move"
+MOST_S = 60
+"""A step is over after so many virtual seconds, whatever happens."""
+
+
+class Watch:
+    """Watches a bench, within a `with` block, for what a step of this kind goes on to."""
+
+    def __init__(self, bench: Bench, kind: str) -> None:
+        if kind not in KINDS:
+            raise UsageError(f"no step {kind!r}: there are {', '.join(KINDS)}")
+        self.bench, self.kind = bench, kind
+        self._seen = False
+        self._moving = self._movements()
+
+    def __enter__(self) -> Self:
+        self._stack = ExitStack()
+        if self.kind == "event":
+            self._stack.enter_context(observing(self.bench, self._see))
+        elif self.kind == "statement":
+            for controller in self.bench.controllers.values():
+                self._stack.callback(controller.watch_lines(self._see))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    @property
+    def seen(self) -> bool:
+        """Whether there has been one."""
+        return self._seen or (self.kind != "statement" and self._movements() != self._moving)
+
+    def _see(self, *_: object) -> None:
+        self._seen = True
+
+    def _movements(self) -> list[tuple[bool, int]]:
+        """Of each axis, whether it moves, and since when, if its strokes are known."""
+        return [
+            (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.stroke.start_ns)
+            for controller in self.bench.controllers.values()
+            for axis in controller.axes.values()
+        ]
+
+
+def go_on(bench: Bench, end_ns: int, enough: Callable[[], object]) -> bool:
+    """Nanosecond by nanosecond, until it is enough or nothing more is due by `end_ns`; tells which.
+
+    While a servo moves each sample counts.
+    """
+    clock = bench.clock
+    axes = (axis for controller in bench.controllers.values() for axis in controller.axes.values())
+    servos = [axis for axis in axes if isinstance(axis, ServoAxis)]
+    while not enough():
+        times_ns = [clock.next_event_ns(), *(axis.next_sample_ns() for axis in servos)]
+        due_ns = min((time_ns for time_ns in times_ns if time_ns is not None), default=None)
+        if due_ns is None or due_ns > end_ns:
+            return False
+        clock.run_to(due_ns)
+    return True
+
+
+def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
+    """Up to that time, inclusive, or until it is over, at the end of a nanosecond; tells whether it is there."""
+    while not over():
+        due_ns = clock.next_event_ns()
+        if due_ns is None or due_ns > end_ns:
+            clock.run_to(end_ns)
+            return True
+        clock.step()
+    clock.run_to(clock.now)
+    return False

@@ -1,0 +1,126 @@
+"""The terminal's own commands: lines that begin with a colon and a lower-case word."""
+
+import re
+from collections.abc import Iterable
+from typing import Protocol
+
+from axistwin.bench import actions
+from axistwin.errors import AxistwinError, UsageError
+from axistwin.links.pacing import read_speed
+from axistwin.numbers import NumberError, real, shortened
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.reports.columns import columns
+from axistwin.sim.pins import Pin, UserPin
+from axistwin.terminal.screen import Screen
+from axistwin.terminal.virtual import VirtualEnd
+
+_COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
+
+HELP = """\
+What you type is sent when you press Enter.  Lines of the terminal's own:
+  :pins                the level of every terminal               virtual
+  :axes                where every axis stands                   virtual
+  :drive input1 high   force a terminal high or low, or release  virtual
+                       (a SmartMotor's to 2.5V, too; also ambient 40, master 4000 in 2, shaft.load 0.3)
+  :speed 10            virtual time against the wall clock; max  virtual
+  :wait 0.5            let so many seconds pass
+  :help                this
+  :quit                leave, as does Ctrl-D"""
+
+
+class End(Protocol):
+    """The other end of the cable."""
+
+    def send(self, data: bytes) -> None:
+        """Transmit."""
+
+    async def settle(self) -> None:
+        """Wait until what was said has been dealt with, as far as one can tell."""
+
+    async def wait(self, seconds: float) -> None:
+        """Let so much time pass there."""
+
+
+class LocalCommands:
+    """Obeys them; those about pins, axes and time need a `virtual` controller."""
+
+    def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
+        self.end, self.screen, self._virtual = end, screen, virtual
+
+    def knows(self, line: bytes) -> bool:
+        """Whether it is one; an IF1's sequence, which begins with a colon too, is upper case."""
+        return _COMMAND.fullmatch(line.decode("latin-1")) is not None
+
+    async def obey(self, line: str) -> bool:
+        """Do it; returns False if that is the end.  What is wrong with it is told, and nothing is done."""
+        found = _COMMAND.fullmatch(line)
+        assert found is not None
+        try:
+            return await self._obey(found[1], (found[2] or "").strip())
+        except AxistwinError as error:
+            self.screen.tell(f"{error}")
+            return True
+
+    async def _obey(self, name: str, words: str) -> bool:
+        match name:
+            case "quit":
+                return False
+            case "help":
+                self.screen.tell(*HELP.splitlines())
+            case "wait":
+                await self.end.wait(_seconds(words))
+            case "pins":
+                self.screen.tell(*columns(_pins(self._need())))
+            case "axes":
+                self.screen.tell(*columns(_axes(self._need())))
+            case "drive":
+                self._drive(*words.partition(" ")[::2])
+            case "speed":
+                self._need().set_speed(read_speed(words))
+            case _:
+                raise UsageError(f"no command :{name}: :help tells what there is")
+        return True
+
+    def _need(self) -> VirtualEnd:
+        if self._virtual is None:
+            raise UsageError("that is for a virtual controller: a port shows characters only")
+        return self._virtual
+
+    def _drive(self, target: str, value: str) -> None:
+        self._need().do(target, value.strip())
+
+
+def _seconds(words: str) -> float:
+    try:
+        seconds = real(words)
+    except NumberError:
+        seconds = -1.0
+    if not 0 <= seconds < 1e6:
+        raise UsageError(f"{shortened(words)} is no number of seconds: write it like :wait 0.5")
+    return seconds
+
+
+def _pins(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
+    pins = end.controller.pins
+    analog = any(isinstance(pin, UserPin) for pin in pins.values())
+    for name, pin in pins.items():
+        volts = actions.voltage(pin.volts) if isinstance(pin, UserPin) else ""
+        yield name, actions.level_name(pin.level), *[volts] * analog, _how(pin)
+
+
+def _axes(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
+    for name, axis in end.controller.axes.items():
+        if isinstance(axis, ServoAxis):
+            yield (
+                name,
+                str(axis.position),
+                f"{axis.velocity:.0f} counts/s" if axis.moving else "at rest",
+                (f"commanded {axis.commanded}"),
+            )
+            continue
+        lost = f"{axis.pulses - axis.position} pulses lost" if axis.pulses != axis.position else ""
+        yield name, str(axis.position), f"{axis.velocity:g} pulses/s" if axis.velocity else "at rest", lost
+
+
+def _how(pin: Pin) -> str:
+    return "driven" if pin.driven else "flashing" if pin.flashing else ""

@@ -1,0 +1,1 @@
+"""axistwin in the tests of host software: `serve()` and the pytest plug-in."""

@@ -1,0 +1,135 @@
+"""Where two traces differ: for each signal the first time at which it has a value that is not tolerated."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from axistwin.traces.reading import Trace, Track
+from axistwin.traces.signals import EVERYTHING, STEP, TEXT, Signal, choose
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Places = NDArray[np.int64]
+
+Value = int | float | str
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What is no difference: numbers so close to each other, changes so much earlier or later."""
+
+    value: float = 0.0
+    time_ns: int = 0
+
+
+@dataclass(frozen=True)
+class Difference:
+    """From `time_ns` on a signal has one value in one trace and another in the other; None: it has none there."""
+
+    time_ns: int
+    signal: str
+    first: Value | None
+    second: Value | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All signals that differ, the first first; and up to when both traces go."""
+
+    differences: Sequence[Difference]
+    compared: int
+    until_ns: int
+    ends: tuple[int, int]
+
+
+def compare(
+    first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
+) -> Comparison:
+    """Compare the signals that patterns mean, as long as both traces go.
+
+    Step pulses are left out: `pulses` tells the same.  Raises UsageError for a pattern that means nothing.
+    """
+    tolerance = tolerance or Tolerance()
+    until_ns = min(first.end_ns, second.end_ns)
+    found = []
+    names = _names(first, second, patterns)
+    for name in names:
+        difference = _compare(name, first, second, until_ns, tolerance)
+        if difference is not None:
+            found.append(difference)
+    found.sort(key=lambda difference: difference.time_ns)
+    return Comparison(found, len(names), until_ns, (first.end_ns, second.end_ns))
+
+
+def _names(first: Trace, second: Trace, patterns: Sequence[str]) -> list[str]:
+    tracks = {**second.tracks, **first.tracks}
+    names = dict.fromkeys((*first.tracks, *second.tracks))
+    known = [Signal(*name.rpartition(".")[::2], tracks[name].kind) for name in names if tracks[name].kind != STEP]
+    return [signal.full for signal in choose(known, patterns)]
+
+
+def _compare(name: str, first: Trace, second: Trace, until_ns: int, tolerance: Tolerance) -> Difference | None:
+    one, other = first.tracks.get(name), second.tracks.get(name)
+    if one is None or other is None:
+        begin_ns = max(first.begin_ns, second.begin_ns)
+        return Difference(begin_ns, name, one.values[0] if one else None, other.values[0] if other else None)
+    if tolerance == Tolerance() and one.times == other.times and one.values == other.values:
+        return None
+    return _first(name, one, other, until_ns, tolerance)
+
+
+def _first(name: str, one: Track, other: Track, until_ns: int, tolerance: Tolerance) -> Difference | None:
+    """The first time at which one has a value that the other has not, neither then nor within the tolerated time."""
+    moments = [
+        time_ns
+        for this, that in ((one, other), (other, one))
+        if (time_ns := _first_alone(this, that, until_ns, tolerance)) is not None
+    ]
+    if not moments:
+        return None
+    at_ns = min(moments)
+    return Difference(at_ns, name, _at(one, at_ns), _at(other, at_ns))
+
+
+def _at(track: Track, time_ns: int) -> Value:
+    return track.values[max(bisect_right(track.times, time_ns) - 1, 0)]
+
+
+def _first_alone(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
+    """When `this` first has a value that `that` has not.
+
+    It can begin when this one changes, or when a value of the other is long enough gone or soon enough to come.
+    """
+    import numpy as np
+
+    most_ns, begin_ns = tolerance.time_ns, max(this.times[0], that.times[0])
+    times, others = np.array(this.times, np.int64), np.array(that.times, np.int64)
+    moments = np.unique(np.concatenate((times, others + most_ns, others - most_ns, [begin_ns])))
+    moments = moments[(moments >= begin_ns) & (moments <= until_ns - most_ns)]
+    if not len(moments):
+        return None
+    here = np.searchsorted(times, moments, "right") - 1
+    first = np.maximum(np.searchsorted(others, moments - most_ns, "right") - 1, 0)
+    last = np.searchsorted(others, moments + most_ns, "right")
+    alone = np.flatnonzero(_alone(this, that, here, first, last, tolerance.value))
+    return int(moments[alone[0]]) if len(alone) else None
+
+
+def _alone(
+    this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
+) -> "NDArray[np.bool_]":
+    """Whether a value of this one is none of those that the other has from its first to before its last place."""
+    import numpy as np
+
+    if TEXT in (this.kind, that.kind):
+        places = zip(here.tolist(), first.tolist(), last.tolist(), strict=True)
+        return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
+    values, others = this.columns()[1][here], that.columns()[1]
+    spans = np.column_stack((first, last)).ravel()
+    ended = np.append(others, others[-1])  # so that a span may go up to the end
+    least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
+    found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
+    return found

@@ -1,0 +1,260 @@
+"""Files that a trace is written to: `.csv`, `.vcd` for GTKWave, `.parquet` for everything that calculates.
+
+What has been written can be read at any moment: a file grows by whole rows, and what a full disk has cut is taken away.
+Each kind says in its own way what it is a trace of (`provenance.py`): comments, or the metadata of Parquet.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from axistwin.bench.codec import CHARACTERS
+from axistwin.errors import UsageError
+from axistwin.traces.batch import Batch, Value
+from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, Signal
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Provenance = Mapping[str, str]
+ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
+WAVES = ".vcd"
+"""Here step pulses are drawn; elsewhere a pulse is a change of `pulses`, and that is enough."""
+
+
+class Output:
+    """A file that grows by pieces, each whole or not there.  Raises OSError when there is no room for one."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        self._size = 0
+
+    def append(self, data: bytes) -> None:
+        """One more piece."""
+        self.replace_end(data, 0)
+
+    def replace_end(self, data: bytes, of: int) -> None:
+        """A piece in the place of the last `of` bytes, which come back if there is no room for it."""
+        start = self._size - of
+        before = os.pread(self._file, of, start)
+        try:
+            _write_at(self._file, data, start)
+        except BaseException:
+            _write_at(self._file, before, start)
+            os.ftruncate(self._file, self._size)
+            raise
+        self._size = start + len(data)
+        os.ftruncate(self._file, self._size)
+
+    def close(self) -> None:
+        """Nothing more comes."""
+        os.close(self._file)
+
+
+def _write_at(file: int, data: bytes, place: int) -> None:
+    left = memoryview(data)
+    while left:
+        written = os.pwrite(file, left, place)
+        left, place = left[written:], place + written
+
+
+class Sink(Protocol):
+    """What writes a kind of file."""
+
+    def write(self, batch: Batch) -> None:
+        """Changes in order of time, later than those before.  Raises OSError."""
+
+    def flush(self) -> None:
+        """All that has been written can be read by others.  Raises OSError."""
+
+    def end(self, now_ns: int) -> None:
+        """The trace goes up to here.  Raises OSError."""
+
+
+class CsvSink:
+    """Rows of time_ns, signal, value; the first rows say how everything is.  A pulse is a row of `pulses`."""
+
+    def __init__(
+        self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
+    ) -> None:
+        self._output, self._signals = output, signals
+        self._names = [f",{csv_field(signal.full)}," for signal in signals]
+        lines = [f"# {key}: {value}" for key, value in provenance.items()]
+        lines += [f"# signal: {signal.full} {signal.kind}" for signal in signals]
+        lines.append("time_ns,signal,value")
+        lines += [f"{now_ns}{name}{_csv_value(value)}" for name, value in zip(self._names, first, strict=True)]
+        output.append(("\n".join(lines) + "\n").encode())
+
+    def write(self, batch: Batch) -> None:
+        """A row for each change."""
+        values = decoded(batch, batch.signals, batch.values, self._signals, _csv_value)
+        names = self._names
+        rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
+        self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
+
+    def flush(self) -> None:
+        """It is there already."""
+
+    def end(self, now_ns: int) -> None:
+        """A last comment says so."""
+        self._output.append(f"# end_ns: {now_ns}\n".encode())
+
+
+class VcdSink:
+    """A value change dump with a time scale of 1 ns, a scope for each controller and each axis."""
+
+    def __init__(
+        self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
+    ) -> None:
+        self._output, self._signals = output, signals
+        self._ids = [_identifier(n) for n in range(len(signals))]
+        self._last_ns = now_ns
+        dump = [self._change(n, _vcd_value(value)) for n, value in enumerate(first)]
+        head = [
+            *_vcd_head(provenance),
+            *self._scopes(),
+            "$enddefinitions $end",
+            f"#{now_ns}",
+            "$dumpvars",
+            *dump,
+            "$end",
+        ]
+        output.append(("\n".join(head) + "\n").encode())
+
+    def write(self, batch: Batch) -> None:
+        """The time, and what has changed at it."""
+        import numpy as np
+
+        lines = self._changes(batch)
+        new = np.flatnonzero(np.diff(batch.times, prepend=self._last_ns))
+        for at, time_ns in zip(new.tolist(), batch.times[new].tolist(), strict=True):
+            lines[at] = f"#{time_ns}\n{lines[at]}"
+        if lines:
+            self._output.append(("\n".join(lines) + "\n").encode())
+            self._last_ns = int(batch.times[-1])
+
+    def _changes(self, batch: Batch) -> list[str]:
+        """A line for each; there are many levels and only two of them."""
+        import numpy as np
+
+        values, signals = batch.values, batch.signals
+        levels = np.array([signal.kind in (LEVEL, STEP) for signal in self._signals], bool)[signals]
+        known = np.array([f"{level}{identifier}" for identifier in self._ids for level in (0, 1)], object)
+        lines: list[str] = known[np.where(levels, 2 * signals + values, 0)].tolist()
+        others = np.flatnonzero(~levels)
+        shown = decoded(batch, signals[others], values[others], self._signals, _vcd_value)
+        for at, n, value in zip(others.tolist(), signals[others].tolist(), shown, strict=True):
+            lines[at] = self._change(n, value)
+        return lines
+
+    def flush(self) -> None:
+        """It is there already."""
+
+    def end(self, now_ns: int) -> None:
+        """The dump goes up to here."""
+        if now_ns > self._last_ns:
+            self._output.append(f"#{now_ns}\n".encode())
+
+    def _change(self, n: int, value: float | str) -> str:
+        kind = self._signals[n].kind
+        if kind == COUNT:
+            return f"b{int(value) & ALL_BITS:b} {self._ids[n]}"
+        if kind == REAL:
+            return f"r{value!r} {self._ids[n]}"
+        return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
+
+    def _scopes(self) -> list[str]:
+        """Scopes within scopes, in the order of the signals."""
+        found: list[str] = []
+        inside: list[str] = []
+        for signal, identifier in zip(self._signals, self._ids, strict=True):
+            path = signal.scope.split(".")
+            shared = next(
+                (n for n, (a, b) in enumerate(zip(inside, path, strict=False)) if a != b), min(len(inside), len(path))
+            )
+            found += ["$upscope $end"] * (len(inside) - shared)
+            found += [f"$scope module {name} $end" for name in path[shared:]]
+            inside = path
+            size = 64 if signal.kind in (COUNT, REAL) else 1
+            kind = "wire" if signal.kind == STEP else signal.kind
+            found.append(f"$var {kind} {size} {identifier} {signal.name} $end")
+        return found + ["$upscope $end"] * len(inside)
+
+
+def decoded(
+    batch: Batch,
+    signals: "NDArray[np.int64]",
+    values: "NDArray[np.int64]",
+    known: Sequence[Signal],
+    show: Callable[[Value], float | str],
+) -> list[float | str]:
+    """Values as they are: whole numbers, and where a signal is of another kind, what `show` makes of it."""
+    import numpy as np
+
+    found: list[float | str] = values.tolist()
+    kinds = np.array([{REAL: 1, TEXT: 2}.get(signal.kind, 0) for signal in known], np.int64)[signals]
+    for at in np.flatnonzero(kinds == 1).tolist():
+        found[at] = show(float(values[at : at + 1].view(np.float64)[0]))
+    for at in np.flatnonzero(kinds == 2).tolist():
+        found[at] = show(batch.texts[values[at]])
+    return found
+
+
+def csv_field(text: str) -> str:
+    """Quoted where it must be, and where it would be taken for a comment."""
+    return f'"{text.replace(chr(34), chr(34) * 2)}"' if any(sign in text for sign in ',"#\r\n') else text
+
+
+def _vcd_value(value: Value) -> float | str:
+    """Characters as one word."""
+    return CHARACTERS.show(value).replace(" ", r"\x20") if isinstance(value, bytes) else value
+
+
+def _csv_value(value: Value) -> str:
+    return csv_field(CHARACTERS.show(value)) if isinstance(value, bytes) else repr(value)
+
+
+def _vcd_head(provenance: Provenance) -> list[str]:
+    from axistwin.traces.axes import STEP_NS
+
+    told = [f"  {key}: {value}".replace("$", "%24") for key, value in provenance.items()]
+    note = f"  virtual time from 0; step pulses are drawn {STEP_NS} ns wide"
+    return ["$comment", *told, note, "$end", "$timescale 1 ns $end"]
+
+
+FIRST_SIGN, SIGNS = 33, 94
+
+
+def _identifier(n: int) -> str:
+    """Short words of printable characters: first all of one sign."""
+    word = chr(FIRST_SIGN + n % SIGNS)
+    return word if n < SIGNS else _identifier(n // SIGNS - 1) + word
+
+
+def _parquet(*arguments: object) -> Sink:
+    from axistwin.traces.parquet import ParquetSink  # late: it needs an extra
+
+    return ParquetSink(*arguments)  # type: ignore[arg-type]
+
+
+MakeSink = Callable[[Output, Sequence[Signal], Sequence[Value], int, Provenance], Sink]
+SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, ".parquet": _parquet}
+
+
+def sink_for(path: Path) -> MakeSink:
+    """What writes this kind of file.  Raises UsageError if there is none, MissingExtraError if it needs an extra."""
+    if path.suffix not in SINKS:
+        *others, last = SINKS
+        raise UsageError(f"no trace in {path.name!r}: name a file {', '.join(others)} or {last}")
+    if path.suffix == ".parquet":
+        from axistwin.traces.parquet import need_pyarrow
+
+        need_pyarrow()
+    return SINKS[path.suffix]
+
+
+def kept(path: Path, signals: Iterable[Signal]) -> list[Signal]:
+    """Those that this kind of file keeps."""
+    return [signal for signal in signals if signal.kind != STEP or path.suffix == WAVES]

@@ -1,0 +1,213 @@
+"""Traces as Parquet files: one row for each change, in columns `time_ns`, `signal` and `integer`, `number` or `text`.
+
+As in CSV there are no rows for step pulses.  A last row, `end`, says up to when the trace goes.
+
+Parquet has its table of contents at the end, and a file without it is lost.  So each group of rows is written together
+with a new table of contents, in the place of the old one: the file is whole at any time, whoever is killed.
+The last group is written again and again until it is full.
+"""
+
+import io
+import json
+from collections.abc import Sequence
+from functools import lru_cache
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from axistwin.bench.codec import CHARACTERS
+from axistwin.errors import MissingExtraError
+from axistwin.traces.batch import Batch, Value, Waiting, merged
+from axistwin.traces.files import Output, Provenance
+from axistwin.traces.signals import REAL, TEXT, Signal
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pyarrow as pa
+    from numpy.typing import NDArray
+
+MAGIC = b"PAR1"
+TAIL = 8
+"""Bytes behind the table of contents: its length, and the magic word again."""
+GROUP, MOST = 1 << 16, 1 << 20
+"""Rows in a group; in a long trace more and more, so that the table of contents stays small."""
+GROWS_AFTER = 64
+NOTHING = memoryview(bytes(1 << 24))
+SIGNALS, END = "axistwin.signals", "end"
+INTEGER, NUMBER, WORDS, NONE = range(4)
+KINDS = {REAL: NUMBER, TEXT: WORDS}
+"""Which column holds a signal's values."""
+OPTIONS: dict[str, Any] = {
+    "compression": "zstd",
+    "use_dictionary": ["signal", "text"],
+    "column_encoding": {
+        "time_ns": "DELTA_BINARY_PACKED", "integer": "DELTA_BINARY_PACKED", "number": "BYTE_STREAM_SPLIT",
+    },
+}  # fmt: skip
+
+
+def need_pyarrow() -> None:
+    """Raises MissingExtraError if it is not installed."""
+    if find_spec("pyarrow") is None:
+        raise MissingExtraError("pyarrow", "traces")
+
+
+class ParquetSink:
+    """Rows of time, signal and value."""
+
+    def __init__(
+        self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
+    ) -> None:
+        import pyarrow as pa
+
+        self._output, self._signals = output, signals
+        self._names = pa.array([*(signal.full for signal in signals), END], pa.string())
+        kinds = {signal.full: signal.kind for signal in signals}
+        self._about = {**provenance, SIGNALS: json.dumps(kinds)}
+        self._batches: list[pa.Table] = []
+        self._rows = self._groups = 0
+        self._new = False
+        self._contents: Any = None
+        self._place, self._loose = len(MAGIC), 0  # where the group begins; bytes behind that are written anew
+        output.append(MAGIC)
+        waiting = Waiting(signals)
+        for n, value in enumerate(first):
+            waiting.add(now_ns, n, value)
+        texts: list[bytes] = []
+        self.write(merged(waiting.parts(now_ns + 1, texts), texts))
+        self.flush()
+
+    def write(self, batch: Batch) -> None:
+        """Rows for the present group, and if that is full for the next."""
+        table = self._table(batch)
+        while self._rows + len(table) >= self._full:
+            room = self._full - self._rows
+            self._add(table.slice(0, room))
+            self._close_group()
+            table = table.slice(room)
+        self._add(table)
+
+    def _add(self, table: "pa.Table") -> None:
+        self._batches.append(table)
+        self._rows += len(table)
+        self._new |= len(table) > 0
+
+    def _close_group(self) -> None:
+        """The present group is full, and stays as it is."""
+        self.flush()
+        self._place += self._body
+        self._loose -= self._body
+        self._contents = self._with_group
+        self._batches, self._rows, self._groups = [], 0, self._groups + 1
+
+    def flush(self) -> None:
+        """The present group, and a table of contents for all."""
+        import pyarrow as pa
+
+        if not self._new:
+            return
+        self._new = False
+        self._batches = [pa.concat_tables(self._batches)]
+        body, self._with_group = self._encoded(self._batches[0])
+        self._body = len(body)
+        data = body + _footer(self._with_group)
+        self._output.replace_end(data, self._loose)
+        self._loose = len(data)
+
+    def end(self, now_ns: int) -> None:
+        """A last row says so."""
+        import numpy as np
+
+        self.write(Batch(np.array([now_ns]), np.array([len(self._signals)]), np.array([0]), ()))
+        self.flush()
+
+    @property
+    def _full(self) -> int:
+        return min(MOST, GROUP << self._groups // GROWS_AFTER)
+
+    def _table(self, batch: Batch) -> "pa.Table":
+        import numpy as np
+        import pyarrow as pa
+
+        signals, values = batch.signals, batch.values
+        kinds = np.array([*(KINDS.get(signal.kind, INTEGER) for signal in self._signals), NONE], np.int8)[signals]
+        columns = [
+            pa.array(batch.times),
+            pa.DictionaryArray.from_arrays(pa.array(signals.astype(np.int32)), self._names),
+            pa.array(values, mask=kinds != INTEGER),
+            pa.array(values.view(np.float64), mask=kinds != NUMBER),
+            _texts(values, kinds == WORDS, batch.texts),
+        ]
+        return pa.table(columns, self._schema())
+
+    def _schema(self) -> "pa.Schema":
+        import pyarrow as pa
+
+        signal = pa.dictionary(pa.int32(), pa.string())
+        columns = {
+            "time_ns": pa.int64(),
+            "signal": signal,
+            "integer": pa.int64(),
+            "number": pa.float64(),
+            "text": pa.string(),
+        }
+        return pa.schema(list(columns.items()), metadata=self._about)
+
+    def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
+        """A group as it will stand at its place, and the table of contents with it."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        tail = _Tail()
+        file = pa.PythonFile(tail, mode="w")
+        writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
+        while (missing := self._place - file.tell()) > 0:  # so that the addresses are those in the whole file
+            file.write(NOTHING[:missing])
+        tail.parts = []
+        writer.write_table(table)
+        writer.close()
+        data = b"".join(tail.parts)
+        length = int.from_bytes(data[-TAIL:-4], "little") + TAIL
+        contents = pq.read_metadata(io.BytesIO(MAGIC + data[-length:]))
+        if self._contents is not None:
+            whole = pq.read_metadata(io.BytesIO(MAGIC + _footer(self._contents)))
+            whole.append_row_groups(contents)
+            contents = whole
+        return data[:-length], contents
+
+
+class _Tail(io.RawIOBase):
+    """A file of which only what comes last is kept: what is written while there are `parts`."""
+
+    def __init__(self) -> None:
+        self.parts: list[bytes] | None = None
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        if self.parts is not None:
+            self.parts.append(bytes(data))
+        return len(data)
+
+
+def _footer(contents: Any) -> bytes:
+    """A table of contents as it stands at the end of a file."""
+    file = io.BytesIO()
+    contents.write_metadata_file(file)
+    data = file.getvalue()
+    return data[-int.from_bytes(data[-TAIL:-4], "little") - TAIL :]
+
+
+def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequence[bytes]) -> "pa.Array":
+    import pyarrow as pa
+
+    if not wanted.any():
+        return pa.nulls(len(values), pa.string())
+    words = pa.array([_shown(text) for text in known], pa.string())
+    return words.take(pa.array(values, mask=~wanted))
+
+
+@lru_cache(1 << 14)
+def _shown(text: bytes) -> str:
+    """Hosts and controllers say the same again and again."""
+    return CHARACTERS.show(text)

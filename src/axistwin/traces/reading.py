@@ -1,0 +1,338 @@
+"""Reads traces back, whichever kind of file they are in, also those that whoever wrote them could not finish."""
+
+import csv
+import json
+from array import array
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from axistwin.bench.codec import CHARACTERS
+from axistwin.errors import ProgramError, TraceError, UsageError
+from axistwin.numbers import NumberError, clipped, real, shortened, whole
+from axistwin.traces.files import ALL_BITS
+from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, choose
+from axistwin.traces.signals import Signal as Known
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+FLOAT = "d"
+WHOLE = "q"
+KINDS = (LEVEL, COUNT, STEP, TEXT, REAL)
+COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number": "double", "text": "string"}
+"""Of a Parquet file, and what is in them."""
+
+
+@dataclass
+class Track:
+    """One signal: from `times[n]` on it had `values[n]`.  Texts are as they are shown, `\\r` for a carriage return."""
+
+    name: str
+    kind: str
+    times: "array[int]" = field(default_factory=lambda: array(WHOLE))
+    values: "array[int] | array[float] | list[str]" = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.values = [] if self.kind == TEXT else array(FLOAT if self.kind == REAL else WHOLE)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def add(self, time_ns: int, value: str) -> None:
+        """One more change, as it is written in CSV."""
+        self.times.append(time_ns)
+        self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
+
+    def columns(self) -> "tuple[NDArray[np.int64], NDArray[Any]]":
+        """Times, and numbers."""
+        import numpy as np
+
+        values = np.array(self.values, float if self.kind == REAL else np.int64)
+        return np.array(self.times, np.int64), values
+
+
+@dataclass
+class Trace:
+    """Signals by name, from `begin_ns` to `end_ns`; `about`: what it is a trace of."""
+
+    path: Path
+    tracks: dict[str, Track]
+    about: dict[str, str]
+    begin_ns: int
+    end_ns: int
+
+    def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
+        """The signals that patterns mean.  Raises UsageError for one that means none."""
+        known = {Known(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
+        names = (known[signal] for signal in choose(list(known), patterns))
+        return {name: self.tracks[name] for name in names}
+
+
+def read(path: Path) -> Trace:
+    """A trace.  Raises UsageError for a file that cannot be read, TraceError for one that is no trace."""
+    readers: Mapping[str, Callable[[Path], Trace]] = {".csv": _csv, ".vcd": _vcd, ".parquet": _parquet}
+    if path.suffix not in readers:
+        raise UsageError(f"{path.name!r} is no trace: name a file .csv, .vcd or .parquet")
+    try:
+        return readers[path.suffix](path)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise TraceError(f"{path}: no text in UTF-8: is it a trace?") from None
+
+
+def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
+    times = [track.times for track in tracks.values() if len(track)]
+    if not times:
+        raise TraceError(f"{path}: no signals in it: is it a trace?")
+    for track in tracks.values():
+        _check_order(path, track)
+    last = max(of_one[-1] for of_one in times)
+    return Trace(path, dict(tracks), about, min(of_one[0] for of_one in times), max(last, end_ns or last))
+
+
+def _check_order(path: Path, track: Track) -> None:
+    import numpy as np
+
+    times = np.array(track.times, np.int64)
+    if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
+        raise TraceError(f"{path}: the times of {track.name} go backwards, or begin before 0: is it a trace?")
+
+
+# CSV
+
+
+def _csv(path: Path) -> Trace:
+    about: dict[str, str] = {}
+    tracks: dict[str, Track] = {}
+    end_ns = None
+    with path.open(encoding="utf-8", newline="") as file:
+        rows, kinds = _Rows(path, file, about), dict[str, str]()
+        for number, row in enumerate(rows):
+            if number == 0 and row != ["time_ns", "signal", "value"]:
+                raise TraceError(f"{path}: no row time_ns,signal,value at its beginning: is it a trace?")
+            if number == 0:
+                kinds = _kinds(about)
+                continue
+            try:
+                time_ns, name, value = row
+                track = tracks.get(name) or tracks.setdefault(name, Track(name, kinds.get(name) or _guess(value)))
+                track.add(whole(time_ns), value)
+            except ValueError:
+                raise TraceError(f"{path}:{rows.line}: no change of a signal: {shortened(','.join(row))}") from None
+    if "end_ns" in about:
+        end_ns = _time_ns(path, about.pop("end_ns"))
+    return _trace(path, tracks, about, end_ns)
+
+
+class _Rows:
+    """The rows of a CSV file; `line` is where the latest one ends."""
+
+    def __init__(self, path: Path, lines: Iterator[str], about: dict[str, str]) -> None:
+        self.line = 0
+        self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
+
+    def _counted(self, lines: Iterator[str]) -> Iterator[str]:
+        for self.line, line in enumerate(lines, start=1):  # that is how it is counted
+            yield line
+
+    def __iter__(self) -> Iterator[list[str]]:
+        try:
+            yield from self._rows
+        except csv.Error as error:
+            raise TraceError(f"{self._path}:{self.line}: no CSV: {error}") from None
+
+
+def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
+    """Lines that are no comments; the last one may be torn, and is then left out."""
+    signals: list[str] = []
+    for line in lines:
+        if not line.endswith("\n"):
+            break
+        if not line.startswith("#"):
+            yield line
+            continue
+        key, _, value = line.removeprefix("# ").strip().partition(": ")
+        if key == "signal":
+            signals.append(value)
+            about["signals"] = "\n".join(signals)
+        else:
+            about[key] = value
+
+
+def _kinds(about: dict[str, str]) -> dict[str, str]:
+    lines = about.pop("signals", "").splitlines()
+    told = (line.rpartition(" ") for line in lines)
+    return {name: kind for name, _, kind in told if kind in KINDS}
+
+
+def _time_ns(path: Path, text: str, line: int = 0) -> int:
+    try:
+        return whole(text)
+    except NumberError:
+        raise TraceError(f"{path}{f':{line}' if line else ''}: {shortened(text)} is no time in ns") from None
+
+
+def _guess(value: str) -> str:
+    """The kind of a signal about which nothing is said."""
+    for kind in (COUNT, REAL):
+        try:
+            _value(kind, value)
+        except ValueError:
+            continue
+        return kind
+    return TEXT
+
+
+def _value(kind: str, text: str) -> int | float | str:
+    if kind == TEXT:
+        return text
+    return real(text) if kind == REAL else whole(text)
+
+
+# VCD
+
+
+def _vcd(path: Path) -> Trace:
+    with path.open(encoding="utf-8") as file:
+        lines = enumerate(file, start=1)
+        about, names = _vcd_head(path, (line for _, line in lines))
+        tracks = {identifier: Track(*known) for identifier, known in names.items()}
+        now_ns = 0
+        for number, line in lines:
+            if not line.endswith("\n"):
+                break
+            if line.startswith("#"):
+                now_ns = _time_ns(path, line[1:].strip(), number)
+            elif not line.startswith("$"):
+                try:
+                    _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
+                except ValueError:
+                    raise TraceError(f"{path}:{number}: no change of a signal: {shortened(line.rstrip())}") from None
+    return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
+
+
+def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[str, tuple[str, str]]]:
+    """What it is a trace of, and the name and kind of each signal."""
+    about: dict[str, str] = {}
+    names: dict[str, tuple[str, str]] = {}
+    scopes: list[str] = []
+    for line in lines:
+        words = line.split()
+        match words:
+            case ["$scope", _, name, "$end"]:
+                scopes.append(name)
+            case ["$upscope", "$end"] if scopes:
+                scopes.pop()
+            case ["$var", kind, _, identifier, name, *_]:
+                step = kind == LEVEL and name == STEP
+                names[identifier] = (".".join((*scopes, name)), STEP if step else kind)
+            case ["$timescale", *scale, "$end"] if "".join(scale) != "1ns":
+                raise TraceError(f"{path}: its times are in {' '.join(scale)}, not in 1 ns: is it a trace of axistwin?")
+            case ["$enddefinitions", *_]:
+                return about, names
+            case [_, *_] if ": " in line:
+                name, _, value = line.strip().partition(": ")
+                about[name] = value.replace("%24", "$")
+    raise TraceError(f"{path}: no definitions at its beginning: is it a trace?")
+
+
+def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) -> None:
+    sign = line[:1]
+    value, _, identifier = line[1:].partition(" ") if sign in "bBrRsS" else (sign, "", line[1:])
+    track = tracks.get(identifier)
+    if track is None:
+        raise ValueError(f"no signal {identifier!r}")
+    if sign in "bB":
+        number = whole(value, 0, ALL_BITS, base=2)
+        value = str(number - (1 << 64) if number >> 63 else number)
+    track.add(now_ns, _words(path, value) if track.kind == TEXT else value)
+
+
+def _words(path: Path, text: str) -> str:
+    """Characters that were written as one word."""
+    try:
+        return CHARACTERS.show(CHARACTERS.read(text))
+    except ProgramError as error:
+        raise TraceError(f"{path}: {shortened(text)}: {error.message}") from None
+
+
+# Parquet
+
+
+def _parquet(path: Path) -> Trace:
+    from axistwin.traces.parquet import END as END_ROW
+    from axistwin.traces.parquet import SIGNALS, need_pyarrow
+
+    need_pyarrow()
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    table = _parquet_table(path)
+    about = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    kinds = _parquet_kinds(path, about.pop(SIGNALS, None))
+    times = table["time_ns"].to_numpy()
+    names = table["signal"].cast(pa.string())
+    tracks = {name: Track(name, kind) for name, kind in kinds.items()}
+    which = pc.index_in(names, pa.array([*kinds, END_ROW], pa.string())).to_numpy()
+    for place, track in enumerate(tracks.values()):
+        rows = np.flatnonzero(which == place)
+        track.times = array(WHOLE, times[rows].tobytes())
+        track.values = _column(path, track, table, rows)
+    ends = times[which == len(kinds)]
+    return _trace(path, {name: t for name, t in tracks.items() if len(t)}, about, int(ends[-1]) if len(ends) else None)
+
+
+def _parquet_table(path: Path) -> Any:
+    """The rows, in columns as axistwin writes them.  Raises TraceError."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    with path.open("rb"):  # what keeps a file from being opened is told as for the other kinds
+        pass
+    try:
+        table = pq.ParquetFile(path).read()
+        table.validate(full=True)
+    except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
+        reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
+        raise TraceError(f"{path}: no Parquet file, or a damaged one: {reason}") from None
+    types = {field.name: _name_of(field.type) for field in table.schema}
+    for name, wanted in COLUMNS.items():
+        if types.get(name) != wanted or table.column_names.count(name) != 1:
+            found = types.get(name, "missing")
+            raise TraceError(f"{path}: not written by axistwin: column {name} is {found}, expected {wanted}")
+    for name in ("time_ns", "signal"):
+        if table[name].null_count:
+            raise TraceError(f"{path}: column {name} has rows without a value: is it a trace?")
+    return table
+
+
+def _name_of(kind: Any) -> str:
+    """The type of a column; texts may be stored as numbers of words."""
+    return str(getattr(kind, "value_type", kind))
+
+
+def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
+    """The kind of each signal, from the metadata."""
+    try:
+        kinds = json.loads(text or "")
+    except (ValueError, RecursionError):
+        kinds = None
+    if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
+        raise TraceError(f"{path}: not written by axistwin: its metadata do not say which signals there are")
+    return kinds
+
+
+def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> "array[int] | array[float] | list[str]":
+    name = {TEXT: "text", REAL: "number"}.get(track.kind, "integer")
+    found = table[name].take(rows)
+    if found.null_count:
+        raise TraceError(f"{path}: {track.name} has rows without a value in column {name}: is it a trace?")
+    if track.kind == TEXT:
+        texts: list[str] = found.to_pylist()
+        return texts
+    return array(FLOAT if track.kind == REAL else WHOLE, found.to_numpy().tobytes())

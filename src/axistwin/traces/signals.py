@@ -1,0 +1,115 @@
+"""What can be traced on a bench, by name: `if1.output1`, `if1.X.pulses`, `if1.host_says`, `motor.RPE`.
+
+Signals are chosen by patterns in which `*` is anything, `?` any one character: `if1.*`, `*.X.*`, `motor.a`.  A
+register may have other names, too: `motor.RPE` is found as `motor.@PE`.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+
+from axistwin.bench import Bench, Controller, endpoints
+from axistwin.bench.events import terminals
+from axistwin.errors import UsageError
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.pins import UserPin
+
+LEVEL, COUNT, STEP, TEXT, REAL = "wire", "integer", "step", "string", "real"
+"""Kinds of signals: a level 0 or 1, a whole number, a level that is high for a moment, characters, a number."""
+
+FAULTS = "faults"
+"""The signal that names the faults that a controller and its machine have."""
+DEFAULT = "default"
+"""The pattern that stands for pins, axes, byte streams and faults."""
+EVERYTHING = "*"
+SHOWN = 12
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Something that changes: `scope` is the controller, line or axis that it belongs to."""
+
+    scope: str
+    name: str
+    kind: str
+    register: bool = False
+    """Whether it is inside the controller, and so not traced unless somebody asks for it."""
+    also: tuple[str, ...] = ()
+    costly: bool = False
+    """Whether it is traced only if it is asked for by its full name."""
+
+    @property
+    def full(self) -> str:
+        """Its whole name."""
+        return f"{self.scope}.{self.name}"
+
+    def matches(self, pattern: str) -> bool:
+        """Whether a pattern means it."""
+        if pattern == DEFAULT:
+            return not self.register
+        names = (self.full, *(f"{self.scope}.{name}" for name in self.also))
+        if self.costly:
+            return pattern in names
+        return any(fnmatchcase(name, pattern) for name in names)
+
+
+def catalogue(bench: Bench) -> list[Signal]:
+    """All there are, controller by controller: pins, streams, faults, registers, axes; then lines that motors share."""
+    found = [signal for controller in bench.controllers.values() for signal in _of(bench, controller)]
+    lines = [name for name in endpoints.names(bench) if name not in bench.controllers]
+    return found + [signal for name in lines for signal in _streams(name)]
+
+
+def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
+    """Those that a pattern means, in their own order.  Raises UsageError for a pattern that means none."""
+    patterns = tuple(patterns)
+    for pattern in patterns:
+        if not any(signal.matches(pattern) for signal in signals):
+            raise UsageError(f"no signal {pattern!r} here: {_instead(pattern, [signal.full for signal in signals])}")
+    return [signal for signal in signals if any(signal.matches(pattern) for pattern in patterns)]
+
+
+def split(text: str | None) -> tuple[str, ...]:
+    """The patterns in a list with commas; none given: pins, axes and byte streams."""
+    return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
+
+
+def pin_signal(pin: str) -> str:
+    """What the level of a terminal is called: `host_dtr` for `host.dtr`."""
+    return pin.replace(".", "_")
+
+
+def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
+    name = controller.name
+    for pin_name, pin in terminals(controller).items():
+        if not pin.silent:  # the axis has its `step`
+            yield Signal(name, pin_signal(pin_name), LEVEL)
+        if isinstance(pin, UserPin):
+            yield Signal(name, f"{pin_name}_volts", REAL)
+    if name in endpoints.names(bench):
+        yield from _streams(name)
+    yield Signal(name, FAULTS, TEXT)
+    for register_name, register in controller.registers.items():
+        kind = TEXT if register.text else COUNT
+        if not register.restless:
+            yield Signal(name, register_name, kind, True, register.also, register.costly)
+    for axis_name, axis in controller.axes.items():
+        scope = f"{name}.{axis_name}"
+        if isinstance(axis, ServoAxis):
+            yield from (Signal(scope, "position", COUNT), Signal(scope, "commanded", COUNT))
+        else:
+            yield from (Signal(scope, "direction", LEVEL), Signal(scope, "step", STEP))
+            yield from (Signal(scope, "pulses", COUNT), Signal(scope, "velocity", REAL))
+
+
+def _streams(name: str) -> Iterator[Signal]:
+    yield from (Signal(name, "host_says", TEXT), Signal(name, "controller_says", TEXT))
+
+
+def _instead(pattern: str, names: Sequence[str]) -> str:
+    close = get_close_matches(pattern, names, n=1)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    few = ", ".join(names[:SHOWN])
+    return f"there are {few}{', …' if len(names) > SHOWN else ''}"

@@ -1,0 +1,15 @@
+"""An extra that is not installed is told in one line."""
+
+import importlib
+import sys
+
+import pytest
+
+from axistwin.errors import UsageError
+
+
+def test_without_unicorn_an_8086_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "unicorn", None)
+    monkeypatch.delitem(sys.modules, "axistwin.bus_hosts.x86", raising=False)
+    with pytest.raises(UsageError, match=r'^needs unicorn: pip install "axistwin\[x86\]"$'):
+        importlib.import_module("axistwin.bus_hosts.x86")

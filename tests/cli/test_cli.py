@@ -1,0 +1,137 @@
+"""The program `axistwin`: what it prints where, and how it exits."""
+
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+import pytest
+
+from axistwin import __version__
+from axistwin.cli import main as cli
+from axistwin.errors import LinkError, ProgramError, UsageError
+
+
+@pytest.fixture
+def ending(monkeypatch):
+    """Let the command `run` end in some way, and return what `main` does with it."""
+
+    def end(how) -> int:
+        def callback():
+            if isinstance(how, BaseException):
+                raise how
+            return how
+
+        monkeypatch.setattr(cli.LazyGroup, "get_command", lambda *_: click.Command("run", callback=callback))
+        return main("run")
+
+    return end
+
+
+def main(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as caught:
+        cli.main(list(arguments))
+    assert isinstance(caught.value.code, int)
+    return caught.value.code
+
+
+def test_version(capsys):
+    assert main("--version") == 0
+    assert capsys.readouterr().out == f"axistwin, version {__version__}\n"
+
+
+@pytest.mark.parametrize("flag", ["-h", "--help"])
+def test_help_names_all_commands(capsys, flag):
+    assert main(flag) == 0
+    out = capsys.readouterr().out
+    assert re.findall(r"^  (\w+)  ", out, re.MULTILINE) == list(cli.COMMANDS)
+
+
+def test_no_command_shows_the_help_and_is_wrong_usage(capsys):
+    assert main() == 2
+    assert "Commands:" in capsys.readouterr().err
+
+
+def test_a_command_that_does_not_exist(capsys):
+    assert main("fly") == 2
+    assert "No such command 'fly'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", list(cli.COMMANDS))
+def test_every_command_has_a_module(command):
+    assert find_spec(f"axistwin.cli.{command}")
+
+
+@pytest.mark.parametrize(
+    ("how", "code"),
+    [
+        (None, 0),
+        (1, 1),
+        (UsageError("no such thing: choose another"), 2),
+        (LinkError("port 5001 is taken"), 2),
+        (ProgramError("no such step", file="a.if1", line=3, column=7), 1),
+        (KeyboardInterrupt(), 130),
+    ],
+)
+def test_exit_codes(ending, capsys, how, code):
+    assert ending(how) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.strip() == (f"axistwin: {how}" if isinstance(how, UsageError | LinkError | ProgramError) else "")
+
+
+def test_a_bug_surfaces(ending):
+    with pytest.raises(ZeroDivisionError):
+        ending(ZeroDivisionError())
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    code = "from axistwin.cli.main import main; main(['--help'])"
+    program = subprocess.Popen(
+        [sys.executable, "-c", "import sys; sys.stdin.read(); " + code],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    assert program.stdout is not None
+    program.stdout.close()
+    _, complaints = program.communicate(timeout=30)
+    assert complaints == b""
+
+
+def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
+    code = (
+        "import sys, axistwin.cli.main, axistwin.cli.run; "
+        "bench = axistwin.Bench(); bench.add('if1'); bench.run(2); "
+        "print([name for name in ('numpy', 'matplotlib', 'pydantic', 'rich', 'serial', 'vcd') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
+    assert done.stdout == "[]\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("arguments", [["commands", "if1"], ["--help"], ["commands", "if1", "--json"]])
+def test_an_output_that_cannot_be_written_is_one_line(arguments):
+    program = [sys.executable, "-c", "from axistwin.cli.main import main; main()"]
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run([*program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=30)
+    assert (ended.returncode, ended.stderr) == (1, "axistwin: the output cannot be written: no space left on device\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "if1", "a.if1", "--for", "nan"], "'nan' is no number"),
+        (["run", "if1", "a.if1", "--option", "state=/x"], "there is --state for that"),
+        (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: give its options"),
+        (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"], "X has a value already"),
+        (["run", "if1", "-"], "- is no kind of program"),
+    ],
+)
+def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.if1").write_text("X1$\n")
+    with pytest.raises(SystemExit) as ended:
+        cli.main(arguments)
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err

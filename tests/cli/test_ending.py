@@ -1,0 +1,75 @@
+"""What ends a program that serves, and what is only reported."""
+
+import asyncio
+import gc
+import json
+import logging
+
+import pytest
+
+from axistwin import Bench
+from axistwin.cli.ending import ending, fail
+from axistwin.links.pacing import Pacer
+from axistwin.panel.people import People
+
+
+def raised(what):
+    """The error that ends a program in whose loop `what(loop)` is called; None: it is served on."""
+
+    async def served():
+        ended = ending()
+        what(asyncio.get_running_loop(), ended)
+        for _ in range(5):
+            await asyncio.sleep(0)
+            gc.collect()  # a task whose error nobody has fetched reports it at its end
+        return ended.exception() if ended.done() else None
+
+    return asyncio.run(served())
+
+
+def broken_bench():
+    """A bench with a defect, which comes to light at 0 s."""
+    bench = Bench()
+    bench.clock.call_later(0, lambda: {}["defect"])
+    return bench
+
+
+def test_a_defect_of_the_bench_ends_it():
+    assert isinstance(raised(lambda loop, _: loop.call_soon(Pacer(broken_bench().clock, None).start, loop)), KeyError)
+
+
+def test_a_defect_of_the_bench_ends_it_also_when_the_panel_has_let_time_pass():
+    def advance(loop, ended):
+        pacer = Pacer(broken_bench().clock, None)
+        pacer.broken = lambda error: fail(ended, error)
+        with pytest.raises(KeyError):  # which the framework catches
+            pacer.sync()
+
+    assert isinstance(raised(advance), KeyError)
+
+
+async def undone():
+    json.loads("{")
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        lambda loop, _: loop.call_soon(json.loads, "{"),
+        lambda loop, _: loop.call_soon(People().rename, None, "a name for nobody"),
+        lambda loop, _: loop.create_task(undone()) and None,
+        lambda loop, _: loop.call_exception_handler({"message": "something odd"}),
+    ],
+    ids=["framework", "panel", "task", "no error"],
+)
+def test_a_defect_of_somebody_else_is_reported_with_its_traceback(caplog, what):
+    with caplog.at_level(logging.ERROR, "axistwin.cli"):
+        assert raised(what) is None
+    (record,) = [record for record in caplog.records if record.name == "axistwin.cli"]
+    assert record.exc_info is None or record.exc_info[2] is not None
+
+
+def test_what_the_system_cannot_do_for_a_client_is_told_in_a_line(caplog):
+    lost = {"message": "lost", "exception": ConnectionResetError("peer")}
+    assert raised(lambda loop, _: loop.call_exception_handler(lost)) is None
+    assert [(record.getMessage(), record.exc_info) for record in caplog.records] == [("lost: peer", None)]

@@ -1,0 +1,576 @@
+"""The apps for SmartMotors: programs, conversations, recordings, traces, plots, scenes, ports, term."""
+
+import json
+import re
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from axistwin import Bench, Scene
+from axistwin.cli.main import main
+from axistwin.cli.plot import draw
+from axistwin.conversations.conversation import parse, write
+from axistwin.conversations.player import play
+from axistwin.conversations.recorder import recording
+from axistwin.errors import ProgramError, SceneError
+from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plots.history import watching
+from axistwin.plots.servo_record import POINTS, ServoRecord
+from axistwin.sim.clock import Clock
+from axistwin.traces.trace import tracing
+
+MS = 10**6
+
+TALK = """\
+; model: smartmotor
+; options: shaft.limits=[-9000,9000]
++0.3
+> RSP\\r
+< 24576/476\\r
+> MP A=100 V=100000 P=2000 G\\r
++1
+= shaft.position 2000
+= shaft.commanded 2000
+= shaft.velocity 0
+! A 2.5V
+= A.volts 2.5
+> RUAA\\r
+< 512\\r
+! A low
+= A low
+= A.volts 0
+! A release
+= A high
+= shaft.temperature 25
+! ambient 40
+= ambient 40
+> MF0\\r
+! master 4000 in 2
++1
+= master 2000
+! shaft.push 5
+= shaft.encoder 2005
+! brake release
+"""
+
+PROGRAM = """\
+UCI 'C and D are no limit switches here: \xb5
+UDI
+ZS
+RUN?
+MP
+A=100
+V=100000
+D=2000
+PRINT("off we go",#13)
+a=0
+WHILE a<2
+  G
+  TWAIT
+  a=a+1
+  WAIT=1000
+LOOP
+RP
+END
+"""
+
+
+@pytest.fixture
+def run(capsys):
+    def run(*words):
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        told = capsys.readouterr()
+        return ended.value.code, told.out, told.err
+
+    return run
+
+
+def motor_on_a_bench(**options):
+    bench = Bench()
+    motor = bench.add("smartmotor", **({"shaft": {"limits": (-9000, 9000)}} | options))
+    bench.run(0.3)
+    return bench, motor
+
+
+def tell(bench, motor, text, seconds=0.1):
+    motor.serial.write(text.encode())
+    bench.run(seconds)
+    return motor.serial.read()
+
+
+# Conversations
+
+
+def test_a_conversation():
+    bench = Bench()
+    bench.add("smartmotor", shaft={"limits": (-9000, 9000)})
+    assert play(parse(TALK), bench) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("! A 2,5V", "'2,5V' is no level: there are high, on, low, off, release and voltages like 2.5V"),
+        ("! A 24V", "24V would destroy the pin: it takes 0 to 5 V"),
+        ("! master 4000", "'4000' is no run of an encoder: write counts and seconds, like 4000 in 2"),
+        ("! ambient hot", "'hot' is no number"),
+        ("! dtr low", "nothing called 'dtr' here: there are A, B, C, D, E, F, G, brake, index, power, break, line"),
+        ("= dtr low", "nothing called 'dtr' here"),
+        ("= shaft.pulses 3", "nothing called 'shaft.pulses' here"),
+        ("= brake.volts 3", "nothing called 'brake.volts' here"),
+        ("chain: > RP", "no controller 'chain' to talk to: there are smartmotor"),
+        ("nobody.rs485: > RP", "no controller 'nobody.rs485' here: there are smartmotor"),
+    ],
+)
+def test_what_a_motor_does_not_have_is_told_before_anything_is_done(line, words):
+    bench, _ = motor_on_a_bench()
+    with pytest.raises(ProgramError, match=re.escape(words)):
+        play(parse(f"> ZS\\r\n{line}\n"), bench)
+    assert bench["smartmotor"].serial.pending == 0
+
+
+def test_a_conversation_with_the_second_channel():
+    bench, _ = motor_on_a_bench()
+    talk = "; model: smartmotor\n> OCHN(RS4,1,N,9600,1,8,C)\\r\n+0.1\nsmartmotor.rs485: > RSP\\r\n"
+    assert play(parse(f"{talk}smartmotor.rs485: < 24576/476\\r\n<\n"), bench) is None
+    difference = play(parse(f"{talk}smartmotor.rs485: < 24576/477\\r\n"), bench)
+    assert difference.got == r"24576/476\r"
+
+
+def test_a_conversation_with_a_chain():
+    """The first ECHO is for the first motor, the second one for the second; then words go through, and answers."""
+    bench = Bench()
+    bench.chain(bench.add("smartmotor", "left"), bench.add("smartmotor", "right"))
+    talk = """\
++0.3
+chain: > ECHO\\r
++0.1
+chain: > ECHO\\r
++0.1
+chain: <
+left: ! A low
+chain: > RUA\\r
+chain: < RUA\\r1\\r0\\r
+left: = A low
+chain: ! line 1200
+"""
+    assert play(parse(talk), bench) is None
+    assert bench.port("chain").host.baudrate == 1200
+    with pytest.raises(ProgramError, match="which controller"):
+        play(parse("> RP\\r\n= A low"), bench)
+
+
+def test_a_recording_is_played_again_to_the_nanosecond():
+    bench, motor = motor_on_a_bench()
+    with recording(bench) as recorder:
+        tell(bench, motor, "MP A=100 V=100000 P=2000 G\r", 0.2)
+        motor.pins["A"].drive(1.25)
+        tell(bench, motor, "RUAA\r")
+        motor.pins["A"].drive(True)
+        bench.run(0.1)
+        motor.pins["A"].drive(False)
+        bench.run(0.1)
+        motor.pins["A"].release()
+        tell(bench, motor, "RP RUA\r", 1)
+    text = write(recorder.conversation())
+    assert "! A 1.25V\n" in text
+    assert "! A high\n" in text
+    assert "! A release\n" in text
+    assert text.endswith("= shaft.position 2000\n")
+    again = Bench()
+    again.add("smartmotor", shaft={"limits": (-9000, 9000)})
+    assert play(parse(text), again) is None
+    assert again.now == bench.now
+
+
+# Programs
+
+
+def test_a_stored_program(run, tmp_path):
+    program, trace, plot = tmp_path / "p.sms", tmp_path / "t.csv", tmp_path / "p.svg"
+    program.write_bytes(PROGRAM.encode("latin-1"))
+    code, told, noted = run("run", "smartmotor", program, "--trace", trace, "--plot", plot)
+    assert (code, noted) == (0, "")
+    lines = [line[14:].strip() for line in told.splitlines() if re.match(r" +\d", line)]
+    assert lines[0] == r"> RUN\r"
+    assert r"< off we go\r" in lines
+    assert lines[-1] == r"< 4000\r"
+    moves = [line for line in lines if line.startswith("shaft")]
+    assert [re.sub(", until.*", "", move) for move in moves] == [
+        "shaft 0 → 2000, up to 6358 counts/s", "shaft 2000 → 4000, up to 6358 counts/s",
+    ]  # fmt: skip
+    assert "smartmotor.shaft.position,4000" in trace.read_text()
+    assert plot.read_text().startswith("<?xml")
+
+
+def test_a_program_that_never_ends(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("WHILE 1\n  WAIT=4069\n  a=a+1\nLOOP\n")
+    _, _, noted = run("run", "smartmotor", program)
+    assert "it goes on for ever: stopped after 60 s, say --for SECONDS for another time" in noted
+    assert run("run", "smartmotor", program, "--for", "2")[2] == ""
+
+
+def test_a_program_as_json(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_bytes(PROGRAM.encode("latin-1"))
+    result = json.loads(run("run", "smartmotor", program, "--json")[1])
+    assert [(move["from"], move["to"]) for move in result["moves"]] == [(0, 2000), (2000, 4000)]
+    assert result["axes"] == [{"controller": "smartmotor", "axis": "shaft", "position": 4000, "commanded": 4000}]
+    assert result["complete"]
+
+
+def test_a_program_that_does_not_fit(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("a=1\n" * 100)
+    code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
+    assert code == 1
+    assert "p.sms: the motor has no room for it: give it a larger option program_bytes" in told
+
+
+def test_a_program_for_nobody(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("END\n")
+    assert "p.sms: a stored program is for one SmartMotor, here are 0" in run("run", "if1", program)[2]
+    assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
+
+
+def test_a_program_for_a_motor_in_a_chain(run, tmp_path):
+    program, scene = tmp_path / "p.sms", tmp_path / "s.toml"
+    program.write_text("END\n")
+    scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
+    assert "p.sms: left shares its line with others: write a conversation" in run("run", scene, program)[2]
+
+
+def test_a_program_is_kept_with_its_motor(run, tmp_path):
+    program, state = tmp_path / "p.sms", tmp_path / "state"
+    program.write_text('PRINT("here",#13)\nEND\n')
+    run("run", "smartmotor", program, "--state", state)
+    bench = Bench()
+    motor = bench.add("smartmotor", state=state)
+    bench.run(0.5)
+    assert motor.serial.read() == b"here\r"
+
+
+def test_a_source_is_checked_in_whatever_code_its_comments_are(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_bytes(b"' 20 \xb5m\n\tMP\n\tA100\nEND\n")
+    code, told, _ = run("check", "smartmotor", program)
+    assert code == 1
+    assert told.startswith(f"{program}:3:2: error: A100: an assignment needs its equal sign")
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        b"' wait\x85 A100\n' and\x1c LIMH\nRP\n",  # what Python takes for ends of lines, cp1252's dots among them
+        b"\xef\xbb\xbfRP ' gr\xc3\xbc\xc3\x9fe\r\n",
+        "RP\r\nEND ' größer\r\n".encode("utf-16"),
+        b"RP\r\nEND\r\n\x1a\x1aA100\r\n",
+        b"RP\rEND\r",
+        b"RP '" + b"x" * 40_000 + b"\nEND\n",
+    ],
+    ids=["cp1252", "utf-8", "utf-16", "ctrl-z", "cr", "long comment"],
+)
+def test_sources_as_editors_leave_them(run, tmp_path, source):
+    program = tmp_path / "P.SMS"
+    program.write_bytes(source)
+    assert run("check", "smartmotor", program)[:2] == (0, "")
+    code, told, noted = run("run", "smartmotor", program)
+    assert (code, noted) == (0, "")
+    assert [line.split()[-1] for line in told.splitlines() if " < " in line] == [r"0\r"]
+
+
+def test_a_source_that_only_begins_like_utf_8(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_bytes(b"\xef\xbb\xbf\xfc")
+    code, _, told = run("run", "smartmotor", program)
+    assert code == 2
+    assert "p.sms cannot be read: it begins like utf-8 and is not: save it as text" in told
+
+
+def test_a_comment_in_quotes_is_sent(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("PRINT(\"it's\",#13) 'said\nEND\n")
+    assert r"< it's\r" in run("run", "smartmotor", program)[1]
+
+
+def test_errors_in_a_program_that_runs_are_told(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("A100\nLIMH\nRP\n")
+    code, _, noted = run("run", "smartmotor", program)
+    assert (code, noted) == (0, f"axistwin: 2 errors in the program: axistwin check smartmotor {program}\n")
+    program.write_text("A100\nWHILE 1\nLOOP\n")
+    assert "another time; 1 error in the program" in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
+
+
+def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
+    program = tmp_path / "p.sms"
+    program.write_text("END\n")
+    code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
+    assert code == 1
+    assert "it does not answer LOAD at 1200 7E1" in told
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "models"),
+    [("if1", "p.sms", "smartmotor"), ("1811", "p.if1", "if1 or if2"), ("smartmotor", "p.181x", "1810 or 1811")],
+)
+def test_a_program_is_checked_for_its_own_family(run, tmp_path, model, name, models):
+    (tmp_path / name).write_text("END\n")
+    code, _, told = run("check", model, tmp_path / name)
+    assert code == 2
+    assert f"{name} is a program for {models}, not for {model}" in told
+
+
+# Histories, traces, plots
+
+
+def test_a_servo_has_position_and_commanded_in_a_trace(tmp_path):
+    bench, motor = motor_on_a_bench()
+    with tracing(bench, tmp_path / "a.csv"), tracing(bench, tmp_path / "a.vcd"):
+        tell(bench, motor, "MP A=100 V=100000 P=2000 G\r", 1)
+        motor.pins["A"].drive(2.5)
+        bench.run(0.1)
+    lines = [line for line in (tmp_path / "a.csv").read_text().splitlines() if not line.startswith("#")]
+    rows = [line.split(",") for line in lines[1:]]
+    assert [int(row[0]) for row in rows] == sorted(int(row[0]) for row in rows)
+    positions = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.position"]
+    commanded = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.commanded"]
+    assert positions[0][1] == 0
+    assert positions[-1][1] == 2000
+    assert len({value for _, value in positions}) == len(positions)  # changes only
+    assert positions[1:] == commanded[1:]  # an ideal motor
+    assert [row[1:] for row in rows][-1] == ["smartmotor.A_volts", "2.5"]
+    assert "$var real 64" in (tmp_path / "a.vcd").read_text()
+
+
+def test_a_traced_bench_does_the_same_as_one_that_is_not(tmp_path):
+    def session(trace):
+        bench, motor = motor_on_a_bench(shaft={"motor": "frame23"})
+        tell(bench, motor, "UCI UDI ZS\r")
+        if trace:
+            with tracing(bench, tmp_path / "a.csv"):
+                answers = tell(bench, motor, "MP A=200 V=100000 P=500 G\rRP\r", 0.07) + tell(bench, motor, "RP RPE\r")
+        else:
+            answers = tell(bench, motor, "MP A=200 V=100000 P=500 G\rRP\r", 0.07) + tell(bench, motor, "RP RPE\r")
+        return answers, motor.axes["shaft"].pulse_times().tolist(), bench.now
+
+    assert session(trace=True) == session(trace=False)
+
+
+def test_a_plot_has_position_and_following_error(tmp_path):
+    bench, motor = motor_on_a_bench(shaft={"motor": "frame23"})
+    with watching(bench) as history:
+        tell(bench, motor, "UCI UDI ZS MP A=200 V=100000 P=500 G\r", 0.5)
+    draw(history, tmp_path / "a.svg")
+    text = (tmp_path / "a.svg").read_text()
+    for words in ("shaft  position", "shaft  following", "error, counts", "position", "commanded"):
+        assert f">{words}<" in text
+
+
+def record_of(*stretches):
+    """A record of an axis that was told (first ms, positions, commanded)."""
+    axis = ServoAxis(Clock(), "shaft")
+    record = ServoRecord("motor", "shaft", axis)
+    axis.watch(record.take)
+    for first, positions, commanded in stretches:
+        axis.publish(Samples(first * MS, MS, positions, commanded))
+    return record
+
+
+def test_moves_are_parted_by_rests():
+    """Up to 3 by 3 ms, from 199 ms on back to 1, both as commanded."""
+    record = record_of((0, [0, 1, 2, 3, 3], [0, 1, 2, 3, 3]), (199, [3, 2, 1], [3, 2, 1]))
+    moves = record.told(10**12)
+    assert [(m.origin, m.target, m.start_ns, m.end_ns) for m in moves] == [
+        (0, 3, 0, 3 * MS), (3, 1, 199 * MS, 201 * MS),
+    ]  # fmt: skip
+
+
+def test_trembling_about_the_place_is_no_move():
+    record = record_of((1, [1, 0, -1, 0, 1] * 100, [0] * 500))
+    assert record.told(10**12) == []
+
+
+def test_a_shaft_that_is_turned_by_hand_moves():
+    record = record_of((0, [0, 40], [0, 40]), (500, [40, 45, 50], [40, 40, 40]))
+    assert [(move.origin, move.target) for move in record.told(10**12)] == [(0, 40), (40, 50)]
+
+
+def test_a_move_tells_where_the_shaft_settles():
+    record = record_of((1, [10, 20, 33, 31, 30], [10, 20, 30, 30, 30]))
+    assert [(move.target, move.high) for move in record.told(10**12)] == [(30, 33)]
+
+
+def test_a_velocity_is_taken_over_16_samples():
+    """2 counts per ms are 2000 counts/s; a single step of 7 counts among them is no 7000."""
+    positions = [2 * n + (3 if n == 50 else 0) for n in range(1, 101)]
+    (move,) = record_of((1, positions, positions)).told(10**12)
+    assert move.top_rate == (2 * 16 + 3) / 0.016
+
+
+def test_a_velocity_is_the_same_in_however_small_pieces_it_comes():
+    positions = [2 * n for n in range(1, 101)]
+    (whole,) = record_of((1, positions, positions)).told(10**12)
+    (pieces,) = record_of(*((n + 1, [two], [two]) for n, two in enumerate(positions))).told(10**12)
+    assert pieces.top_rate == whole.top_rate == 2000
+
+
+def test_a_push_is_no_velocity():
+    axis = ServoAxis(Clock(), "shaft")
+    record = ServoRecord("motor", "shaft", axis)
+    axis.watch(record.take)
+    axis.publish(Samples(0, MS, [0, 1, 2], [0, 1, 2]))
+    axis.publish(Samples(3 * MS, 0, [500], [2]))
+    axis.publish(Samples(3 * MS, MS, [501, 502], [3, 4]))
+    (move,) = record.told(10**12)
+    assert move.top_rate == 2 / 0.016
+
+
+def test_a_long_course_is_thinned_and_keeps_its_largest_error():
+    record, block = record_of(), 1 << 13
+    for first in range(0, 40 * block, block):
+        positions = list(range(first, first + block))
+        record.take(Samples((1 + first) * MS, MS, positions, [p + (99 if p == 100_000 else 0) for p in positions]))
+    points = record.points()
+    assert len(points) <= 2 * POINTS
+    assert (points[:, 2] - points[:, 1]).max() == 99
+    assert points[-1].tolist() == [40 * block * MS, 40 * block - 1, 40 * block - 1]
+
+
+# Scenes and ports
+
+SCENE = """\
+[[controller]]
+model = "smartmotor"
+name = "left"
+axes.shaft = { limits = [-100, 5000], motor = "frame23", load = { inertia_kg_m2 = 1e-5 } }
+
+[[controller]]
+model = "smartmotor"
+name = "right"
+
+[[chain]]
+motors = ["left", "right"]
+ports = ["tcp://127.0.0.1:0"]
+
+[[rs485]]
+name = "field"
+motors = ["right", "left"]
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def load(text):
+        (tmp_path / "s.toml").write_text(text)
+        return Scene.load(tmp_path / "s.toml")
+
+    return load
+
+
+def test_a_scene_with_a_chain_and_a_line(scene):
+    made = scene(SCENE)
+    assert made.ports == [("chain", "tcp://127.0.0.1:0")]
+    bench = made.build()
+    assert list(bench.ports) == ["chain", "field"]
+    assert [motor.name for motor in bench.lines["field"].motors] == ["right", "left"]
+    assert bench["left"].axes["shaft"].motor.counts_per_rev == 2000
+    assert bench["left"].pins["C"].level is False
+
+
+WRONG = {
+    "a key of a servo axis": (
+        SCENE.replace("limits =", "limit ="), "4:16: axis shaft has no option 'limit': it takes limits, motor, load",
+    ),
+    "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:39: axis shaft: motor"),
+    "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: axis shaft: load"),
+    "a motor that is not there": (SCENE.replace('["left",', '["middle",'), "11:11: no controller 'middle': there are"),
+    "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: left is on 'this line' already"),
+    "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),
+    "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: no port 'tcp'"),
+    "a stepper in a chain": (
+        SCENE.replace('"right"\n\n[[chain', '"right"\n[[controller]]\nmodel = "if1"\n[[chain').replace(
+            '["left", "right"]', '["if1"]'
+        ),
+        "11:1: if1 cannot be in a daisy chain",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG.values(), ids=WRONG.keys())
+def test_a_wrong_scene_names_place_and_remedy(scene, tmp_path, text, message):
+    with pytest.raises(SceneError) as caught:
+        scene(text).build()
+    assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}")
+
+
+def serving(arguments, tmp_path, sessions):
+    """What a server of these arguments answers: name of the port, what is sent, how the answer ends."""
+    program = "from axistwin.cli.main import main; main()"
+    server = subprocess.Popen(
+        [sys.executable, "-c", program, "serve", *arguments, "--speed", "max"],
+        stdout=subprocess.PIPE, text=True, cwd=tmp_path,
+    )  # fmt: skip
+    answers = []
+    try:
+        ports = dict(server.stdout.readline().split(" listening on tcp://127.0.0.1:") for _ in {s[0] for s in sessions})
+        for name, said, end in sessions:
+            with socket.create_connection(("127.0.0.1", int(ports[name])), timeout=20) as host:
+                host.sendall(said)
+                answer = b""
+                while not answer.endswith(end):
+                    answer += host.recv(100)
+                answers.append(answer)
+    finally:
+        server.terminate()
+        assert server.wait(20) == 0
+        server.stdout.close()
+    return answers
+
+
+def test_serve_gives_a_chain_one_port(tmp_path):
+    """Neither motor has an address: both answer, and the first one's answer is a command to the second."""
+    (tmp_path / "s.toml").write_text(SCENE)
+    assert serving(["s.toml"], tmp_path, [("chain", b"\x80ECHO \x80ECHO RCTR ", b"0\r")])[0].endswith(b"0\r")
+
+
+def test_serve_gives_both_channels_of_a_motor_a_port(tmp_path):
+    sessions = [
+        ("smartmotor", b"ECHO OCHN(RS4,1,N,9600,1,8,C) ", b") "),
+        ("smartmotor.rs485", b"RSP ", b"\r"),
+        ("smartmotor", b"RSP ", b"\r"),
+    ]
+    answers = serving(["smartmotor", "--tcp", ":0", "--rs485", ":0"], tmp_path, sessions)
+    assert answers[1:] == [b"24576/476\r", b"RSP 24576/476\r"]
+
+
+# Term
+
+
+def test_term():
+    lines = ":drive A 2.5V\n:drive B low\n:drive ambient 30\nRSP\n:wait 0.2\n:pins\n:axes\n"
+    program = "from axistwin.cli.main import main; main()"
+    arguments = [sys.executable, "-c", program, "term", "smartmotor", "--speed", "max"]
+    told = subprocess.run(arguments, input=lines, capture_output=True, text=True, timeout=60, check=True).stdout
+    rows = [line.split() for line in told.splitlines()]
+    assert ["A", "high", "2.5V", "driven"] in rows
+    assert ["B", "low", "0V", "driven"] in rows
+    assert ["C", "high", "5V"] in rows
+    assert ["brake", "high"] in rows
+    assert ["shaft", "0", "at", "rest", "commanded", "0"] in rows
+    assert "< 24576/476<CR>" in told
+
+
+def test_a_motor_that_a_fault_keeps_from_moving_is_told_of(tmp_path, capsys):
+    """3.1: with nothing wired "No motor shaft movement can be commanded until Limit switch errors are cleared"."""
+    (tmp_path / "z.sms").write_text("ZS\nMP A=100 V=1000 P=100 G\nEND\n")
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "smartmotor", str(tmp_path / "z.sms")])
+    assert ended.value.code == 0
+    assert "axistwin: smartmotor: in a limit fault, as pins C and D are not held low: give" in capsys.readouterr().err

@@ -1,0 +1,161 @@
+"""The picture: exact curves, and what is on it."""
+
+import errno
+import os
+from itertools import pairwise
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from axistwin import Bench
+from axistwin.cli.plot import draw
+from axistwin.errors import UsageError
+from axistwin.plots import curves
+from axistwin.plots.curves import Curve
+from axistwin.plots.history import Fault, History, watching
+from axistwin.plots.history_chart import of_history
+from axistwin.units import S
+
+
+def session(*messages: str, **options) -> History:
+    bench = Bench()
+    if1 = bench.add("if1", **options)
+    with watching(bench) as history:
+        bench.run(1.5)
+        for message in ("(", "U61\r", *messages):
+            if1.serial.write(message.encode())
+            bench.run(2.0)
+    return history
+
+
+@pytest.fixture(scope="module")
+def history() -> History:
+    return session("S1$\r", "X100@1000Y-$\r", "P2,50$\r", "X-50$\r", "E\r")
+
+
+def texts(svg) -> list[str]:
+    return [element.text or "" for element in ET.parse(svg).iter("{http://www.w3.org/2000/svg}text")]
+
+
+def test_svg_has_axes_levels_and_words(tmp_path, history):
+    draw(history, tmp_path / "a.svg", "a title")
+    found = texts(tmp_path / "a.svg")
+    assert {"a title", "seconds", "X  velocity", "X  position", "Y  velocity", "output1", "output2"} <= set(found)
+    assert r"> X100@1000Y-$\r" in found
+    assert not any(text.startswith("Z") for text in found)
+    assert "output3" not in found
+
+
+def test_faults_are_marked_from_beginning_to_end(tmp_path):
+    bench = Bench()
+    if1 = bench.add("if1", X={"encoder": {}})
+    bench.faults.add("stuck", "if1.input3", level="high", name="since_before")
+    bench.faults.add("jam", "if1.X", when="if1.X passes 50", duration=0.1)
+    bench.faults.add("push", "if1.X", counts=3, when="jam begins")
+    bench.faults.add("load", "if1.X", torque=0.1, at=100)
+    with watching(bench) as history:
+        for message, seconds in (("", 1.5), ("(", 0.1), ("U61\r", 1.2), ("X100@1000$\r", 1.0)):
+            if1.serial.write(message.encode())
+            bench.run(seconds)
+    jam, push = bench.faults["jam"], bench.faults["push"]
+    assert of_history(history).faults == [
+        Fault("since_before", 0, None),
+        Fault("jam", jam.began_ns, jam.began_ns + S // 10),
+        Fault("push", push.began_ns, push.began_ns),
+    ]
+    draw(history, tmp_path / "a.svg")
+    assert {"since_before", "jam", "push"} <= set(texts(tmp_path / "a.svg"))
+    assert "load" not in texts(tmp_path / "a.svg")
+
+
+def test_png(tmp_path, history):
+    draw(history, tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_same_picture_twice(tmp_path, history):
+    for name in ("a.svg", "b.svg"):
+        draw(history, tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+@pytest.mark.parametrize("messages", [(), ("X@1000G$\r",)])
+def test_nothing_moved_or_it_still_moves(tmp_path, messages):
+    draw(session(*messages), tmp_path / "a.svg")
+    assert ("X  velocity" in texts(tmp_path / "a.svg")) is bool(messages)
+
+
+def test_velocity_is_the_profile_itself(history):
+    moves = [move for move in history.moves() if move.axis == "X"]
+    curve = curves.velocity(moves[:1], 0, 20 * S)
+    levels = [400.0, 500.0, 600.0, 700.0, 800.0, 900.0]
+    assert curve.values == [0, *levels, 1000.0, *reversed(levels), 0, 0]
+    gaps = [round((after - before) * 1000, 6) for before, after in pairwise(curve.times[1:-1])]
+    assert gaps == [10.0] * 6 + [22.0] + [10.0] * 6  # 100 - 2 * 39 pulses at 1000 pulses/s
+
+
+def test_a_motion_that_follows_at_once_has_no_rest_before_it():
+    curve = Curve([0.0], [0.0])
+    for time_ns, rate in ((S, 500.0), (2 * S, 0.0), (2 * S, 400.0)):
+        curve.change(time_ns, rate)
+    assert (curve.times, curve.values) == ([0.0, 1.0, 2.0], [0.0, 500.0, 400.0])
+
+
+def test_position_ends_where_the_axis_stands(history):
+    for name in ("X", "Y"):
+        moves = [move for move in history.moves() if move.axis == name]
+        curve = curves.position(moves, 0, 20 * S)
+        assert curve.values[0] == 0
+        assert curve.values[-1] == history.bench["if1"].axes[name].pulses
+        assert curve.times == sorted(curve.times)
+
+
+def test_a_motion_that_goes_on_goes_on():
+    going = session("X@1000G$\r")
+    now_ns = going.bench.now
+    assert curves.velocity(going.moves(), 0, now_ns).values[-2:] == [1000.0, 1000.0]
+    assert curves.position(going.moves(), 0, now_ns).values[-1] == going.bench["if1"].axes["X"].pulses
+
+
+def test_a_long_curve_is_thinned_but_keeps_its_extremes():
+    curve = Curve([float(n) for n in range(100_000)], [0.0] * 100_000)
+    curve.values[54_321] = 9.0
+    curve.values[12_345] = -7.0
+    thin = curve.thinned(1000)
+    assert len(thin.times) <= 1010
+    assert (max(thin.values), min(thin.values)) == (9.0, -7.0)
+    assert (thin.times[0], thin.times[-1]) == (0.0, 99_999.0)
+    assert thin.times == sorted(thin.times)
+
+
+def test_many_moves_make_no_large_picture(tmp_path):
+    history = session(":X10@400:X-:S1:R1:=0,1:$\r", *[""] * 150)
+    draw(history, tmp_path / "a.svg")
+    assert (tmp_path / "a.svg").stat().st_size < 5_000_000
+
+
+def test_a_name_is_not_taken_for_mathematics(tmp_path):
+    draw(session("X10$Y10$\r", "X10$\r", "$$^$\r"), tmp_path / "a.svg")
+    assert r"> X10$Y10$\r" in texts(tmp_path / "a.svg") or r"> X10$\r" in texts(tmp_path / "a.svg")
+
+
+def test_a_picture_of_no_known_kind(tmp_path, history):
+    with pytest.raises(UsageError, match=r"name a file \.svg or \.png"):
+        draw(history, tmp_path / "a.pdf")
+
+
+def test_a_picture_that_cannot_be_written(tmp_path, history):
+    with pytest.raises(UsageError, match="cannot be written: No such file"):
+        draw(history, tmp_path / "no" / "a.svg")
+
+
+def test_a_picture_for_which_there_is_no_room_leaves_no_half_of_it(tmp_path, history, monkeypatch):
+    def write(path, data):
+        with path.open("wb") as file:
+            file.write(data[:100])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(type(tmp_path), "write_bytes", write)
+    with pytest.raises(UsageError, match="cannot be written: No space left"):
+        draw(history, tmp_path / "a.png")
+    assert not (tmp_path / "a.png").exists()

@@ -1,0 +1,176 @@
+"""`axistwin run`."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from axistwin.cli.main import main
+
+
+@pytest.fixture
+def axistwin(tmp_path, monkeypatch, capsys):
+    """Run the program in an empty directory; returns exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as caught:
+            main(["run", *arguments])
+        return (caught.value.code, *capsys.readouterr())
+
+    return call
+
+
+TALK = "+1.5\n> (\n< U\\r\n> U61\\r\n+1.5\n> X100$\\r\n+1\n= X.position {}\n"
+
+
+def test_command_lines(axistwin):
+    Path("a.if1").write_text("S1$\nX1000@1000$\nN\n")
+    code, out, err = axistwin("if1", "a.if1")
+    assert (code, err) == (0, "")
+    said, _, summary = out.partition("\n\n")
+    times = [float(line[:14]) for line in said.splitlines()]
+    assert times == sorted(times)
+    assert times[1] == 1.5
+    assert [line[16:].partition(", until")[0] for line in said.splitlines()] == [
+        "= led low",
+        "> (",
+        r"< U\r",
+        r"> U61\r",
+        "= led low",
+        r"> S1$\r",
+        r"> X1000@1000$\r",
+        "= output1 high",
+        "  X 0 → 1000, up to 1000 pulses/s",
+        r"> N\r",
+        r"< 1000\r",
+    ]
+    assert summary.splitlines() == [
+        "axis  from    to  pulses      moving  moves",
+        "X        0  1000    1000  1.042000 s      1",
+    ]
+
+
+def test_json(axistwin):
+    Path("a.if1").write_text("X1000@1000$\nN\n")
+    code, out, err = axistwin("if1", "a.if1", "--json")
+    told = json.loads(out)
+    assert (code, err) == (0, "")
+    answer = told["said"][-1]
+    assert 0 < answer.pop("time_ns") < answer.pop("end_ns") <= told["end_ns"]
+    assert answer == {
+        "controller": "if1",
+        "by": "controller",
+        "text": r"1000\r",
+        "errors": [],
+    }
+    assert [(m["axis"], m["from"], m["to"], m["top_rate"]) for m in told["moves"]] == [("X", 0, 1000, 1000.0)]
+    assert told["axes"][0] == {"controller": "if1", "axis": "X", "position": 1000, "pulses": 1000}
+    assert told["difference"] is None
+    assert told["complete"] is True
+
+
+def test_a_conversation_that_holds(axistwin):
+    Path("a.talk").write_text(TALK.format(100))
+    code, out, err = axistwin("if1", "a.talk")
+    assert (code, err) == (0, "")
+    assert "X 0 → 100" in out
+
+
+def test_a_conversation_that_differs(axistwin):
+    Path("a.talk").write_text(TALK.format(99))
+    code, out, err = axistwin("if1", "a.talk")
+    assert code == 1
+    assert "X 0 → 100" in out
+    assert err.startswith("axistwin: a.talk:8: at 4.003229167 s X.position is different\n  expected  99\n")
+    assert json.loads(axistwin("if1", "a.talk", "--json")[1])["difference"]["line"] == 8
+
+
+def test_a_conversation_says_which_options_it_needs(axistwin):
+    Path("a.talk").write_text("; options: wiring=3-wire\n; line: 2400 8N2\n+1.5\n! dtr off\n> (\n< U\\r\n")
+    assert axistwin("if1", "a.talk")[0] == 0
+    assert axistwin("if1", "a.talk", "--option", "wiring=5-wire")[0] == 1
+
+
+def test_for(axistwin):
+    Path("a.if1").write_text("X@1000G$\n")
+    out = axistwin("if1", "a.if1", "--for", "20")[1]
+    assert "X 0 → 17" in out
+    assert "still going on at 20.000000" in out
+    Path("a.talk").write_text(TALK.format(100))
+    assert json.loads(axistwin("if1", "a.talk", "--for", "9", "--json")[1])["end_ns"] == 9_000_000_000
+
+
+def test_what_never_ends_is_told(axistwin):
+    Path("a.if1").write_text(":X400:=0,1:$\n")
+    code, _, err = axistwin("if1", "a.if1")
+    assert code == 0
+    assert err == "axistwin: it goes on for ever: stopped after 3600 s, say --for SECONDS for another time\n"
+
+
+def test_options_of_the_model_and_of_axes(axistwin):
+    Path("a.if1").write_text("X1000$\nK\n")
+    out = axistwin("if1", "a.if1", "--option", "X.limits=[-10,100]", "--option", "recalculation_s=0.1")[1]
+    assert "= limit_plus low" in out
+    assert r"< 64\r" in out
+
+
+def test_a_motor_that_stalls_is_told(axistwin):
+    Path("a.if1").write_text("X1000@1000$\n")
+    out = axistwin(
+        "if1", "a.if1", "--option", "X.motor={torque=[[0,0.5],[900,0.0]]}", "--option", "X.load={torque=0.1}"
+    )[1]
+    assert "X stands at " in out
+    assert " pulses" in out.splitlines()[-1]
+
+
+def test_state_is_kept(axistwin, tmp_path):
+    Path("a.if1").write_text("@777\n[\n")
+    assert axistwin("if2", "a.if1", "--state", "battery")[0] == 0
+    assert [file.name for file in (tmp_path / "battery").glob("*.json*")] == ["if2.json"]
+
+
+def test_traces_and_a_plot(axistwin, tmp_path):
+    Path("a.if1").write_text("S1$\nX100Y-50$\n")
+    code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace", "a.vcd", "--plot", "a.svg")
+    assert (code, err) == (0, "")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.csv", "a.if1", "a.svg", "a.vcd"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("if1", "none.if1"), "none.if1 cannot be read: No such file"),
+        (("if9", "a.if1"), "no model 'if9'"),
+        (("if1", "a.if1", "--option", "wires=3"), "no option 'wires'"),
+        (("if1", "a.if1", "--option", "wires"), "NAME=VALUE"),
+        (("if1", "a.if1", "--plot", "a.pdf"), ".svg or .png"),
+        (("if1", "a.if1", "--trace", "a.txt"), ".csv, .vcd or .parquet"),
+        (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
+        (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
+        (("a.toml", "a.if1", "--state", "x"), "write them into the scene"),
+        (("if1",), "name a PROGRAM for the if1"),
+    ],
+)
+def test_wrong_usage(axistwin, arguments, words):
+    Path("a.if1").write_text("X1$\n")
+    code, out, err = axistwin(*arguments)
+    assert (code, out) == (2, "")
+    assert words in err
+
+
+def test_a_program_with_mistakes(axistwin):
+    Path("a.talk").write_text("+1\n? what\n")
+    code, _, err = axistwin("if1", "a.talk")
+    assert code == 1
+    assert err.startswith("axistwin: a.talk:2:1: a line begins with")
+
+
+def test_a_scene(axistwin):
+    Path("a.toml").write_text(
+        '[[controller]]\nmodel = "if1"\nname = "left"\n[[controller]]\nmodel = "if1"\nname = "right"\n'
+    )
+    Path("a.talk").write_text("+1.5\nleft: > (\nleft: < U\\r\n")
+    code, out, _ = axistwin("a.toml", "a.talk")
+    assert code == 0
+    assert r"1.502083  left: < U\r" in out

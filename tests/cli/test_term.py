@@ -1,0 +1,317 @@
+"""`axistwin term`: through a pipe, on a terminal, and with a controller at a port."""
+
+import asyncio
+import fcntl
+import io
+import os
+import pty
+import re
+import select
+import socket
+import subprocess
+import sys
+import termios
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from axistwin.links.urls import parse
+from axistwin.terminal.keyboards import to_codes, to_glyphs
+from axistwin.terminal.screen import Screen
+
+PATIENCE_S = 20
+PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()"]
+AT_ONCE = ("--speed", "max")
+
+
+def term(*arguments: object, typed: str = "") -> subprocess.CompletedProcess[str]:
+    """The program with lines coming through a pipe."""
+    words = [*PROGRAM, "term", *map(str, arguments)]
+    return subprocess.run(words, input=typed, capture_output=True, text=True, timeout=PATIENCE_S)
+
+
+def after_initialisation(output: str) -> list[str]:
+    lines = output.splitlines()
+    assert lines[:3] == ["> (", "< U<CR>", "> U61<CR>"]
+    return lines[3:]
+
+
+def test_lines_through_a_pipe_are_dealt_with_one_after_the_other():
+    result = term("if1", *AT_ONCE, typed="X1000$\nE\nN\n:axes\nK")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert after_initialisation(result.stdout) == [
+        "> X1000$",
+        "> E",
+        "< C<CR>",
+        "> N",
+        "< 1000<CR>",
+        "> :axes",
+        "X  1000  at rest",
+        "Y  0     at rest",
+        "Z  0     at rest",
+        "> K",
+        "< 0<CR>",
+    ]
+
+
+def test_somebody_at_the_machine():
+    lines = after_initialisation(
+        term("if1", *AT_ONCE, typed=":drive input1 high\nI\n:pins\n:drive input1 release\nI\nS2$\n:pins\n").stdout
+    )
+    assert lines[:3] == ["> :drive input1 high", "> I", "< 192<CR>"]
+    assert lines[4].split() == ["input1", "high", "driven"]
+    assert lines[lines.index("> :drive input1 release") + 2] == "< 200<CR>"
+    assert ["output2", "high"] in [line.split() for line in lines]
+
+
+def test_a_run_goes_on_while_time_passes():
+    lines = after_initialisation(term("if1", *AT_ONCE, typed="X@500G$\n:wait 2\n:axes\n#\nE\n").stdout)
+    assert re.fullmatch(r"X  9\d\d  500 pulses/s", lines[3])
+    assert lines[-1] == "< C<CR>"
+
+
+def test_what_a_local_command_does_not_know():
+    lines = after_initialisation(
+        term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").stdout
+    )
+    assert lines[1] == "no command :what: :help tells what there is"
+    assert lines[3].startswith("nothing called 'nothing' here: there are input1")
+    assert lines[5] == "'up' is no level: there are high, on, low, off, release"
+    assert lines[7] == "no speed 'no': give a number such as 1 (real time) or 0.5, up to 1000000, or max"
+    assert lines[9] == "'x' is no number of seconds: write it like :wait 0.5"
+    assert lines[10:] == ["> :quit"]
+
+
+def test_a_national_keyboard():
+    """Appendix 1: in the U.K. the key of the cancel code 23 hex shows £, and so does the terminal."""
+    result = term("if1", *AT_ONCE, "--keyboard", "uk", typed=":X1000@10:$\n£\nE\n#\nE\n")
+    assert result.stderr == ""
+    assert [line for line in after_initialisation(result.stdout) if line[0] == "<"] == ["< C<CR>", "< C<CR>"]
+
+
+@pytest.mark.parametrize(
+    ("keyboard", "typed", "sent"),
+    [
+        ("uk", "£", "#"),
+        ("france", "à2000 °ç§^", "@2000 [\\]^"),
+        ("germany", "§2000 ÄÜ", "@2000 []"),
+        ("germany", "ä#$<>", "[#$<>"),
+        ("sweden", "X1000É400¤", "X1000@400$"),
+        ("norway", "æå ü", "[] ^"),
+        ("us", "#$<>@[]^", "#$<>@[]^"),
+    ],
+)
+def test_what_national_keyboards_send(keyboard, typed, sent):
+    """Appendix 1: # $ @ [ ] ^ on certain keyboards; < and > are the same on all of these."""
+    assert to_codes(keyboard, typed) == sent
+    assert to_codes(keyboard, to_glyphs(keyboard, "#$<>@[]^XYZ")) == "#$<>@[]^XYZ"
+
+
+def test_a_national_keyboard_is_for_an_if1():
+    result = term("1811", "--keyboard", "uk")
+    assert result.returncode == 2
+    assert "--keyboard uk is for an IF1 or IF2" in result.stderr
+
+
+def test_a_sequence_is_no_local_command():
+    lines = after_initialisation(term("if1", *AT_ONCE, typed=":X100:Y:$\n:axes\n:x\n").stdout)
+    assert [line.split()[1] for line in lines[2:5]] == ["100", "100", "0"]
+
+
+def test_the_initialisation_can_be_left_to_the_user():
+    result = term("if1", *AT_ONCE, "--no-init", "--end", "crlf", typed="E\n(\nV61\nE\n:help\n")
+    assert result.stdout.splitlines()[:6] == ["> E", "> (", "< U<CR>", "> V61", "> E", "< C<CR><LF>"]
+    assert ":drive input1 high" in result.stdout
+
+
+def test_state_is_kept_from_one_session_to_the_next(tmp_path):
+    assert term("if2", *AT_ONCE, "--state", tmp_path, typed=":X100:$\n[\n").returncode == 0
+    lines = after_initialisation(term("if2", *AT_ONCE, "--state", tmp_path, typed="E\n:axes\n").stdout)
+    assert lines[1] == "< [<CR>"
+    assert lines[3].split()[:2] == ["X", "100"], "the stored sequence has run"
+
+
+def test_a_controller_that_does_not_answer_is_told():
+    assert "does not answer ( at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["if9"], "no model or port 'if9': if1, if2, 1810, 1811, smartmotor, socket://127.0.0.1:5001, /dev/ttyUSB0"),
+        (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
+        (["/dev/nowhere"], "cannot open /dev/nowhere: "),
+        (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
+        (["if1", "--speed", "fast"], "no speed 'fast': give a number"),
+        (["if1", "--line", "fast"], "no line format 'fast': write it like"),
+    ],
+)
+def test_what_cannot_be_opened(arguments, message):
+    result = term(*arguments)
+    assert result.returncode == 2
+    assert result.stderr.startswith(f"axistwin: {message}")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.fixture
+def served(tmp_path):
+    """The URLs of an IF1 on a free TCP port, an RFC 2217 port and a pty."""
+    link = tmp_path / "if1"
+    words = [*PROGRAM, "serve", "if1", *AT_ONCE, "--tcp", ":0", "--rfc2217", ":0", "--pty", str(link)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as program:
+        yield {parse(url).scheme: url for url in (program.stdout.readline().split()[-1] for _ in range(3))}
+        program.kill()
+
+
+def test_a_controller_at_a_port(served):
+    first = term(served["tcp"], typed="(\nU61\nX100$\nE\n:pins\n")
+    assert first.stdout.splitlines() == [
+        "> (",
+        "< U<CR>",
+        "> U61",
+        "> X100$",
+        "> E",
+        "< C<CR>",
+        "> :pins",
+        "that is for a virtual controller: a port shows characters only",
+    ]
+    for url in (served["tcp"].replace("tcp", "socket"), served["rfc2217"], served["pty"], served["pty"][4:]):
+        assert term(url, typed="N\n").stdout.splitlines() == ["> N", "< 100<CR>"], url
+
+
+def test_a_port_that_goes_away_is_told():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def hang_up() -> None:
+            connection, _ = server.accept()
+            connection.recv(1)
+            connection.close()
+
+        threading.Thread(target=hang_up, daemon=True).start()
+        address = "{}:{}".format(*server.getsockname())
+        with subprocess.Popen(
+            [*PROGRAM, "term", f"tcp://{address}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as program:
+            program.stdin.write("E\n")
+            program.stdin.flush()
+            assert program.stderr.readline().startswith(f"axistwin: tcp://{address} is gone: ")
+            assert program.wait(timeout=PATIENCE_S) == 2
+
+
+class Person:
+    """Somebody at a terminal, which is a pty."""
+
+    def __init__(self, *arguments: str, columns: int = 120) -> None:
+        self.master, slave = pty.openpty()
+        termios.tcsetwinsize(slave, (40, columns))
+        words = [*PROGRAM, *arguments]
+        self.program = subprocess.Popen(
+            words,
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            env={name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")},
+            start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # so that Ctrl-C is an interrupt
+        )
+        os.close(slave)
+        self.seen = ""
+
+    def type(self, text: str) -> None:
+        os.write(self.master, text.encode())
+
+    def see(self, text: str) -> str:
+        """Look until this is on the screen; returns everything up to it, and forgets that."""
+        while text not in self.seen:
+            ready, _, _ = select.select([self.master], [], [], PATIENCE_S)
+            assert ready, f"{text!r} is not in {self.seen!r}"
+            self.seen += os.read(self.master, 4096).decode()
+        before, _, self.seen = self.seen.partition(text)
+        return before + text
+
+    def leave(self) -> int:
+        code = self.program.wait(timeout=PATIENCE_S)
+        os.close(self.master)
+        return code
+
+
+@pytest.fixture
+def person():
+    people: list[Person] = []
+
+    def sit_down(*arguments: str, columns: int = 120) -> Person:
+        people.append(Person(*arguments, columns=columns))
+        return people[-1]
+
+    yield sit_down
+    for one in people:
+        one.program.kill()
+        one.program.wait()
+
+
+def test_a_person_at_a_terminal(person: Callable[..., Person]):
+    me = person("term", "if1", "--speed", "max")
+    me.see("axistwin: Digiplan IF1 stepper motor interface.  :help tells more, :quit leaves.")
+    me.see("< U\x1b[2m<CR>\x1b[0m")
+    me.see("> ")
+    me.type("E\n")
+    me.see("< C\x1b[2m<CR>\x1b[0m\r\n> ")
+    me.type("X250$\n:axes\n")
+    me.see("X  250  at rest")
+    me.type("\x04")
+    assert me.leave() == 0
+
+
+def test_a_person_interrupts(person: Callable[..., Person]):
+    me = person("term", "if1", "--speed", "max")
+    me.see("< U")
+    me.type("E\n")
+    me.see("< C")
+    me.type("\x03")
+    assert me.leave() == 130
+
+
+def test_a_person_looks_at_the_commands_and_at_a_check(person: Callable[..., Person], tmp_path):
+    me = person("commands", "if1")
+    me.see("Digiplan IF1 stepper motor interface")
+    me.see("All are implemented.")
+    assert me.leave() == 0
+
+    me = person("commands", "if1", columns=60)  # no room for a table
+    assert "Digiplan" not in me.see("code  hex  name")
+    me.see("acceleration rate data")
+    assert me.leave() == 0
+
+    (tmp_path / "a.if1").write_text("X1000$\n\tx$\n")
+    me = person("check", "if1", f"{tmp_path}/a.if1")
+    me.see("commands are upper case")
+    me.see("     x$\r\n     ^")
+    assert me.leave() == 1
+
+
+def shown(*heard: bytes, person: bool = False) -> str:
+    """What stands on a screen after these, one right after the other."""
+
+    async def show() -> None:
+        screen = Screen(out, person=person, colours=False)
+        screen.prompt()
+        for data in heard:
+            screen.heard(data)
+        screen.close()
+
+    out = io.StringIO()
+    asyncio.run(show())
+    return out.getvalue()
+
+
+def test_control_characters_are_in_words_and_terminators_end_a_line():
+    assert shown(b"U\r", b"C\r\nE", b"\r\n\x13\x11\x80") == "< U<CR>\n< C<CR><LF>\n< E<CR><LF>\n< <XOFF><XON><80>\n"
+
+
+def test_a_prompt_makes_room_for_an_answer():
+    assert shown(b"C\r", person=True) == "> \r\x1b[K< C<CR>\n"

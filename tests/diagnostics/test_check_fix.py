@@ -1,0 +1,159 @@
+"""`axistwin check --fix`: what is mended, and that a file is replaced whole or not at all."""
+
+import os
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin.bench import product
+from axistwin.cli.main import axistwin
+from axistwin.controllers.diagnostics import Edit
+from axistwin.diagnostics import fix as check_fix
+from axistwin.diagnostics.checking import diagnose_text
+from axistwin.errors import AxistwinError
+
+
+@pytest.fixture
+def fix(tmp_path, monkeypatch):
+    """Write a file, mend it, and return what was said and what it holds then."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(name, data, *options):
+        Path(name).write_bytes(data if isinstance(data, bytes) else data.encode())
+        arguments = ["check", name, "--fix", *options]
+        result = CliRunner().invoke(axistwin, arguments, catch_exceptions=False, standalone_mode=False)
+        return result, Path(name).read_bytes().decode("latin-1" if name.endswith(".sms") else "utf-8")
+
+    return run
+
+
+MENDED = {
+    # IF1 and IF2
+    ("a.if1", "x100@5y-$\n"): "X100@5Y-$\n",
+    ("a.if1", ":X100"): ":X100:$",
+    ("a.if1", ":X100$ ; a sequence\r\n"): ":X100:$ ; a sequence\r\n",
+    ("a.if1", ":X100: $\n"): ":X100: $\n",
+    ("a.if1", "X-1000 @500 G $\n"): "X- @500 G $\n",
+    ("a.talk", "; model: if1\n> (U61\\r\n> x10\\x30$\\r\n"): "; model: if1\n> (U61\\r\n> X10\\x30$\\r\n",
+    # 1810 and 1811
+    ("a.181x", "Null\nset-user-bit 1 ; one\n"): "null\nset_user_bit 1 ; one\n",
+    # SmartMotor
+    ("a.sms", "A100 a5\n"): "A=100 a=5\n",
+    ("a.sms", "a = 1 b= 2 c =3\n"): "a=1 b=2 c=3\n",
+    ("a.sms", "IF a b=1 endif\n"): "IF a b=1 ENDIF\n",
+    ("a.sms", "-----\na=1\n"): "'-----\na=1\n",
+    ("a.sms", "aw[0] 1 2 3\n"): "aw[0] 1 2 3.\n",
+    ("a.sms", "ES400 a=1\n"): " a=1\n",
+    ("a.sms", "EIGN(W,0) ZS MP PT=100 G\n"): "UCI UDI ZS MP P=100 G\n",
+    ("a.sms", "F=32 END C1 RETURN\n"): "F=32 END C1 RETURNF\n",
+}
+
+
+@pytest.mark.parametrize(("name", "text"), MENDED)
+def test_what_is_mended(fix, name, text):
+    result, mended = fix(name, text)
+    assert mended == MENDED[name, text]
+    assert result.return_value == 0
+    assert ("fixed" in result.stdout) == (mended != text)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.if1", "next$\n"),
+        ("a.if1", "X100\n"),
+        ("a.if1", "S2\n"),
+        ("a.181x", "go_relatve 25000\n"),
+        ("a.sms", "end of the loop\n"),
+        ("a.sms", "----- a=1\n"),
+        ("a.sms", "UCI UDI G\n"),
+        ("a.sms", "a =\n 1\n"),
+        ("a.sms", "a= S\n"),
+        ("a.sms", "VT=5 ADT=5\n"),
+    ],
+)
+def test_what_only_a_person_can_know_is_left_alone(fix, name, text):
+    result, mended = fix(name, text)
+    assert mended == text
+    assert "fixed" not in result.stdout
+
+
+def test_it_says_what_it_did_and_what_is_left(fix):
+    result, _ = fix("moves.if1", "x100$\n@30000$\n")
+    assert result.stdout.splitlines() == [
+        "moves.if1:1:1: fixed DP101: write X",
+        "moves.if1:2:1: error: speed 30000 is above 25000 steps/s, the maximum of range 1 (manual: Speed) [DP301]",
+    ]
+    assert (result.stderr, result.return_value) == ("axistwin: moves.if1: 1 error\n", 1)
+
+
+def test_results_for_machines_stay_alone_on_their_channel(fix):
+    result, _ = fix("moves.if1", "x100$\n", "--json")
+    assert result.stdout.startswith("{")
+    assert result.stderr == "moves.if1:1:1: fixed DP101: write X\n"
+
+
+def test_line_ends_codes_and_permissions_are_kept(fix, tmp_path):
+    Path("home.sms").touch(mode=0o640)
+    os.chmod("home.sms", 0o640)
+    _, mended = fix("home.sms", "A100 'gr\xfc\xdfe\r\nEND".encode("latin-1"))
+    assert mended == "A=100 'gr\xfc\xdfe\r\nEND"
+    assert Path("home.sms").stat().st_mode & 0o777 == 0o640
+    assert [each.name for each in tmp_path.iterdir()] == ["home.sms"]
+
+
+def test_a_link_is_followed(fix, tmp_path):
+    (tmp_path / "there.if1").write_text("")
+    (tmp_path / "here.if1").symlink_to("there.if1")
+    fix("here.if1", "x1$\n")
+    assert (tmp_path / "here.if1").is_symlink()
+    assert (tmp_path / "there.if1").read_text() == "X1$\n"
+
+
+def test_a_file_that_cannot_be_replaced_stays_as_it_is(fix, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be mended: no space left on device"):
+        fix("moves.if1", "x1$\n")
+    assert (tmp_path / "moves.if1").read_text() == "x1$\n"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_file_in_which_there_is_nothing_to_mend_is_not_touched(fix, monkeypatch):
+    monkeypatch.setattr(os, "replace", None)
+    fix("moves.if1", "X1$\n")
+
+
+def test_edits_are_applied_from_the_last_to_the_first():
+    edits = [Edit(1, 2, 1, 2, "="), Edit(2, 1, 2, 3, "END"), Edit(1, 5, 2, 1, " ")]
+    assert check_fix.apply("A100\r\nendx\r\n", edits) == "A=100 ENDdx\r\n"
+
+
+PIECES = st.sampled_from(
+    ["x", "X", "y", "100", "g", "$", ":", "@", "\n", " ", "a", "=", "A100", "endif", "IF a", "-----", "aw[0] 1", "C1",
+     "RETURN", "F=32", "END", "'", "ES400", "GO_ON", "33"]
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("suffix", "model"), [(".if1", "if1"), (".sms", "smartmotor"), (".181x", "1811")])
+@given(pieces=st.lists(PIECES, max_size=15))
+def test_mending_never_brings_errors_and_mending_twice_is_mending_once(suffix, model, pieces):
+    made, text = product(model), "".join(pieces)
+    before = diagnose_text(text, suffix, made)
+    mended, done, left = check_fix.mend(text, lambda each: diagnose_text(each, suffix, made))
+    errors = [sum(each.severity == "error" for each in found) for found in (before, left)]
+    assert errors[1] <= errors[0]
+    assert (mended != text) == bool(done)
+    assert check_fix.mend(mended, lambda each: diagnose_text(each, suffix, made))[:2] == (mended, [])
+
+
+def test_a_name_in_capitals_is_the_same_kind(fix, tmp_path):
+    (tmp_path / "OLD.SMS").write_bytes(b"END C5 endif '\xe9\n")
+    arguments = ["check", "OLD.SMS", "--fix"]
+    CliRunner().invoke(axistwin, arguments, catch_exceptions=False, standalone_mode=False)
+    assert (tmp_path / "OLD.SMS").read_bytes() == b"END C5 ENDIF '\xe9\n"

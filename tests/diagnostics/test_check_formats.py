@@ -1,0 +1,218 @@
+"""Many files at once, and what is found for people and for machines: text, JSON, SARIF, GitHub."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from axistwin import __version__
+from axistwin.cli.main import axistwin
+from axistwin.diagnostics import codes
+from axistwin.errors import SceneError, UsageError
+
+from . import sarif
+
+FILES = {
+    "a b.if1": "x1000$\n@3000 X 5%5$\n",
+    "home.sms": "A100 \nEND\n",
+    "moves.181x": "33 00 00 00 01\n",
+    "same.talk": "; model: if2\n> (U61\\r\n> S2\\r\n",
+    "bench.toml": '[[controller]]\nmodel = "if1"\nnmae = "left"\naxes.X.limits = [100, 0]\n',
+    "fine.if1": "X100$\n",
+}
+
+
+@pytest.fixture
+def check(tmp_path, monkeypatch):
+    """Run `axistwin check` where these files are."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in FILES.items():
+        Path(name).write_text(text, encoding="utf-8")
+
+    def run(*arguments):
+        return CliRunner().invoke(axistwin, ["check", *arguments], catch_exceptions=False, standalone_mode=False)
+
+    return run
+
+
+def test_files_of_all_kinds_at_once_without_a_model(check):
+    result = check("home.sms", "moves.181x", "same.talk", "bench.toml", "fine.if1")
+    assert result.return_value == 1
+    assert [re.sub(r": (error|warning): .* \[", " ", line) for line in result.stdout.splitlines()] == [
+        "home.sms:1:1 SM103]",
+        "moves.181x:1:1 CM305]",
+        "same.talk:3:4 DP305]",
+        "bench.toml:3:1 SC102]",
+        "bench.toml:4:1 SC104]",
+    ]
+    assert result.stderr == "axistwin: 5 files: 4 errors, 1 warning (1 can be mended by --fix)\n"
+
+
+def test_a_model_is_for_all_programs(check):
+    result = check("1810", "moves.181x", "bench.toml", "--json")
+    found = json.loads(result.stdout)
+    assert (found["model"], found["files"]) == ("1810", ["moves.181x", "bench.toml"])
+    assert (found["errors"], found["warnings"]) == (3, 0)
+
+
+def test_a_scene(check):
+    result = check("bench.toml")
+    assert result.stdout.splitlines()[0].startswith(
+        "bench.toml:3:1: error: unknown key 'nmae': did you mean 'name'? [SC102]"
+    )
+    Path("bench.toml").write_text(FILES["bench.toml"].partition("nmae")[0] + 'state = "kept"\n', encoding="utf-8")
+    assert check("bench.toml").stdout == ""
+    assert not Path("kept").exists()
+
+
+def test_a_scene_that_is_right_by_itself_but_cannot_be_built(check):
+    wire = '[[controller]]\nmodel = "if1"\n[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"\n'
+    Path("bench.toml").write_text(wire, encoding="utf-8")
+    (line,) = check("bench.toml").stdout.splitlines()
+    assert re.fullmatch(r"bench\.toml:5:1: error: if1 has no pin 'inptu1': .* \[SC110\]", line)
+
+
+@pytest.mark.parametrize("example", sorted((Path(__file__).parents[2] / "examples").rglob("*.toml")), ids=str)
+def test_the_example_scenes_are_right(check, example):
+    assert check(str(example)).stderr == f"axistwin: {example}: nothing wrong\n"
+
+
+def test_warnings_fail_only_where_that_is_asked_for(check):
+    assert check("same.talk").return_value == 0
+    assert check("same.talk", "--strict").return_value == 1
+    assert check("fine.if1", "--strict").return_value == 0
+
+
+def test_json_has_places_with_their_ends(check):
+    found = json.loads(check("a b.if1", "--format", "json").stdout)["diagnostics"]
+    assert check("a b.if1", "--json").stdout == check("a b.if1", "--format", "json").stdout
+    assert [(d["line"], d["column"], d["end_line"], d["end_column"], d["code"]) for d in found] == [
+        (1, 1, 1, 2, "DP101"), (2, 11, 2, 12, "DP102"),
+    ]  # fmt: skip
+
+
+def test_github_shows_it_beside_the_line(check):
+    (first, second) = check("a b.if1", "--format", "github").stdout.splitlines()
+    assert first == (
+        "::error file=a b.if1,line=1,col=1,endLine=1,endColumn=2,title=DP101::"
+        "unknown character 'x': commands are upper case (manual: Full command list)"
+    )
+    assert "%25" not in first
+    assert second.startswith("::error file=a b.if1,line=2,")
+
+
+def test_github_escapes_what_it_would_take_for_its_own(check):
+    Path("a,b:c.if1").write_text("%X$\n", encoding="utf-8")
+    (line,) = check("a,b:c.if1", "--format", "github").stdout.splitlines()
+    assert line.startswith("::error file=a%2Cb%3Ac.if1,line=1,")
+    assert "::%25 stands alone" in line
+
+
+def test_sarif_has_what_2_1_0_requires(check):
+    result = check("a b.if1", "home.sms", "same.talk", "--format", "sarif")
+    log = json.loads(result.stdout)
+    assert (log["version"], result.return_value) == ("2.1.0", 1)
+    assert log["$schema"].endswith("sarif-2.1.0.json")
+    (run,) = log["runs"]
+    driver = run["tool"]["driver"]
+    assert (driver["name"], driver["semanticVersion"]) == ("axistwin", __version__)
+    assert run["columnKind"] == "unicodeCodePoints"
+    ids = [rule["id"] for rule in driver["rules"]]
+    assert ids == ["DP101", "DP102", "DP305", "SM103"]
+    for rule in driver["rules"]:
+        assert rule["shortDescription"]["text"]
+        assert rule["defaultConfiguration"]["level"] in ("error", "warning")
+    for each in run["results"]:
+        assert each["message"]["text"]
+        assert each["level"] in ("none", "note", "warning", "error")
+        assert ids[each["ruleIndex"]] == each["ruleId"]
+        (location,) = each["locations"]
+        place = location["physicalLocation"]
+        assert place["artifactLocation"]["uri"] in ("a%20b.if1", "home.sms", "same.talk")
+        region = place["region"]
+        assert 1 <= region["startLine"] <= region["endLine"]
+        assert region["startColumn"] < region["endColumn"]
+
+
+def test_a_fix_in_sarif(check):
+    (result,) = json.loads(check("home.sms", "--format", "sarif").stdout)["runs"][0]["results"]
+    (fix,) = result["fixes"]
+    (change,) = fix["artifactChanges"]
+    assert change["artifactLocation"]["uri"] == "home.sms"
+    assert change["replacements"] == [{
+        "deletedRegion": {"startLine": 1, "startColumn": 2, "endLine": 1, "endColumn": 2},
+        "insertedContent": {"text": "="},
+    }]  # fmt: skip
+
+
+def test_sarif_names_absolute_files_by_a_uri_of_their_own(check, tmp_path):
+    log = json.loads(check(str(tmp_path / "home.sms"), "--format", "sarif").stdout)
+    uri = log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
+    assert uri == (tmp_path / "home.sms").as_uri()
+
+
+def test_nothing_wrong_is_a_whole_log_too(check):
+    (run,) = json.loads(check("fine.if1", "--format", "sarif").stdout)["runs"]
+    assert (run["results"], run["tool"]["driver"]["rules"]) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ((), UsageError, "nothing to check: name a program or a scene"),
+        (("if1",), UsageError, "nothing to check"),
+        (("if9", "fine.if1"), UsageError, "no model 'if9'"),
+        (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
+        (("nowhere.toml",), SceneError, "nowhere.toml: cannot be read"),
+        (("whose.talk",), UsageError, "does not say whose it is"),
+    ],
+)
+def test_what_cannot_be_checked(check, arguments, error, message):
+    Path("whose.talk").write_text("> X\n", encoding="utf-8")
+    with pytest.raises(error, match=message):
+        check(*arguments)
+
+
+def test_sarif_of_everything_that_can_be_found_is_valid(check):
+    """Each rule's example, fixes and ends of lines included; names that are no URIs as they stand."""
+    names = []
+    for title, table in codes.tables().items():
+        for rule in table:
+            suffix, model = codes.suffix_of(rule), codes.FAMILIES.get(title, ("if1",))[0]
+            head = "" if suffix in (".toml", ".sms") or "model:" in rule.example else f"; model: {model}\n"
+            names.append(f"{rule.code} é#?%.x{suffix}")
+            Path(names[-1]).write_text(head + rule.example, encoding="utf-8")
+    log = json.loads(check(*names, "--format", "sarif").stdout)
+    assert sarif.problems(log) == []
+    results, rules = log["runs"][0]["results"], log["runs"][0]["tool"]["driver"]["rules"]
+    assert all(rules[each["ruleIndex"]]["id"] == each["ruleId"] for each in results)
+    assert any("fixes" in each for each in results)
+    assert {name[:5] for name in names} <= {each["ruleId"] for each in results}
+
+
+def test_sarif_of_nothing_is_valid(check):
+    log = json.loads(check("fine.if1", "--format", "sarif").stdout)
+    assert sarif.problems(log) == []
+    assert log["runs"][0]["results"] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "problem"),
+    [
+        (("version",), "2.0.0", "$.version: '2.0.0' is not one of"),
+        (("runs", 0, "results", 0, "level"), "fatal", "$.runs[0].results[0].level: 'fatal' is not one of"),
+        (("runs", 0, "results", 0, "message"), {}, "$.runs[0].results[0].message: message has no text"),
+        (("runs", 0, "colour"), 3, "$.runs[0]: run knows no colour"),
+    ],
+)
+def test_the_look_at_sarif_finds_what_is_wrong(check, path, value, problem):
+    log = json.loads(check("a b.if1", "--format", "sarif").stdout)
+    *way, last = path
+    place = log
+    for key in way:
+        place = place[key]
+    place[last] = value
+    (found,) = sarif.problems(log)
+    assert found.startswith(problem)

@@ -1,0 +1,111 @@
+"""The tables of codes: each code is found by its own example, and docs/diagnostics.md is what the tables say."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin.bench import product
+from axistwin.cli.main import axistwin
+from axistwin.diagnostics import codes
+from axistwin.diagnostics.checking import diagnose_text, product_for
+from axistwin.diagnostics.scenes import diagnose_scene
+from axistwin.errors import UsageError
+
+RULES = [(title, rule) for title, table in codes.tables().items() for rule in table]
+
+
+def found(title, rule):
+    suffix = codes.suffix_of(rule)
+    if suffix == ".toml":
+        return diagnose_scene(Path("bench.toml"), rule.example)
+    made = (
+        product_for(suffix, rule.example)
+        if "model:" in rule.example
+        else product(codes.FAMILIES.get(title, ("if1",))[0])
+    )
+    return diagnose_text(rule.example, suffix, made)
+
+
+@pytest.mark.parametrize(("title", "rule"), RULES, ids=[rule.code for _, rule in RULES])
+def test_the_example_of_a_code_is_a_case_of_it(title, rule):
+    cases = [diagnostic for diagnostic in found(title, rule) if diagnostic.code == rule.code]
+    assert cases
+    assert {case.severity for case in cases} == {rule.severity}
+    assert all(case.end > (case.line, case.column) for case in cases)
+
+
+def test_each_code_stands_for_one_thing_and_in_order():
+    listed = [rule.code for _, rule in RULES]
+    assert len(set(listed)) == len(listed)
+    for table in codes.tables().values():
+        assert [rule.code for rule in table] == sorted(rule.code for rule in table)
+    assert all(re.fullmatch(r"(DP|CM|SM|AX|SC)\d{3}", code) for code in listed)
+
+
+def test_each_code_is_told_in_a_title_and_sentences():
+    for _, rule in RULES:
+        assert rule.title[0] == rule.title[0].lower() or rule.title[:1] in "F%SR", rule.code
+        assert rule.explanation.endswith("."), rule.code
+        assert rule.chapter, rule.code
+
+
+PROGRAMS = [(".if1", "if2"), (".181x", "1811"), (".sms", "smartmotor"), (".talk", "if2"), (".talk", "smartmotor")]
+WORDS = st.sampled_from(
+    ["X100", "$", ":", "x", " ", "\n", "> ", "\\r", "(", "U61", "33 00", "go_relative", "31", "D9 01", "a=1", "GOTO5",
+     "endif", "a = 1", "F=32", "C1", "RETURN", "MC", "aw[0] 1 2", "-----", "A100", "+1", "! power off", "é", "%"]
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("suffix", "model"), PROGRAMS, ids=lambda value: value.strip("."))
+@given(words=st.lists(WORDS, max_size=12))
+def test_whatever_is_found_has_a_code_of_a_table_and_its_severity(suffix, model, words):
+    severities = {rule.code: rule.severity for _, rule in RULES}
+    for diagnostic in diagnose_text("".join(words), suffix, product(model)):
+        assert diagnostic.severity == severities[diagnostic.code]
+        assert diagnostic.end > (diagnostic.line, diagnostic.column)
+
+
+def test_the_page_is_what_the_tables_say():
+    page = (Path(__file__).parents[2] / "docs" / "diagnostics.md").read_text(encoding="utf-8")
+    assert page == codes.page(), "python -m axistwin.diagnostics.codes > docs/diagnostics.md"
+
+
+def explain(*arguments):
+    return CliRunner().invoke(axistwin, ["check", *arguments], catch_exceptions=False, standalone_mode=False)
+
+
+def test_a_code_is_explained():
+    assert explain("--codes", "dp301").stdout.splitlines() == [
+        "DP301  a speed above the maximum of the range (error)",
+        (
+            "  Each speed range has its highest speed: 25000, 50000, 100000 and 4000 steps/s in ranges 1 to 4.  "
+            "Range and speed are kept from message to message."
+        ),
+        "  Manual: Speed",
+        "  Example (.if1):",
+        "    @25001",
+    ]
+
+
+def test_codes_are_explained_by_how_they_begin_or_all():
+    assert set(re.findall(r"^(\w+)  ", explain("--codes", "CM4").stdout, re.MULTILINE)) == {
+        "CM401", "CM402", "CM403", "CM404",
+    }  # fmt: skip
+    assert len(json.loads(explain("--codes", "--json").stdout)) == len(RULES)
+
+
+def test_a_code_that_is_none():
+    with pytest.raises(UsageError, match="no code 'DP310': did you mean DP30"):
+        explain("--codes", "DP310")
+
+
+@pytest.mark.parametrize("form", ["sarif", "github"])
+def test_codes_are_no_findings(form):
+    """What is found in files can be told so, a table of codes cannot."""
+    with pytest.raises(UsageError, match=f"--codes is told as text or json: leave out --format {form}"):
+        explain("--codes", "CM4", "--format", form)

@@ -1,0 +1,243 @@
+"""What an editor is told: hover, completion and symbols for every kind of text."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin.bench import product
+from axistwin.editor.compumotor import Commands
+from axistwin.editor.digiplan import CommandLines
+from axistwin.editor.scene import Scenes
+from axistwin.editor.smartmotor import SourceEditing
+from axistwin.editor.talk import Conversations
+
+IF1, BOARD, MOTOR, TALK, SCENE = CommandLines(), Commands(product("1811")), SourceEditing(), Conversations(), Scenes()
+ALL = {"if1": IF1, "181x": BOARD, "sms": MOTOR, "talk": TALK, "toml": SCENE}
+
+
+def place(text):
+    """Lines, and the line and index of the `|` in the text."""
+    before, _, behind = text.partition("|")
+    line = before.count("\n") + 1
+    return (before + behind).split("\n"), line, len(before) - before.rfind("\n") - 1
+
+
+def offered(editing, text):
+    return [item.label for item in editing.complete(*place(text))]
+
+
+def told(editing, text):
+    found = editing.hover(*place(text))
+    return None if found is None else found.text.split("\n\n")
+
+
+# Command lines of an IF1
+
+
+@pytest.mark.parametrize(
+    ("text", "there", "not_there"),
+    [
+        ("|", "XYZ:@$#KE[", "=(U"),
+        ("X100|", "@YGBSRP$", "EK+=A:"),
+        ("X|", "+-@GB", "XE"),
+        ("X100S1|", "$R#", "XPH%"),
+        (":X100|", ":@SR", "A=<>^"),
+        (":H1|", "XA=:", ">"),
+        ("P4|", ",$", "XS"),
+        ("E|", "", "X$"),
+    ],
+)
+def test_the_characters_that_may_follow(text, there, not_there):
+    found = offered(IF1, text)
+    assert set(there) <= set(found)
+    assert not set(not_there) & set(found)
+
+
+def test_nothing_is_offered_in_comments_and_times():
+    assert offered(IF1, "X100$ ; the |") == []
+    assert offered(IF1, "+1|") == []
+
+
+def test_a_number_belongs_to_its_command():
+    assert told(IF1, "X100 @ 5|00$")[:2] == ["**@** speed data", "`@ speed`"]
+    assert told(IF1, "; X|") is None
+
+
+def test_the_steps_of_a_sequence():
+    (sequence,) = IF1.symbols(["; one", ":X100:Y@50G:$"])
+    assert (sequence.name, sequence.begin, sequence.end) == ("sequence", (2, 1), (2, 14))
+    assert [(step.name, step.detail, step.begin) for step in sequence.children] == [
+        ("step 1", "X100", (2, 2)), ("step 2", "Y@50G", (2, 7)),
+    ]  # fmt: skip
+
+
+# Commands of an 1811
+
+
+def test_commands_that_are_valid_here():
+    assert "go_relative" in offered(BOARD, "|")
+    assert "wait_seconds" not in offered(BOARD, "|")
+    assert "wait_seconds" in offered(BOARD, "D9 01\n|")
+    assert "stop" not in offered(BOARD, "D9 01\nst|")
+    assert "distance_time_data" in offered(BOARD, "53 01 04 00 00 00 00 00 02\n|")
+    assert "perform_move" not in offered(BOARD, "53 01 04 00 00 00 00 00 02\n|")
+
+
+def test_values_of_a_parameter_that_has_few():
+    assert {"on", "off"} <= set(offered(BOARD, "go_on |"))
+    assert offered(BOARD, "default_velocity_and_acceleration |")[:2] == ["00", "01"]
+    assert offered(BOARD, "go_relative |") == []
+
+
+def test_the_parameter_that_is_looked_at_is_marked():
+    assert "- **distance" in told(BOARD, "go_relative 25|000")[2]
+    assert "- **distance" in told(BOARD, "33 00 00 61 A|8")[2]
+    assert told(BOARD, "go_r|elative 25000")[0] == "**33** go relative"
+    assert told(BOARD, "nonsense|") is None
+
+
+def test_sequences_and_moves():
+    found = BOARD.symbols(["define_relative_move 1 00 1 1 5", "D9 02", "40 01", "83", "D8", "D9 03"])
+    assert [(symbol.name, len(symbol.children)) for symbol in found] == [
+        ("move 1", 0),
+        ("sequence 02", 2),
+        ("sequence 03", 0),
+    ]
+
+
+# A SmartMotor's source
+
+
+def test_parts_of_a_block_are_offered_inside_it_only():
+    assert {"ELSE", "ENDIF", "ELSEIF"} <= set(offered(MOTOR, "IF a b=1 |"))
+    assert not {"ELSE", "ENDIF", "LOOP", "BREAK"} & set(offered(MOTOR, "IF a b=1 ENDIF |"))
+    assert {"LOOP", "BREAK"} <= set(offered(MOTOR, "WHILE 1\n  |"))
+    assert "ENDIF" not in offered(MOTOR, "IF a\nWHILE 1\n|")
+
+
+def test_what_a_program_cannot_say_is_not_offered():
+    found = offered(MOTOR, "|")
+    assert "GOSUBn" in found
+    assert not {"LOAD", "KGON", "MD50"} & set(found)
+
+
+def test_labels_variables_and_values():
+    assert offered(MOTOR, "C5 RETURN C12 RETURN\nGOSUB|") == ["GOSUB5", "GOSUB12"]
+    found = offered(MOTOR, "aa=1\nb=aa+|")
+    assert {"@P", "CLK", "aa", "b", "ab["} <= set(found)
+    assert "MP" not in found
+    assert {"UAI", "@P"} <= set(offered(MOTOR, "IF |"))
+    assert offered(MOTOR, "a=1 'not |") == []
+
+
+def test_commands_values_and_labels_are_told():
+    assert told(MOTOR, "A|=100")[0] == "**A=** acceleration"
+    assert told(MOTOR, "a=@P|E+1")[0] == "**@PE** position error"
+    assert told(MOTOR, "a=@P|E+1")[1] == "in counts"
+    assert told(MOTOR, "GOS|UB5\nEND\nC5 RETURN")[0] == "C5 stands in line 3"
+    assert told(MOTOR, "GOS|UB6")[0] == "There is no label C6"
+    assert told(MOTOR, "'A|=1") is None
+
+
+def test_labels_with_their_comments():
+    found = MOTOR.symbols(["a=1", "C1 'faults", "RETURNF", "C5 RETURN"])
+    assert [(s.name, s.detail, s.begin, s.end) for s in found] == [
+        ("C1", "faults", (2, 1), (4, 1)), ("C5", "", (4, 1), (4, 10)),
+    ]  # fmt: skip
+
+
+# Conversations
+
+HEAD = "; model: {}\n"
+
+
+def test_pins_and_axes_in_a_conversation():
+    acts = offered(TALK, HEAD.format("if1") + "! |")
+    assert {"input1", "estop", "power", "X.jam", "Z.load", "dtr"} <= set(acts)
+    assert "position" not in " ".join(acts)
+    assert {"X.position", "clock", "output5"} <= set(offered(TALK, HEAD.format("if1") + "left: = X|"))
+    assert {"A", "shaft.position", "ambient"} <= set(offered(TALK, HEAD.format("smartmotor") + "= |"))
+    assert offered(TALK, HEAD.format("if1") + "! input1 |") == ["high", "on", "low", "off", "release"]
+
+
+def test_what_the_host_says_is_of_the_family():
+    assert "@" in offered(TALK, HEAD.format("if1") + "> U61\\rX100|")
+    assert "U" not in offered(TALK, HEAD.format("if1") + "> U61\\rX100|")
+    assert "go_relative" in offered(TALK, HEAD.format("1811") + "> |")
+    assert "LOAD" in offered(TALK, HEAD.format("smartmotor") + "> |")
+    assert "IF" not in offered(TALK, HEAD.format("smartmotor") + "> |")
+    assert told(TALK, HEAD.format("if1") + "> K\\r@5|00\\r")[0] == "**@** speed data"
+    assert told(TALK, HEAD.format("smartmotor") + "> ZS V=1|0\\r")[0] == "**V=** velocity"
+    assert told(TALK, HEAD.format("1811") + "> 3|3 00 00 61 A8")[0] == "**33** go relative"
+
+
+def test_marks_and_headers_are_offered_and_told():
+    assert offered(TALK, "|") == [">", "<", "+", "!", "=", ";"]
+    assert offered(TALK, "; |") == ["model: ", "options: ", "line: ", "patience: "]
+    assert "1811" in offered(TALK, "; model: |")
+    assert told(TALK, "|> X\\r") == ["**>** the host says"]
+    assert told(TALK, HEAD.format("if1") + "! inp|ut1 high")[0].startswith("**input1** terminal")
+
+
+def test_sequences_in_a_conversation():
+    (sequence,) = TALK.symbols([HEAD.format("if1").strip(), "> (U61\\r:X1:Y2:$\\r"])
+    assert [step.begin for step in sequence.children] == [(2, 10), (2, 13)]
+
+
+# Scenes
+
+FILE = '[[controller]]\nmodel = "if1"\nname = "left"\n'
+
+
+def test_tables_and_keys_of_a_scene():
+    assert {"controller", "wire", "chain"} <= set(offered(SCENE, "[[|"))
+    assert {"model", "name", "options", "axes"} <= set(offered(SCENE, "[[controller]]\n|"))
+    assert {"from", "to", "invert"} <= set(offered(SCENE, FILE + "[[wire]]\n|"))
+    assert {"wiring", "busy"} <= set(offered(SCENE, FILE + "options.|"))
+    assert offered(SCENE, FILE + "axes.|") == ["X", "Y", "Z"]
+    assert {"limits", "encoder"} <= set(offered(SCENE, FILE + "axes.X.|"))
+    assert {"limits", "encoder"} <= set(offered(SCENE, FILE + "[controller.axes.X]\n|"))
+    assert offered(SCENE, FILE + "# |") == []
+
+
+def test_keys_of_a_servo_s_axis():
+    """Those of a stepper's are others."""
+    motor = '[[controller]]\nmodel = "smartmotor"\n'
+    assert offered(SCENE, motor + "axes.shaft.|") == ["limits", "motor", "load"]
+    assert {"model", "kp", "supply_voltage_v"} <= set(offered(SCENE, motor + "[controller.axes.shaft.motor]\n|"))
+    assert "inertia_kg_m2" in offered(SCENE, motor + "axes.shaft.load.|")
+
+
+def test_values_of_a_scene():
+    assert '"1811"' in offered(SCENE, "[[controller]]\nmodel = |")
+    assert "smartmotor" in offered(SCENE, '[[controller]]\nmodel = "|')
+    assert '"left.output1"' in offered(SCENE, FILE + "[[wire]]\nfrom = |")
+    assert offered(SCENE, FILE + "[[wire]]\ninvert = |") == ["true", "false"]
+
+
+def test_keys_of_a_scene_are_told():
+    assert told(SCENE, "[[controller]]\nmo|del = 1")[0].startswith("**model** ")
+    assert "beyond which" in told(SCENE, FILE + "axes.X.limi|ts = [0, 1]")[0]
+    assert "host's DTR" in told(SCENE, FILE + 'options.wir|ing = "3-wire"')[0]
+    assert "controllers" in told(SCENE, "[[contr|oller]]")[0]
+
+
+def test_the_tables_of_a_scene_are_its_symbols():
+    found = SCENE.symbols([*FILE.splitlines(), "[[wire]]", 'from = "left.output1"'])
+    assert [(s.name, s.detail, s.begin, s.end) for s in found] == [
+        ("left", "controller", (1, 1), (3, 14)), ("wire", "wire", (4, 1), (5, 22)),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ALL)
+@given(
+    text=st.text(st.sampled_from("XYG$:;>!=+<[]\"'. \\nr{}()?@#0123456789abcCIFé\n\t"), max_size=40),
+    where=st.integers(0, 40),
+    head=st.sampled_from(["", "; model: if1\n", "; model: 1811\n", "; model: smartmotor\n", FILE]),
+)
+def test_no_text_is_too_odd(kind, text, where, head):
+    at = min(where, len(text))
+    here = place(head + text[:at] + "|" + text[at:].replace("|", ""))
+    ALL[kind].hover(*here)
+    ALL[kind].complete(*here)
+    ALL[kind].symbols(here[0])

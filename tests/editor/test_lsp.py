@@ -1,0 +1,182 @@
+"""The language server over standard input and output, as an editor talks to it."""
+
+import subprocess
+import sys
+
+import pytest
+
+from axistwin.cli import lsp
+from axistwin.cli.main import axistwin
+from axistwin.errors import MissingExtraError
+
+from .lsp_client import ROOT, Client
+
+SOURCE = """\
+UCI UDI ZS
+A100 'ä
+GOSUB5
+END
+C5 'the stroke
+V=100000
+RETURN
+"""
+
+
+@pytest.fixture(scope="module")
+def client():
+    with Client() as made:
+        yield made
+
+
+def spans(found):
+    return [
+        (d["code"], d["range"]["start"]["line"], d["range"]["start"]["character"], d["range"]["end"]["character"])
+        for d in found
+    ]
+
+
+def test_what_it_can_do(client):
+    assert client.capabilities["hoverProvider"]
+    assert client.capabilities["documentSymbolProvider"]
+    assert client.capabilities["codeActionProvider"]["codeActionKinds"] == ["quickfix"]
+    assert "=" in client.capabilities["completionProvider"]["triggerCharacters"]
+
+
+def test_diagnostics_come_while_somebody_types(client):
+    uri = "file:///bench/home.sms"
+    assert spans(client.open(uri, SOURCE)) == [("SM103", 1, 0, 4)]
+    change = {"range": {"start": {"line": 1, "character": 1}, "end": {"line": 1, "character": 1}}, "text": "="}
+    client.tell("textDocument/didChange", {"textDocument": {"uri": uri, "version": 2}, "contentChanges": [change]})
+    assert client.diagnostics(uri, 2) == []
+    client.tell("textDocument/didClose", {"textDocument": {"uri": uri}})
+
+
+def test_of_what_is_typed_quickly_only_the_newest_is_looked_at(client):
+    uri, last = "file:///bench/quick.sms", 40
+    client.open(uri, "END\n")
+    changes = (
+        {"textDocument": {"uri": uri, "version": version}, "contentChanges": [{"text": f"A{version}\n"}]}
+        for version in range(2, last + 1)
+    )
+    client.tell_all("textDocument/didChange", changes)
+    assert spans(client.diagnostics(uri, last)) == [("SM103", 0, 0, 3)]
+    told = [message for message in client.notified if message.get("params", {}).get("uri") == uri]
+    assert len(told) < last / 4
+
+
+def test_a_text_that_is_too_long_is_left_to_check(client):
+    uri = "file:///bench/long.sms"
+    (told,) = client.open(uri, "A100\n" * 30_000)
+    assert told["message"] == "more than 131,072 characters: not looked at while you type; use axistwin check"
+    assert told["severity"] == 3
+    assert client.at("hover", uri, 0, 0) is None
+    client.tell(
+        "textDocument/didChange", {"textDocument": {"uri": uri, "version": 2}, "contentChanges": [{"text": ""}]}
+    )
+    assert client.diagnostics(uri, 2) == []
+
+
+def test_who_ends_it_without_a_word_is_told_by_the_exit_code():
+    """ "The server should exit with success code 0 if the shutdown request has been received before; otherwise 1"."""
+    client = Client()
+    client.tell("exit", None)
+    client.process.stdin.close()
+    assert client.process.wait(timeout=20) == 1
+    client.process.stdout.close()
+
+
+def test_a_fix_is_offered_and_is_the_preferred_one_if_it_is_sure(client):
+    uri = "file:///bench/fix.if1"
+    client.open(uri, "X100$\n:X100:Y\n")
+    place = {"line": 1, "character": 7}
+    (action,) = client.ask(
+        "textDocument/codeAction",
+        {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": {"diagnostics": []}},
+    )
+    assert (action["title"], action["kind"], action["isPreferred"]) == ("End the sequence with :$", "quickfix", True)
+    assert action["edit"]["changes"][uri] == [{"range": {"start": place, "end": place}, "newText": ":$"}]
+
+
+def test_columns_are_of_utf_16(client):
+    uri = "file:///bench/wide.talk"
+    found = client.open(uri, "; model: if1\n; \U0001f600\n> (U61\\r\n> X1\\q\n; \U0001f600 = \n= \U0001f600\n")
+    assert spans(found) == [("AX105", 3, 4, 6), ("AX103", 5, 4, 4)]
+
+
+def test_hover_tells_the_command_its_units_and_the_chapter(client):
+    uri = "file:///bench/move.if1"
+    client.open(uri, "X1000@500$\n")
+    told = client.at("hover", uri, 0, 7)
+    assert told["range"] == {"start": {"line": 0, "character": 5}, "end": {"line": 0, "character": 8}}
+    assert "**@** speed data" in told["contents"]["value"]
+    assert "speed 1…99999 steps/s" in told["contents"]["value"]
+    assert told["contents"]["value"].endswith("Manual: Speed")
+
+
+def test_completion_offers_labels(client):
+    uri = "file:///bench/labels.sms"
+    client.open(uri, SOURCE)
+    found = client.at("completion", uri, 2, 5)
+    assert [each["label"] for each in found["items"]] == ["GOSUB5"]
+
+
+def test_symbols_are_the_labels(client):
+    uri = "file:///bench/symbols.sms"
+    client.open(uri, SOURCE)
+    (symbol,) = client.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri}})
+    assert (symbol["name"], symbol["detail"], symbol["range"]["start"]["line"]) == ("C5", "the stroke", 4)
+
+
+def test_a_scene_and_a_toml_file_that_is_none(client):
+    scene = "file:///bench/bench.toml"
+    assert spans(client.open(scene, '[[controller]]\nmodle = "if1"\n')) == [("SC103", 0, 0, 14), ("SC102", 1, 0, 5)]
+    assert client.open("file:///bench/pyproject.toml", "[project]\nname = 1\n") == []
+
+
+def test_a_conversation_without_a_model_says_so(client):
+    (found,) = client.open("file:///bench/whose.talk", "> (U61\\r\n")
+    assert "does not say whose it is" in found["message"]
+
+
+def test_a_text_of_another_kind_is_left_alone(client):
+    uri = "file:///bench/notes.txt"
+    assert client.open(uri, "x\n") == []
+    assert client.at("hover", uri, 0, 0) is None
+    assert client.at("completion", uri, 0, 0)["items"] == []
+
+
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
+    for name in [each for each in sys.modules if each.partition(".")[0] in ("pygls", "lsprotocol")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delitem(sys.modules, "axistwin.editor.server", raising=False)
+    monkeypatch.setitem(sys.modules, "pygls", None)
+    monkeypatch.setitem(sys.modules, "lsprotocol", None)
+    with pytest.raises(MissingExtraError, match=r'needs pygls: pip install "axistwin\[lsp\]"'):
+        axistwin(["lsp"], standalone_mode=False)
+
+
+def test_the_command_line_does_not_import_it():
+    code = "import sys, axistwin.cli.lsp; print([m for m in sys.modules if m.startswith(('pygls', 'lsprotocol'))])"
+    told = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True,
+        env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},
+    ).stdout  # fmt: skip
+    assert told == "[]\n"
+    assert lsp.lsp.name == "lsp"
+
+
+def test_a_document_that_is_not_open_is_empty(client):
+    for uri in ("file:///nothing/here.sms", "untitled:Untitled-1"):
+        assert client.ask("textDocument/documentSymbol", {"textDocument": {"uri": uri}}) == []
+
+
+def test_a_suffix_in_capitals_is_the_same(client):
+    assert spans(client.open("file:///OLD.SMS", "FLY"))[0][0] == "SM101"
+
+
+@pytest.mark.timeout(30)
+def test_a_long_line_of_findings_and_brackets_without_end_take_no_time(client):
+    assert len(client.open("file:///long.sms", "GOSUB5 " * 8000)) >= 8000
+    assert [each["code"] for each in client.open("file:///deep.toml", "[[controller]]\na=" + "[" * 3000)] == ["SC101"]
+    lists = "[[controller]]\na=" + "[" * 300 + "]" * 300
+    assert [each["code"] for each in client.open("file:///lists.toml", lists)] == ["SC101"]

@@ -1,0 +1,139 @@
+"""A panel in a real browser: `axistwin serve SCENE --panel 0` as a program, and Debian's chromium at its page."""
+
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+ARTEFACTS = ROOT / "tests" / "artefacts"
+PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
+]  # fmt: skip
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+PATIENCE_MS = 20_000
+PANEL = re.compile(r"panel on (http://\S+)")
+SCENES = ("drill", "winder", "cut-to-length")
+
+
+def pytest_collection_modifyitems(items):
+    """The first test of a machine starts a program, and browsers are slow where much else is going on.
+
+    Now and then one loses a click while a page is being changed; then the test has another try, from the beginning.
+    """
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.timeout(300))
+            item.add_marker(pytest.mark.flaky(reruns=2))
+
+
+@pytest.fixture(scope="package")
+def browser():
+    """Debian's chromium, or whatever is called so."""
+    path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+    if path is None:
+        pytest.skip("there is no browser here: install Debian's package chromium to test the panel in one")
+    playwright_of = pytest.importorskip("playwright.sync_api", reason="the panel is tested with playwright")
+    with playwright_of.sync_playwright() as playwright:
+        playwright.selectors.set_test_id_attribute("data-test")
+        program = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        yield program
+        program.close()
+
+
+@contextmanager
+def _shown(scene, *options, told=None):
+    """The address of the panel of a scene (a path, or a model's name).  `told`: a list of what it then says."""
+    words = [*PROGRAM, str(scene), "--panel", "0", *options]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as program:
+        try:
+            line = program.stdout.readline()
+            assert PANEL.match(line), line + program.stderr.read()
+            yield PANEL.match(line)[1]
+        finally:
+            program.send_signal(signal.SIGTERM)
+            _, said = program.communicate(timeout=30)
+    assert program.returncode == 0
+    assert "Traceback" not in said, said
+    if told is not None:
+        told.append(said)
+
+
+class Visit:
+    """One browser at a panel.  Whatever it asks of other hosts, and whatever goes wrong in it, is remembered."""
+
+    def __init__(self, browser, address, width=1280, height=900):
+        self.address = address
+        self.context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
+        self.context.set_default_timeout(PATIENCE_MS)
+        self.page = self.context.new_page()
+        self.asked, self.wrong = set(), []
+        self.page.on("request", lambda request: self.asked.add(request.url.split("/")[2]))
+        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.page.on("console", lambda message: self.wrong.append(message.text) if message.type == "error" else None)
+        self.page.goto(address)
+
+    def keep_picture(self, name):
+        """A screenshot, as an artefact."""
+        ARTEFACTS.mkdir(exist_ok=True)
+        self.page.screenshot(path=ARTEFACTS / f"{name}.png", full_page=True)
+
+    def close(self):
+        """Leave; nothing has been asked of anybody else."""
+        self.context.close()
+        assert self.asked <= {self.address.split("/")[2], ""}, self.asked
+        assert not self.wrong, self.wrong
+
+
+@pytest.fixture(scope="package")
+def shown(browser):  # without one nothing need be served
+    """`with shown(SCENE) as address:` serves it with a panel meanwhile."""
+    return _shown
+
+
+@pytest.fixture(scope="package")
+def visiting(browser):
+    """`with visiting(address) as visit:` is a browser there, of any size."""
+
+    @contextmanager
+    def visit(address, **size):
+        one = Visit(browser, address, **size)
+        try:
+            yield one
+        except BaseException:
+            one.keep_picture("failed")
+            one.context.close()
+            raise
+        one.close()
+
+    return visit
+
+
+@pytest.fixture(scope="package", params=SCENES)
+def machine(request, shown):
+    """One of the examples, served with a panel: its name and its address."""
+    with shown(f"examples/{request.param}/scene.toml", "--speed", "5") as address:
+        yield request.param, address
+
+
+@pytest.fixture(scope="package")
+def driver(machine, visiting):
+    """Somebody who drives it, with one page for all tests."""
+    with visiting(machine[1]) as visit:
+        visit.page.get_by_text("you drive").wait_for()
+        yield visit
+
+
+@pytest.fixture
+def panel(machine, driver):
+    """That page, as `Panel`."""
+    from .using import Panel
+
+    return Panel(machine[0], driver)

@@ -1,0 +1,124 @@
+"""The bar with which one drives."""
+
+import io
+import zipfile
+
+from nicegui import ui
+
+from axistwin.panel.views.driving import SPEEDS, driving
+
+from .showing import bench_of, show
+
+
+def state(visit):
+    return visit.found("state").text
+
+
+def type_into(visit, mark, text):
+    """Text and Enter."""
+    visit.choose(mark, text)
+    visit.trigger(mark, "keydown.enter")
+
+
+def test_run_and_pause():
+    async def play(visit):
+        assert (state(visit), visit.found("run").text) == ("stands", "Run")
+        visit.press("run")
+        assert (state(visit), visit.found("run").text) == ("running", "Pause")
+        visit.press("run")
+        assert (state(visit), visit.found("run").text) == ("stands", "Run")
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told():
+    async def play(visit):
+        visit.press("step-event")
+        await visit.until(lambda: visit.look.session.seconds > 0 and state(visit) == "stands")
+        assert visit.look.session.seconds == 1.0  # the lamp goes out at the end of the self-test
+        visit.press("step-statement")
+        await visit.until(lambda: visit.messages)
+        assert visit.messages == ["nothing like that happens soon: a line of a program begins"]
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_speed_by_slider_and_field():
+    async def play(visit):
+        session = visit.look.session
+        assert (visit.found("speed-box").value, visit.found("speed").value) == ("max", len(SPEEDS) - 1)
+        visit.trigger("speed", "change", 0)
+        assert (session.speed, visit.found("speed-box").value) == (0.1, "0.1")
+        type_into(visit, "speed-box", "30")
+        assert (session.speed, SPEEDS[visit.found("speed").value]) == (30.0, 20.0)
+        type_into(visit, "speed-box", "-1")
+        assert visit.messages == ["no speed '-1': give a number such as 1 (real time) or 0.5, up to 1000000, or max"]
+        assert visit.found("speed-box").value == "30"
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_who_does_not_drive_changes_nothing():
+    async def play(visit):
+        visit.look.people.driver = visit.look.people["another"]
+        visit.press("run")
+        visit.trigger("speed", "change", 0)
+        type_into(visit, "until", "if1.led falls")
+        assert (visit.look.session.running, visit.look.session.speed) == (False, None)
+        assert visit.found("speed").value == len(SPEEDS) - 1
+        assert visit.messages == ["visitor 2 drives: press Drive to take over"] * 3
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_back_in_time_and_live_from_there():
+    async def play(visit):
+        session = visit.look.session
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: not session.running)
+        assert state(visit) == "stands: if1.led falls"
+        type_into(visit, "moment", "0.5")
+        await visit.until(lambda: session.seconds == 0.5 and not session.busy)
+        assert state(visit) == "stands, repeating what was recorded"
+        for _ in range(10):
+            visit.frame()
+        assert (visit.found("timeline").value, visit.found("timeline").props["max"]) == (0.5, 1.0)
+        visit.press("forget")
+        assert (state(visit), session.recorded_seconds) == ("stands", 0.5)
+        type_into(visit, "moment", "tomorrow")
+        await visit.until(lambda: visit.messages)
+        assert visit.messages == ["'tomorrow' is no number of seconds"]
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_breaks_are_added_switched_off_and_removed():
+    async def play(visit):
+        session = visit.look.session
+        type_into(visit, "new-break", "if1.led falls")
+        assert visit.found("breaks").text == "Breaks (1)"
+        visit.press("run")
+        await visit.until(lambda: not session.running)
+        assert (session.seconds, state(visit)) == (1.0, "stands: break: if1.led falls")
+        visit.user.find("once")
+        with visit.user.client:
+            visit.user.find(ui.checkbox).elements.pop().value = False
+        visit.frame()
+        assert [each.on for each in session.breaks] == [False]
+        visit.user.find(content="delete").click()
+        visit.frame()
+        assert (session.breaks, visit.found("breaks").text) == ([], "Breaks")
+        type_into(visit, "new-break", "nobody falls")
+        assert "nobody" in visit.messages[-1]
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_a_session_is_saved_as_a_zip():
+    async def play(visit):
+        visit.press("save")
+        (response,) = [await visit.user.download.next()]
+        with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+            assert "scene.toml" in archive.namelist()
+
+    show(bench_of("if1"), driving, play)

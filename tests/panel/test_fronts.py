@@ -1,0 +1,157 @@
+"""The front panel on the page: any controller's, drawn from data."""
+
+from dataclasses import replace
+
+import pytest
+
+from axistwin.bench import FAMILIES, Bench, product
+from axistwin.controllers.front import Lamp
+from axistwin.panel.views.front import front, generic
+
+from .showing import bench_of, show
+
+
+def of(name):
+    return lambda look: front(look, name)
+
+
+def test_the_lamp_of_an_if1_is_lit_during_the_self_test_and_flashes_when_it_waits_for_the_format():
+    def play(visit):
+        assert visit.lit("if1-LED-Interface")
+        visit.run(1.5)
+        assert not visit.lit("if1-LED-Interface")
+        visit.bench["if1"].serial.write(b"(")
+        visit.run(0.1)
+        seen = set()
+        for _ in range(10):
+            visit.run(0.1)
+            seen.add(visit.lit("if1-LED-Interface"))
+        assert seen == {True, False}
+
+    show(bench_of("if1"), of("if1"), play)
+
+
+def test_words_and_readings_follow_the_registers():
+    def play(visit):
+        assert visit.found("if1-state-Interface").text == "self-test"
+        visit.run(1.5)
+        assert visit.found("if1-state-Interface").text == "waiting for ("
+        assert visit.found("if1-E-Interface").text == "no answer yet"
+        visit.bench["if1"].power(False)
+        visit.frame()
+        assert visit.found("if1-state-Interface").text == "no power"
+
+    show(bench_of("if1"), of("if1"), play)
+
+
+def test_a_status_word_by_letter_and_an_error_in_its_colour():
+    def play(visit):
+        visit.run(0.001)
+        letters = {letter: visit.lit(f"smartmotor-{letter}-Status-word-W") for letter in ("Br", "Bl", "Bo", "Be")}
+        assert letters == {"Br": True, "Bl": True, "Bo": True, "Be": False}
+        visit.bench["smartmotor"].serial.write(b"UCI UDI ZS BRKRLS OFF A=1000 V=100000 P=5000 MP G ")
+        visit.run(0.5)
+        assert visit.lit("smartmotor-Bt-Status-word-W")
+        assert not visit.lit("smartmotor-Bo-Status-word-W")
+        assert visit.found("smartmotor-MODE-Motor").text == "P  absolute position"
+
+    show(bench_of("smartmotor", line="instant"), of("smartmotor"), play)
+
+
+def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_this_person():
+    def play(visit):
+        visit.run(1.1)
+        assert not visit.user.find(marker="1811-registers").elements.pop().value
+        with pytest.raises(AssertionError):
+            visit.found("1811-register-status")
+        visit.choose("1811-registers", True)
+        for _ in range(5):
+            visit.frame()
+        assert visit.found("1811-register-status").text == str(0x50)
+        assert visit.look.person.settings["1811 registers"] is True
+
+    show(bench_of("1811"), of("1811"), play)
+
+
+def test_another_bench_takes_the_place_of_the_one_before():
+    def play(visit):
+        visit.run(1.5)
+        assert not visit.lit("if1-LED-Interface")
+        visit.look.session.bench = bench_of("if1")()
+        visit.frame()
+        assert visit.lit("if1-LED-Interface")
+
+    show(bench_of("if1"), of("if1"), play)
+
+
+def test_a_controller_without_a_front_gets_its_terminals_and_registers():
+    def build():
+        bench = bench_of("if1")()
+        bench["if1"].product = replace(bench["if1"].product, front=())
+        return bench
+
+    def play(visit):
+        assert visit.lit("if1-led-Outputs")
+        assert visit.lit("if1-estop-Inputs")
+        visit.run(1.5)
+        assert visit.found("if1-state-Registers").text == "waiting for ("
+
+    show(build, of("if1"), play)
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_a_generic_panel_shows_every_terminal_and_register(model):
+    controller = Bench().add(model)
+    groups = {group.title: [item.source for item in group.items] for group in generic(controller)}
+    assert sorted(groups["Outputs"] + groups["Inputs"]) == sorted(controller.terminals)
+    assert groups["Registers"] == list(controller.registers)
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_everything_on_a_front_exists_and_says_what_it_is(model):
+    controller = Bench().add(model)
+    assert not controller.terminals.keys() & controller.registers.keys(), "a name means one thing"
+    for group in product(model).front:
+        assert group.title
+        assert group.chapter
+        for item in group.items:
+            assert item.source in controller.terminals or item.source in controller.registers
+            assert item.name
+            if isinstance(item, Lamp):
+                assert item.label
+                assert item.bit is None or item.source in controller.registers
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_no_two_items_of_a_group_are_called_the_same(model):
+    for group in product(model).front:
+        labels = [item.label or item.name for item in group.items]
+        assert len(labels) == len(set(labels))
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_without_power_lamps_are_dark_and_readings_absent(model):
+    def play(visit):
+        visit.run(2)
+        visit.bench[model].power(False)
+        for pin in ("input1", "trigger1", "A"):
+            if pin in visit.bench[model].pins:
+                visit.bench[model].pins[pin].drive(True)
+        visit.frame()
+        for group in product(model).front:
+            for item in group.items:
+                mark = f"{model} {item.label or item.name} {group.title}".replace(" ", "-")
+                if isinstance(item, Lamp):
+                    assert not visit.lit(mark), mark
+                else:
+                    assert visit.found(mark).text in ("", "no power"), mark
+        visit.bench[model].power(True)
+        visit.run(2)
+        assert any(
+            visit.lit(f"{model} {item.label or item.name} {group.title}".replace(" ", "-"))
+            for group in product(model).front
+            for item in group.items
+            if isinstance(item, Lamp)
+        )
+
+    show(bench_of(model), of(model), play)

@@ -1,0 +1,219 @@
+"""Axes drawn as machines: what one sees of travel, switches, brakes and what goes wrong."""
+
+import re
+from fractions import Fraction
+
+from axistwin import Bench
+from axistwin.motion.profile import Profile, Segment
+from axistwin.panel.drawings.drawing import Drawing
+from axistwin.panel.views.machines import machines
+
+from .showing import bench_of, show
+
+SLIDE = {"limits": (-100, 1000)}
+
+
+def go(axis, pulses, rate=1000):
+    """So many pulses, beginning now."""
+    axis.start(Profile([Segment(Fraction(rate), Fraction(abs(pulses), rate))]), 1 if pulses > 0 else -1)
+
+
+def seen(visit, axis):
+    """Everything that the drawing of an axis shows, by part and what of it."""
+    return visit.found(f"axis {axis}").shown
+
+
+def written(visit, axis, *parts):
+    shown = seen(visit, axis)
+    return [shown[part, "text"] for part in parts]
+
+
+def place(visit, axis, part):
+    """The first number in a part's transform: pixels or degrees."""
+    return float(re.search(r"-?[\d.]+", seen(visit, axis)[part, "move"])[0])
+
+
+def drawn(visit):
+    """The axes of an if1 that are on the page."""
+    figures = visit.user.find(kind=Drawing).elements
+    return [axis for axis in "XYZ" if any(f"if1.{axis}" in figure._markers for figure in figures)]
+
+
+def at(name):
+    return lambda look: machines(look, name)
+
+
+def test_a_slide_tells_position_and_velocity_and_its_carriage_moves_along():
+    def play(visit):
+        axis = visit.bench["if1"].axes["X"]
+        assert written(visit, "if1.X", "position", "velocity") == ["0", "0"]
+        left = place(visit, "if1.X", "carriage")
+        go(axis, 1000)
+        visit.run(0.5)
+        assert written(visit, "if1.X", "position", "velocity", "behind") == ["500", "+1\u2009000", "0"]
+        middle = place(visit, "if1.X", "carriage")
+        visit.run(1)
+        assert written(visit, "if1.X", "position", "velocity") == ["1\u2009000", "0"]
+        assert place(visit, "if1.X", "carriage") - middle == middle - left > 0
+
+    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+
+def test_a_limit_switch_lights_when_it_opens():
+    def play(visit):
+        axis = visit.bench["if1"].axes["X"]
+        for pulses, lit in ((1000, None), (1, "plus"), (-1101, None), (-1, "minus")):
+            go(axis, pulses)
+            visit.run(2)
+            assert [side for side in ("minus", "plus") if seen(visit, "if1.X")[side, ".lit"]] == ([lit] if lit else [])
+            assert written(visit, "if1.X", "minus-word", "plus-word").count("open") == bool(lit)
+
+    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+
+def test_beyond_the_end_of_the_bed_the_carriage_stays_on_it():
+    def play(visit):
+        go(visit.bench["if1"].axes["X"], 100_000, 100_000)
+        visit.run(2)
+        assert place(visit, "if1.X", "carriage") < 300
+        assert written(visit, "if1.X", "position") == ["100\u2009000"]
+
+    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+
+def test_lost_pulses_leave_a_ghost_where_the_carriage_should_be():
+    def play(visit):
+        axis = visit.bench["if1"].axes["X"]
+        assert not seen(visit, "if1.X")["ghost", ".there"]
+        axis.jam()
+        go(axis, 400)
+        visit.run(0.2)
+        assert written(visit, "if1.X", "states") == ["jammed \u00b7 out of step"]
+        visit.run(1)
+        assert written(visit, "if1.X", "position", "behind", "states") == ["0", "+400", "jammed"]
+        assert place(visit, "if1.X", "ghost") > place(visit, "if1.X", "carriage")
+        assert all(seen(visit, "if1.X")[what] for what in (("ghost", ".there"), ("row-behind", ".wrong")))
+        assert seen(visit, "if1.X")["machine", ".jammed"]
+
+    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+
+def test_a_board_has_a_home_switch_and_an_encoder():
+    def play(visit):
+        assert seen(visit, "1811.motor")["home", ".lit"]
+        go(visit.bench["1811"].axes["motor"], 400)
+        visit.run(1)
+        assert not seen(visit, "1811.motor")["home", ".lit"]
+        assert written(visit, "1811.motor", "encoder") == ["4\u2009000"]
+
+    motor = {**SLIDE, "home": (-10, 10), "encoder": {"counts_per_rev": 4000, "pulses_per_rev": 400}}
+    show(bench_of("1811", motor=motor), at("1811"), play)
+
+
+def test_faults_of_an_axis_and_of_its_drive_are_named():
+    def play(visit):
+        bench = visit.bench
+        bench.faults.add("drive_fault", "if1.X", name="amplifier")
+        visit.run(0.1)
+        assert written(visit, "if1.X", "states") == ["drive fault \u00b7 fault: amplifier"]
+        bench.faults.mend("amplifier")
+        visit.run(0.1)
+        assert written(visit, "if1.X", "states") == [""]
+
+    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+
+def test_axes_that_nobody_uses_are_not_drawn_until_they_move():
+    def play(visit):
+        assert drawn(visit) == ["X"]
+        go(visit.bench["if1"].axes["Z"], 5)
+        visit.run(1)
+        assert drawn(visit) == ["X", "Z"]
+
+    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+
+def test_where_nobody_has_said_anything_all_are_drawn():
+    def play(visit):
+        for axis in "XYZ":
+            assert written(visit, f"if1.{axis}", "position") == ["0"]
+
+    show(bench_of("if1"), at("if1"), play)
+
+
+def test_a_shaft_turns_by_its_motors_pulses_a_turn():
+    motor = {"torque": [[0, 1.0], [5000, 0.5]], "pulses_per_rev": 200}
+
+    def play(visit):
+        go(visit.bench["if1"].axes["X"], 450)
+        visit.run(0.225)
+        assert place(visit, "if1.X", "disc") == 405.0
+        assert written(visit, "if1.X", "turns", "rpm") == ["1 + 45.0°", "+300"]
+
+    show(bench_of("if1", X={"motor": motor}), at("if1"), play)
+
+
+def test_where_the_pulses_of_a_turn_are_not_known_no_turns_are_told():
+    def play(visit):
+        assert ("turns", "text") not in seen(visit, "if1.X")
+        assert "drawn: 400 a turn" in visit.found("axis if1.X").props["art"]
+
+    show(bench_of("if1"), at("if1"), play)
+
+
+SERVO = {"motor": "frame23", "load": {"inertia_kg_m2": 1e-4}}
+
+
+def test_a_servo_shows_where_it_should_be_its_brake_and_its_temperature():
+    def play(visit):
+        motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
+        visit.run(1)
+        assert seen(visit, name)["brake", ".engaged"]
+        assert written(visit, name, "brake-word", "temperature") == ["brake holds", "25.0"]
+        motor.serial.write(b"UCI UDI ZS A=500 V=200000 P=20000 G ")
+        visit.run(0.2)
+        assert not seen(visit, name)["brake", ".engaged"]
+        assert written(visit, name, "brake-word") == ["brake released"]
+        axis = motor.axes["shaft"]
+        assert place(visit, name, "disc") == round(360 * axis.position / 2000, 1)
+        assert place(visit, name, "ghost") == round(360 * axis.setpoint / 2000, 1) > place(visit, name, "disc")
+        assert axis.setpoint - axis.position == int(written(visit, name, "behind")[0])
+
+    show(bench_of("smartmotor", shaft=SERVO, brake=True, line="instant"), at("smartmotor"), play)
+
+
+def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits():
+    def play(visit):
+        bench, name = visit.bench, "smartmotor.shaft"
+        assert not seen(visit, name)["wheel", ".there"]
+        bench["smartmotor"].master.follow(bench["if1"].axes["X"], 5)
+        go(bench["if1"].axes["X"], 100)
+        visit.run(1)
+        assert seen(visit, name)["wheel", ".there"]
+        assert written(visit, name, "edges", "sits-on") == ["500", "on if1.X"]
+        assert place(visit, name, "tyre") == 180.0
+
+    def build():
+        bench = Bench()
+        bench.add("if1", "if1", X={"motor": {"torque": [[0, 1.0], [5000, 0.5]], "pulses_per_rev": 200}})
+        bench.add("smartmotor", "smartmotor")
+        return bench
+
+    show(build, at("smartmotor"), play)
+
+
+def test_a_servo_with_travel_is_a_slide_with_a_brake():
+    def play(visit):
+        motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
+        visit.run(1)
+        assert written(visit, name, "brake", "temperature") == ["holds", "25.0"]
+        assert seen(visit, name)["row-edges", ".unused"]
+        motor.serial.write(b"A=500 V=400000 P=5000 G ")
+        visit.run(0.2)
+        assert written(visit, name, "brake") == ["released"]
+        assert place(visit, name, "ghost") > place(visit, name, "carriage")
+        motor.master.move(300, 0)
+        visit.run(0.1)
+        assert (written(visit, name, "edges"), seen(visit, name)["row-edges", ".unused"]) == (["300"], False)
+
+    show(bench_of("smartmotor", shaft={**SERVO, "limits": (-100, 9000)}, line="instant"), at("smartmotor"), play)

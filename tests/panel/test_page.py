@@ -1,0 +1,180 @@
+"""The page as a whole: tabs, people, terminals; a controller that no panel has heard of."""
+
+from dataclasses import replace
+
+import pytest
+
+from axistwin.bench import FAMILIES, Bench
+from axistwin.bench.events import Broke, Said
+from axistwin.panel.look import together
+from axistwin.panel.page import views
+from axistwin.panel.talk import Talk
+from axistwin.panel.views.people import people
+from axistwin.panel.views.tabs import tabs
+from axistwin.panel.views.terminal import terminal
+
+from .showing import bench_of, show
+
+
+def whole(look):
+    return together(*views(look))
+
+
+def said(visit):
+    """By the host of an if1."""
+    events = visit.look.common(Talk).since("if1", 0)[1]
+    return b"".join(event.data for event in events if isinstance(event, Said))
+
+
+def type_into(visit, mark, text):
+    """Text and Enter."""
+    visit.choose(mark, text)
+    visit.trigger(mark, "keydown.enter")
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_a_page_for_every_model_with_every_tab(model):
+    def play(visit):
+        for tab in ("Program", "Terminal", "Pins"):
+            visit.user.find(tab).click()
+            visit.run(0.5)
+        assert visit.found("clock").text == "1.500000 s"
+
+    show(bench_of(model), whole, play)
+
+
+def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
+    def build():
+        bench = bench_of("if1")()
+        product = bench["if1"].product
+        bench["if1"].product = replace(product, model="x9", title="Something new", front=(), programs=())
+        return bench
+
+    def play(visit):
+        visit.run(1.5)
+        assert visit.found("if1-state-Registers").text == "waiting for ("
+        visit.press("if1-input2-high")
+        assert visit.bench["if1"].pins["input2"].level
+        visit.user.find("Terminal").click()
+        type_into(visit, "say-if1", "(")
+        visit.run(0.5)
+        assert said(visit) == b"(\r"
+        visit.press("if1-power")
+        assert not visit.bench["if1"].powered
+
+    show(build, whole, play)
+
+
+def test_a_line_that_motors_share_has_a_terminal_of_its_own():
+    def build():
+        bench = Bench()
+        motors = [bench.add("smartmotor", name) for name in ("left", "right")]
+        bench.chain(*motors, name="both")
+        return bench
+
+    def play(visit):
+        visit.run(1)
+        type_into(visit, "say-both", "RP")
+        assert visit.messages == []
+
+    show(build, whole, play)
+
+
+# People
+
+
+def test_who_drives_is_on_the_button_and_taking_over_is_told():
+    def play(visit):
+        told = []
+        visit.look.people.listen(told.append)
+        assert visit.found("people").text == "you drive"
+        visit.choose("name", "Anna")
+        visit.trigger("name", "keydown.enter")
+        visit.look.people.take_over(visit.look.people["another"])
+        visit.frame()
+        assert visit.found("people").text == "visitor 2 drives"
+        visit.press("drive")
+        assert visit.found("people").text == "you drive"
+        assert told == ["visitor 2 drives now", "Anna drives now"]
+
+    show(bench_of("if1"), people, play)
+
+
+# Tabs
+
+
+def test_a_view_is_made_when_it_is_looked_at_and_the_last_one_is_known_again():
+    made, fresh = [], []
+
+    def kind(name):
+        def make():
+            made.append(name)
+            return lambda: fresh.append(name)
+
+        return make
+
+    kinds = {"One": kind("One"), "Two": kind("Two")}
+
+    def play(visit):
+        assert (made, set(fresh)) == (["One"], {"One"})
+        fresh.clear()
+        visit.user.find("Two").click()
+        visit.frame()
+        assert (made, set(fresh)) == (["One", "Two"], {"Two"})
+        assert visit.look.person.settings["tab thing"] == "Two"
+
+    show(bench_of("if1"), lambda look: tabs(look, "thing", kinds), play)
+
+
+# Terminals
+
+
+def at(name):
+    return lambda look: terminal(look, name)
+
+
+def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered():
+    def play(visit):
+        visit.run(1.5)
+        type_into(visit, "say-if1", "(")
+        assert said(visit) == b"(\r"
+        assert visit.found("say-if1").value == ""
+        assert visit.look.person.lines["if1"] == ["("]
+        type_into(visit, "say-if1", r"\x41\r")
+        assert said(visit) == b"(\rA\r\r"
+
+    show(bench_of("if1"), at("if1"), play)
+
+
+def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
+    def play(visit):
+        visit.run(1.5)
+        type_into(visit, "say-1811", "go_relative 25000")
+        type_into(visit, "say-1811", "goo_relative 25000")
+        assert "(column 1)" in visit.messages[-1]
+        assert visit.found("say-1811").value == "goo_relative 25000"
+
+    show(bench_of("1811"), at("1811"), play)
+
+
+def test_break_control_lines_and_format():
+    def play(visit):
+        visit.run(1.5)
+        host, talk = visit.bench["if1"].serial.host, visit.look.common(Talk)
+        visit.press("break-if1")
+        assert [type(event) for event in talk.since("if1", 0)[1]] == [Broke]
+        visit.choose("dtr-if1", False)
+        assert not host.dtr
+        type_into(visit, "format-if1", "2400 7E1")
+        assert str(host.format) == "2400 7E1"
+        type_into(visit, "format-if1", "fast")
+        assert "fast" in visit.messages[-1]
+
+    show(bench_of("if1"), at("if1"), play)
+
+
+def test_who_is_connected_from_outside_is_told():
+    def play(visit):
+        assert visit.found("client-if1").text == "nobody is connected from outside"
+
+    show(bench_of("if1"), at("if1"), play)

@@ -1,0 +1,28 @@
+"""Panels in one process, one after the other, as whoever embeds them has them."""
+
+import asyncio
+
+import httpx
+
+from axistwin import Bench
+from axistwin.panel.web import Address, Panel
+from axistwin.sessions.session import Session
+
+
+async def title_of_a_panel(title):
+    session = Session(Bench)
+    panel = Panel(title, session, Address.read("0", None))
+    address = await panel.open()
+    try:
+        async with httpx.AsyncClient() as browser:
+            answer = await browser.get(address)
+    finally:
+        await panel.close()
+    return answer.text.partition("<title>")[2].partition("</title>")[0]
+
+
+def test_two_panels_in_a_row_each_with_its_own_bench():
+    async def both():
+        return [await title_of_a_panel(title) for title in ("one", "two")]
+
+    assert asyncio.run(both()) == ["VIRTUAL: one", "VIRTUAL: two"]

@@ -1,0 +1,245 @@
+"""Stored programs on the page: their lines, the running one, breaks, loading, starting and stopping."""
+
+import pytest
+from nicegui import ui
+
+from axistwin import Bench
+from axistwin.bench.hosts import host_at
+from axistwin.panel.views.program import program
+from axistwin.programs import stored_programs
+
+from .showing import bench_of, show
+
+SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
+
+
+def motor(source=SOURCE):
+    """What makes a bench with a motor that has this program in its memory, just switched on."""
+
+    def build():
+        bench = Bench()
+        stored_programs.store(source, "program.sms", bench.add("smartmotor", "motor"))
+        return bench
+
+    return build
+
+
+def at(name):
+    return lambda look: program(look, name)
+
+
+def listing(visit, name="motor"):
+    return visit.found(f"{name} listing")
+
+
+def test_lines_are_listed_and_the_running_one_is_marked():
+    """The program begins by itself after 0.2 s; it waits for 4000 samples, almost a second, in line 2."""
+
+    def play(visit):
+        assert listing(visit).lines == ("a=1", "WAIT=4000", "a=2", "C1", "WAIT=4000", "GOTO1")
+        assert listing(visit).running is None
+        visit.run(0.5)
+        assert listing(visit).running == 1
+        assert visit.found("motor runs").text == "line 2 runs"
+        visit.run(1)
+        assert listing(visit).running == 4
+
+    show(motor(), at("motor"), play)
+
+
+def test_a_break_is_made_and_taken_away_by_its_line_number():
+    def play(visit):
+        visit.trigger("motor listing", "toggle", {"line": 4})
+        assert [each.sentence for each in visit.look.session.breaks] == ["motor runs 5"]
+        assert listing(visit).on_breaks == (4,)
+        visit.look.session.breaks[0].on = False
+        visit.frame()
+        assert (listing(visit).on_breaks, listing(visit).off_breaks) == ((), (4,))
+        visit.trigger("motor listing", "toggle", {"line": 4})
+        assert not visit.look.session.breaks
+        assert listing(visit).off_breaks == ()
+
+    show(motor(), at("motor"), play)
+
+
+def test_breaks_that_are_made_elsewhere_are_shown():
+    def play(visit):
+        visit.look.session.add_break("motor runs 3")
+        visit.look.session.add_break("motor.shaft passes 100")
+        visit.frame()
+        assert listing(visit).on_breaks == (2,)
+
+    show(motor(), at("motor"), play)
+
+
+@pytest.mark.parametrize("line", [-1, 6, 1.0, True, "1", None])
+def test_what_is_no_line_makes_no_break(line):
+    def play(visit):
+        visit.trigger("motor listing", "toggle", {"line": line})
+        assert not visit.look.session.breaks
+
+    show(motor(), at("motor"), play)
+
+
+def test_at_a_line_that_never_runs_there_is_no_break_and_one_is_told_why():
+    def play(visit):
+        visit.trigger("motor listing", "toggle", {"line": 3})
+        assert not visit.look.session.breaks
+        assert "C1" in visit.messages[-1]
+
+    show(motor(), at("motor"), play)
+
+
+def test_whoever_does_not_drive_makes_no_break():
+    def play(visit):
+        visit.look.people.take_over(visit.look.people["another"])
+        visit.trigger("motor listing", "toggle", {"line": 4})
+        assert not visit.look.session.breaks
+        assert "drives" in visit.messages[-1]
+
+    show(motor(), at("motor"), play)
+
+
+def test_a_program_is_stopped_and_started_by_what_a_host_says():
+    def play(visit):
+        visit.run(0.5)
+        assert listing(visit).running == 1
+        visit.press("motor END")
+        visit.run(0.1)
+        assert listing(visit).running is None
+        visit.press("motor RUN")
+        visit.run(0.1)
+        assert listing(visit).running == 1
+
+    show(motor(), at("motor"), play)
+
+
+def test_switched_off_and_on_it_begins_again():
+    def play(visit):
+        visit.run(1.5)
+        visit.press("motor power-cycle")
+        assert listing(visit).running is None
+        visit.run(0.5)
+        assert listing(visit).running == 1
+
+    show(motor(), at("motor"), play)
+
+
+def test_a_program_is_pasted_and_loaded():
+    def play(visit):
+        visit.press("motor load")
+        visit.choose("motor text", "b=1\nWAIT=4000\nEND\n")
+        assert visit.found("motor called").value == "program.sms"
+        visit.press("motor loading")
+        assert listing(visit).lines == ("b=1", "WAIT=4000", "END")
+
+    show(motor(), at("motor"), play)
+
+
+def test_a_text_of_any_length_is_not_taken():
+    def play(visit):
+        visit.press("motor load")
+        visit.choose("motor text", "' x\n" * 70_000)
+        visit.press("motor loading")
+        assert visit.messages[-1].startswith("no program has more than 262,144 characters")
+        assert visit.found("motor text").value == ""
+        assert listing(visit).lines[0] == "a=1"
+
+    show(motor(), at("motor"), play)
+
+
+def test_what_is_wrong_with_a_program_is_told_with_its_place():
+    def play(visit):
+        visit.press("motor load")
+        visit.choose("motor called", "program.xyz")
+        visit.choose("motor text", "b=1\n")
+        visit.press("motor loading")
+        assert "program.xyz" in visit.messages[-1]
+        assert listing(visit).lines[0] == "a=1"
+
+    show(motor(), at("motor"), play)
+
+
+def test_thousands_of_lines_are_sent_once():
+    source = b"a=a+1\n" * 5000 + b"END\n"
+
+    def play(visit):
+        lines = listing(visit).props["lines"]
+        assert len(lines) == 5001
+        visit.run(0.5)
+        assert listing(visit).props["lines"] is lines
+        assert listing(visit).running > 100
+
+    show(motor(source), at("motor"), play)
+
+
+def test_where_nothing_is_stored_that_is_said():
+    def play(visit):
+        assert visit.user.find("Nothing is stored.")
+
+    show(bench_of("if2"), at("if2"), play)
+
+
+def board():
+    """A board with two sequences: 29h waits 1000 ms, 2Ah waits 3 or 7 s."""
+    bench = Bench()
+    bench.add("1811", "board")
+    bench.run(2)
+    with host_at(bench, "board") as host:
+        for number in (3, 7):
+            for command in ((0xD9, number), (0x29, 0, 0, 0x03, 0xE8), (0x2A, 0, number), (0xD8,)):
+                host.write(bytes(command))
+        bench.run(1)
+    return bench
+
+
+def test_of_several_sequences_one_is_chosen_and_its_breaks_name_it():
+    def play(visit):
+        which = visit.found("board which")
+        assert (which.options, which.value) == (["sequence 3", "sequence 7"], "sequence 3")
+        visit.choose("board which", "sequence 7")
+        visit.frame()
+        assert len(listing(visit, "board").lines) == 2
+        visit.trigger("board listing", "toggle", {"line": 1})
+        assert [each.sentence for each in visit.look.session.breaks] == ["board runs 7:2"]
+        assert listing(visit, "board").on_breaks == (1,)
+        visit.choose("board which", "sequence 3")
+        visit.frame()
+        assert listing(visit, "board").on_breaks == ()
+
+    show(board, at("board"), play)
+
+
+def test_following_it_shows_the_sequence_that_runs_which_its_buttons_start_and_end():
+    def play(visit):
+        visit.choose("board which", "sequence 7")
+        visit.frame()
+        visit.press("board perform")
+        visit.run(0.5)
+        assert (visit.found("board which").value, listing(visit, "board").running) == ("sequence 7", 0)
+        visit.choose("board which", "sequence 3")
+        visit.run(1)
+        assert (visit.found("board which").value, listing(visit, "board").running) == ("sequence 7", 1)
+        visit.choose("board follow", value=False)
+        visit.choose("board which", "sequence 3")
+        visit.run(0.1)
+        assert (visit.found("board which").value, listing(visit, "board").running) == ("sequence 3", None)
+        visit.choose("board follow", value=True)
+        visit.frame()
+        visit.press("board kill")
+        visit.run(0.1)
+        assert listing(visit, "board").running is None
+
+    show(board, at("board"), play)
+
+
+def test_what_is_wished_is_kept_for_the_person():
+    def play(visit):
+        visit.choose("motor follow", value=False)
+        assert visit.look.person.settings["motor follow"] is False
+        with visit.user.client, ui.row():
+            program(visit.look, "motor")
+        boxes = visit.user.find(marker="motor follow").elements
+        assert [box.value for box in boxes] == [False, False]
+
+    show(motor(), at("motor"), play)

@@ -1,0 +1,55 @@
+"""Numbers for people, round steps, and when things are seen to move."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from axistwin import Bench
+from axistwin.panel.drawings.scale import Flow, grouped, round_step, signed, ticks
+
+
+def test_numbers_are_grouped_by_thousands_and_have_a_true_minus():
+    assert grouped(24000) == "24\u2009000"
+    assert grouped(-1234567) == "\u22121\u2009234\u2009567"
+    assert [signed(number) for number in (5, 0, -5)] == ["+5", "0", "\u22125"]
+
+
+def test_ticks_are_round():
+    assert list(ticks(-160, 24_000, 5)) == [0, 5000, 10_000, 15_000, 20_000]
+    assert list(ticks(-5000, 60_000, 5)) == [0, 20_000, 40_000, 60_000]
+    assert list(ticks(-3, 3, 10)) == [-3, -2, -1, 0, 1, 2, 3]
+
+
+@given(first=st.integers(-(10**9), 10**9), span=st.integers(1, 10**9), most=st.integers(2, 50))
+def test_ticks_lie_within_and_are_few(first, span, most):
+    found = list(ticks(first, first + span, most))
+    assert all(first <= tick <= first + span for tick in found)
+    assert len(found) <= most + 1
+    step = round_step(span, most)
+    assert all(tick % step == 0 for tick in found)
+    assert str(step).rstrip("0") in ("1", "2", "5")
+
+
+def test_time_that_goes_on_is_seen_as_motion():
+    bench, flow = Bench(), Flow()
+    assert not flow.goes_on(bench)
+    bench.run(0.05)
+    assert flow.goes_on(bench)
+    assert flow.goes_on(bench)
+
+
+def test_a_jump_is_none():
+    bench, flow = Bench(), Flow()
+    flow.goes_on(bench)
+    bench.run(1.001)
+    assert not flow.goes_on(bench)
+    bench.run(0.05)
+    assert flow.goes_on(bench)
+
+
+def test_another_bench_is_none_though_it_be_later():
+    bench, other, flow = Bench(), Bench(), Flow()
+    flow.goes_on(bench)
+    other.run(0.05)
+    assert not flow.goes_on(other)
+    other.run(0.05)
+    assert flow.goes_on(other)

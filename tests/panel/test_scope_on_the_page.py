@@ -1,0 +1,274 @@
+"""The oscilloscope on the page, in NiceGUI's simulation of one: each of its controls, used once."""
+
+import asyncio
+import json
+
+import pytest
+from nicegui.testing.user_simulation import user_simulation
+
+from axistwin.panel.look import Common, Look
+from axistwin.panel.people import People
+from axistwin.panel.scope.screen import Screen
+from axistwin.panel.views.scope import Scopes, scope
+from axistwin.sessions.session import Session
+from axistwin.units import S
+
+from .showing import bench_of, show
+
+
+def screen_of(visit) -> Screen:
+    return visit.look.person.settings["scope"]
+
+
+def tell(visit, **what):
+    """What the page's own script tells of wheel, fingers and keys."""
+    layout = visit.user.client.layout
+    (listener,) = (listener for listener in layout._event_listeners.values() if listener.type == "scope")
+    visit.user.client.handle_event({"id": layout.id, "listener_id": listener.id, "args": [json.dumps(what)]})
+    visit.frame()
+
+
+def played(play, *models):
+    """`play(visit)` with the oscilloscope of a bench that has been on for 1.5 s."""
+
+    def begin(visit):
+        visit.run(1.5)
+        play(visit)
+
+    show(bench_of(*(models or ("if1",))), scope, begin)
+
+
+def test_it_shows_how_axes_move_to_begin_with_and_what_is_chosen_after_that():
+    def play(visit):
+        assert visit.found("scope-signals").value.startswith("if1.X.velocity, if1.Y.velocity")
+        visit.choose("scope-signals", "if1.X.pulses, *.led")
+        visit.press("scope-show")
+        assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
+
+        visit.choose("scope-signals", "if1.Q.*")
+        visit.press("scope-show")
+        assert "no signal 'if1.Q.*' here" in visit.messages[-1]
+        assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
+
+    played(play)
+
+
+def test_signals_are_searched_in_a_list_and_put_on_and_off():
+    def play(visit):
+        visit.choose("scope-search", "X.")
+        visit.choose("scope-box-if1.X.pulses", True)
+        visit.choose("scope-box-if1.X.velocity", False)
+        assert "if1.X.pulses" in screen_of(visit).names and "if1.X.velocity" not in screen_of(visit).names
+
+    played(play)
+
+
+def test_pause_and_live():
+    def play(visit):
+        visit.press("scope-pause")
+        before = screen_of(visit).edges
+        visit.run(1.0)
+        assert screen_of(visit).edges == before
+        assert visit.found("scope-pause").text == "Live"
+        assert visit.found("scope-state").text == "view paused; the bench goes on"
+        visit.press("scope-pause")
+        assert screen_of(visit).edges[1] == visit.bench.now
+
+    played(play)
+
+
+def test_the_time_base_is_turned_by_knob_and_buttons():
+    def play(visit):
+        visit.press("scope-shorter")
+        assert visit.found("scope-span").text == "1 s"
+        visit.press("scope-longer")
+        visit.press("scope-longer")
+        assert visit.found("scope-span").text == "5 s"
+        visit.choose("scope-time", 0)
+        visit.frame()
+        assert visit.found("scope-span").text == "1 µs"
+        visit.press("scope-all")
+        assert screen_of(visit).edges == (0, visit.bench.now)
+
+    played(play)
+
+
+def test_lanes_or_overlaid():
+    def play(visit):
+        visit.choose("scope-lanes", False)
+        assert not screen_of(visit).lanes
+        tell(visit, do="key", key="l")
+        assert visit.found("scope-lanes").value is True
+
+    played(play)
+
+
+def test_a_trigger_on_an_edge():
+    def play(visit):
+        visit.choose("scope-signals", "if1.input1")
+        visit.press("scope-show")
+        visit.choose("scope-trigger", "normal")
+        visit.choose("scope-slope", "up")
+        visit.choose("scope-place", 0.25)
+        visit.frame()
+        assert visit.found("scope-state").text == "waiting for an edge of if1.input1"
+        at_ns = visit.bench.now
+        visit.bench["if1"].pins["input1"].drive(True)
+        visit.run(3.0)
+        assert screen_of(visit).edges[0] == at_ns - S // 2
+
+        visit.choose("scope-trigger", "single")
+        visit.frame()
+        assert visit.found("scope-arm").visible
+        visit.press("scope-arm")
+        assert screen_of(visit).waiting
+
+    played(play)
+
+
+def test_the_value_and_signal_of_the_trigger():
+    def play(visit):
+        visit.choose("scope-trigger", "auto")
+        visit.choose("scope-trigger-signal", "if1.Y.velocity")
+        visit.choose("scope-value", 500)
+        trigger = screen_of(visit).trigger
+        assert (trigger.signal, trigger.value) == ("if1.Y.velocity", 500)
+
+    played(play)
+
+
+def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure():
+    def play(visit):
+        visit.choose("scope-signals", "if1.input1")
+        visit.press("scope-show")
+        visit.run(2.5)
+        visit.bench["if1"].pins["input1"].drive(True)
+        visit.run(1.0)  # 5 s by now, 2 s of them are seen
+        visit.choose("scope-snap", False)
+        tell(visit, do="click", place=0.25)
+        tell(visit, do="click", place=0.75)
+        cursors = screen_of(visit).cursors
+        assert (cursors.a_ns, cursors.b_ns) == (3.5 * S, 4.5 * S)
+
+        visit.press("scope-pause")
+        tell(visit, do="key", key="a")
+        tell(visit, do="key", key="ArrowRight", shift=True)
+        assert cursors.a_ns == 3.5 * S + 2 * S // 800
+        tell(visit, do="drag", which="b", place=1.0)
+        tell(visit, do="click", place=0.0, other=True)
+        assert (cursors.a_ns, cursors.b_ns) == (3 * S, 5 * S)
+        visit.press("scope-cursor-a")
+        visit.press("scope-next-edge")
+        assert cursors.a_ns == 4 * S
+        for _ in range(5):
+            visit.frame()
+        assert "B − A 1 s   1/(B − A) 1 Hz   A moves" in visit.found("scope-times").text
+        visit.press("scope-edge-before")
+        assert cursors.a_ns == 0
+        for _ in range(5):
+            visit.frame()
+        (row,) = visit.found("scope-readout").rows
+        assert row == {
+            "name": "if1.input1",
+            "now": "1",
+            "a": "0",
+            "b": "1",
+            "d": "1",
+            "low": "0",
+            "high": "1",
+            "mean": "0.2",
+        }
+
+        tell(visit, do="key", key="Escape")
+        assert (cursors.a_ns, cursors.b_ns) == (None, None)
+
+    played(play)
+
+
+def test_wheel_fingers_and_keys_zoom_and_move():
+    def play(visit):
+        screen = screen_of(visit)
+        tell(visit, do="zoom", factor=0.5, place=1.0)
+        assert screen.span_ns == S
+        tell(visit, do="key", key="-")
+        assert screen.span_ns == 2 * S
+        tell(visit, do="pan", part=-0.5)
+        assert screen.frozen is not None
+        before = screen.edges
+        tell(visit, do="key", key="ArrowLeft")
+        assert screen.edges[0] < before[0]
+        tell(visit, do="key", key=" ")
+        assert screen.frozen is None
+        tell(visit, do="key", key="Home")
+        assert screen.edges == (0, visit.bench.now)
+
+    played(play)
+
+
+@pytest.mark.parametrize(
+    "what",
+    [{}, {"do": "zoom", "factor": "x"}, {"do": "zoom", "factor": None}, {"do": "size", "pixels": 1e300},
+     {"do": "key", "key": None}, {"do": "click", "place": -7}],
+)  # fmt: skip
+def test_whatever_a_browser_says_does_no_harm(what):
+    def play(visit):
+        tell(visit, **what)
+        assert screen_of(visit).pixels in (800, 4096)
+
+    played(play)
+
+
+def test_a_picture_is_sent_when_there_is_another_one_and_somebody_can_see_it(monkeypatch):
+    def play(visit):
+        sent = []
+        monkeypatch.setattr(visit.user.client, "run_javascript", sent.append)
+        visit.frame()
+        assert not sent
+        visit.run(0.1)
+        begin, _, picture = sent.pop().partition(",")
+        assert begin.startswith("axistwinScope.draw(")
+        assert [signal["name"] for signal in json.loads(picture[:-1])["signals"]] == list(screen_of(visit).names)
+        tell(visit, do="seen", seen=False)
+        visit.run(0.1)
+        assert not sent
+
+    played(play)
+
+
+def test_it_is_as_it_was_when_somebody_comes_back_and_others_have_their_own():
+    session, people = Session(bench_of("if1"), None), People()
+    common, made = Common(session), []
+
+    async def visited(who):
+        async with user_simulation(lambda: made.append(scope(Look(common, people, people[who])))) as user:
+            await user.open("/")
+            with user.client:
+                made[-1]()
+            return user.find(marker="scope-signals").elements.pop().value
+
+    asyncio.run(visited("one"))
+    people["one"].settings["scope"].show(("if1.led",))
+    assert asyncio.run(visited("one")) == "if1.led"
+    assert asyncio.run(visited("other")).startswith("if1.X.velocity")
+    assert "if1.led" in common(Scopes).recorder.record.tracks
+
+
+@pytest.mark.parametrize(
+    ("mark", "begins"),
+    [("seen.csv", b"# axistwin:"), ("all.vcd", b"$comment"), ("all.parquet", b"PAR1"), ("seen.svg", b"<?xml")],
+)
+def test_it_is_saved_as_a_file(mark, begins):
+    session, people = Session(bench_of("if1"), None), People()
+    look, made = Look(Common(session), people, people["somebody"]), []
+
+    async def simulated():
+        async with user_simulation(lambda: made.append(scope(look))) as user:
+            await user.open("/")
+            session.bench.run(1.5)
+            with user.client:
+                made[-1]()
+            user.find(marker=f"scope-save-{mark}").click()
+            answer = await user.download.next(timeout=10)
+            return answer.content
+
+    assert asyncio.run(simulated()).startswith(begins)

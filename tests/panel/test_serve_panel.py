@@ -1,0 +1,177 @@
+"""`axistwin serve --panel` as a program: its address, its end, and what it refuses."""
+
+import http.client
+import re
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+from urllib.parse import urlsplit
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+PATIENCE_S = 40
+PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
+WITHOUT = (
+    "import sys; sys.modules['nicegui'] = None\n"
+    "from axistwin.cli.main import main; main(['serve', 'if1', '--panel', '0'])"
+)
+PANEL = re.compile(r"panel on (http://\S+)\n")
+
+
+@contextmanager
+def started(*words):
+    """The running program, and the address of its panel."""
+    words = [*PROGRAM, *map(str, words)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        try:
+            line = program.stdout.readline()
+            assert PANEL.fullmatch(line), line + program.stderr.read()
+            yield program, PANEL.fullmatch(line)[1]
+        finally:
+            program.kill()
+
+
+def ended(program, number):
+    program.send_signal(number)
+    _, words = program.communicate(timeout=PATIENCE_S)
+    return program.returncode, words
+
+
+def failed(*words):
+    result = subprocess.run([*PROGRAM, *map(str, words)], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert result.stdout == ""
+    return result.returncode, result.stderr
+
+
+def get(address, **headers):
+    """Status, headers and text of an answer."""
+    place = urlsplit(address)
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=PATIENCE_S)
+    try:
+        connection.request("GET", f"{place.path}?{place.query}", headers=headers)
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read().decode()
+    finally:
+        connection.close()
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 0)])
+def test_it_ends_at_once_and_without_a_word_also_with_a_browser(number, code):
+    with started("if1", "--panel", 0) as (program, address):
+        place = urlsplit(address)
+        with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as browser:
+            browser.sendall(f"GET / HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
+            assert browser.recv(12) == b"HTTP/1.1 200"
+            assert ended(program, number) == (code, "")
+
+
+def test_the_page_is_of_the_scene_and_says_that_it_is_virtual():
+    with started("examples/winder/scene.toml", "--panel", 0) as (program, address):
+        status, _, text = get(address)
+        assert status == 200
+        assert "<title>VIRTUAL: Winder</title>" in text
+        assert program.poll() is None
+
+
+def test_a_scene_without_ports_may_be_looked_at_but_not_served_otherwise(tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
+    (tmp_path / "a.if1").write_text("X10$\n")
+    code, words = failed(scene)
+    assert (code, "give a controller ports" in words) == (2, True)
+    with started(scene, "--panel", 0) as (program, _):
+        assert ended(program, signal.SIGTERM) == (0, "")
+
+
+def test_a_port_that_is_taken():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        code, words = failed("if1", "--panel", port)
+    assert code == 2
+    assert words.count("\n") == 1
+    assert f"cannot show a panel on 127.0.0.1:{port}: address already in use" in words
+
+
+@pytest.mark.parametrize("place", ["here", "127.0.0.1:", "127.0.0.1:99999", "8080/"])
+def test_a_place_that_is_none(place):
+    code, words = failed("if1", "--panel", place)
+    assert code == 2
+    assert f"no place {place!r} for a panel: give a port such as 8080" in words
+
+
+def test_without_its_extra_one_line_says_what_to_install():
+    result = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert result.returncode == 2
+    assert result.stderr.count("\n") == 1
+    assert 'pip install "axistwin[panel]"' in result.stderr
+
+
+def test_a_token_is_for_a_panel_and_has_letters_and_digits():
+    code, words = failed("if1", "--panel-token", "abc")
+    assert (code, "--panel-token is for a --panel" in words) == (2, True)
+    code, words = failed("if1", "--panel", 0, "--panel-token", "a&b")
+    assert (code, "letters and digits only" in words) == (2, True)
+
+
+def test_beyond_this_machine_a_token_is_made_up_and_wanted():
+    with started("if1", "--panel", "0.0.0.0:0") as (_, address):
+        place = urlsplit(address)
+        here = f"http://127.0.0.1:{place.port}/"
+        assert len(place.query.removeprefix("token=")) > 20
+        assert get(here)[0] == 403
+        status, headers, _ = get(f"{here}?{place.query}")
+        assert (status, headers["location"]) == (303, "/")
+        assert get(here, Cookie=headers["set-cookie"].partition(";")[0])[0] == 200
+
+
+def test_a_token_of_ones_own_also_on_loopback():
+    with started("if1", "--panel", 0, "--panel-token", "letmein") as (_, address):
+        assert urlsplit(address).query == "token=letmein"
+        assert get(address.partition("?")[0])[0] == 403
+
+
+def test_state_speed_and_ports_are_as_without_a_panel(tmp_path):
+    for first in (True, False):
+        with started("if2", "--panel", 0, "--speed", "max", "--line", "instant", "--state", tmp_path) as (program, _):
+            port = int(program.stdout.readline().rpartition(":")[2])
+            with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as host:
+                answers = []
+                for text in (b"(", b"U61\rE\r", b"[\rE\r"):
+                    host.sendall(text)
+                    answers.append(host.recv(16))
+            assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
+            assert ended(program, signal.SIGTERM)[0] == 0
+
+
+@contextmanager
+def page_socket(address):
+    """What the page of a browser has: a websocket on which socket.io is spoken."""
+    client = re.search(r"client_id\W+([\w-]+)", get(address)[2])[1]
+    query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
+    with connect(f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}") as page:
+        page.recv(PATIENCE_S)
+        page.send("40")
+        yield page
+
+
+@pytest.mark.parametrize(
+    "message",
+    ['42["connect","x"]', '42["event"]', '42["handshake",{}]', '42["ack",[]]', '42["event",' + "[" * 3000, "45", b"\0"],
+    ids=lambda message: repr(message[:20]),
+)
+def test_a_bad_message_to_the_panel_ends_nothing(serving, message):
+    program, address = serving
+    with page_socket(address) as page, suppress(ConnectionClosed):
+        page.send(message)
+    assert get(address)[0] == 200
+    assert program.poll() is None
+
+
+@pytest.fixture(scope="module")
+def serving():
+    with started("if1", "--panel", 0) as served:
+        yield served

@@ -1,0 +1,157 @@
+"""A computation in pieces, between which the event loop has its turn."""
+
+import asyncio
+from types import SimpleNamespace
+
+import pytest
+from nicegui import ui
+
+from axistwin.bench import FAMILIES
+from axistwin.panel import turns
+from axistwin.panel.look import careful
+from axistwin.panel.page import views
+from axistwin.panel.turns import breathe, in_turns
+
+from .showing import bench_of, show
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Each look at it takes a millisecond."""
+    now = [0.0]
+
+    def look():
+        now[0] += 0.001
+        return now[0]
+
+    monkeypatch.setattr(turns, "perf_counter", look)
+    monkeypatch.setattr(turns, "TURN_S", 0.003)
+    return now
+
+
+def run(compute):
+    """What `in_turns` gives, and how many turns the loop has had meanwhile."""
+
+    async def counted():
+        had = 0
+
+        async def count():
+            nonlocal had
+            while True:
+                had += 1
+                await asyncio.sleep(0)
+
+        counting = asyncio.create_task(count())
+        await asyncio.sleep(0)
+        had = 0
+        try:
+            return await in_turns(compute), had
+        finally:
+            counting.cancel()
+
+    return asyncio.run(counted())
+
+
+def test_the_loop_has_its_turn_whenever_the_time_is_over(clock):
+    """A piece begins, and after three looks at the clock it ends: 3 ms."""
+    order = []
+
+    def compute():
+        for number in range(9):
+            order.append(number)
+            breathe()
+        return "done"
+
+    assert run(compute) == ("done", 3)
+    assert order == list(range(9))
+
+
+def test_outside_it_does_nothing():
+    breathe()
+
+
+def test_what_is_raised_is_raised():
+    def compute():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        run(compute)
+
+
+def test_it_is_in_the_task_that_waits_for_it():
+    """So NiceGUI finds the page on which something is made."""
+
+    async def compare():
+        return await in_turns(asyncio.current_task) is asyncio.current_task()
+
+    assert asyncio.run(compare())
+
+
+def test_given_up_it_ends_where_it_is(clock):
+    ended, loops = [], []
+
+    def compute():
+        try:
+            while True:
+                breathe()
+                loops.append(1)
+        finally:
+            ended.append(True)
+
+    async def give_up():
+        task = asyncio.create_task(in_turns(compute))
+        for _ in range(5):
+            await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    asyncio.run(give_up())
+    assert ended == [True]
+    assert loops
+
+
+MOST_ELEMENTS = 40
+
+
+@pytest.mark.parametrize("model", FAMILIES)
+def test_a_page_pauses_every_few_elements(model, monkeypatch):
+    """An element takes 0.1 ms or less: so a piece is 5 ms at most."""
+    made = []
+
+    def build(look):
+        client, before = ui.context.client, 0
+
+        def count():
+            nonlocal before
+            made.append(client.next_element_id - before)
+            before = client.next_element_id
+
+        monkeypatch.setattr(turns._here, "work", SimpleNamespace(breathe=count), raising=False)
+        try:
+            for _ in views(look):
+                breathe()
+        finally:
+            monkeypatch.undo()
+        return lambda: None
+
+    show(bench_of(model), build, lambda _: None)
+    assert sum(made) > 200
+    assert max(made) <= MOST_ELEMENTS
+
+
+def test_a_defect_in_a_view_is_reported_once_and_is_no_end_for_others(caplog):
+    shown, failing = [], [True]
+
+    def view():
+        if failing[0]:
+            raise ZeroDivisionError
+        shown.append(True)
+
+    refresh = careful(view)
+    refresh()
+    refresh()
+    assert [record.exc_info[0] for record in caplog.records] == [ZeroDivisionError]
+    failing[0] = False
+    refresh()
+    assert shown == [True]

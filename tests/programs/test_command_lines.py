@@ -1,0 +1,158 @@
+"""Command lines typed at a terminal."""
+
+from pathlib import Path
+
+import pytest
+
+from axistwin import Bench
+from axistwin.conversations.conversation import Do, Say, Wait
+from axistwin.errors import ProgramError, UsageError
+from axistwin.plots.history import History, watching
+from axistwin.programs.command_lines import command_lines, type_lines
+from axistwin.programs.running import Outcome, load
+from axistwin.units import S
+
+
+def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[History, Outcome]:
+    """Type it at an IF1 that has just been switched on."""
+    file = tmp_path / "a.if1"
+    file.write_text(text)
+    bench = Bench()
+    bench.add("if1", **options)
+    with watching(bench) as history:
+        outcome = load(file).perform(bench, None if until_s is None else int(until_s * S))
+    return history, outcome
+
+
+def heard(history: History) -> list[bytes]:
+    return [bytes(utterance.data) for utterance in history.said if not utterance.by_host]
+
+
+def test_lines_and_comments():
+    acts = list(command_lines("; title\n\nX 1000 $ ; go\n+2.5\n! input1 high\n"))
+    assert acts == [Say(b"X 1000 $"), Wait(2_500_000_000), Do("input1", "high")]
+    assert [act.line for act in acts] == [3, 4, 5]
+
+
+def test_columns_are_those_of_the_file():
+    assert next(command_lines("  X1$")) == Say(b"  X1$")
+
+
+def test_a_character_that_no_keyboard_has():
+    with pytest.raises(ProgramError, match=r"a\.if1:2:5: 'é'"):
+        list(command_lines("X1$\nX10 é", "a.if1"))
+
+
+def test_each_line_is_typed_when_the_one_before_is_done(tmp_path):
+    history, outcome = run(tmp_path, "X1000$\nY500$\nN\n")
+    assert heard(history) == [b"U\r", b"500\r"]
+    axes = history.bench["if1"].axes
+    assert (axes["X"].position, axes["Y"].position) == (1000, 500)
+    assert outcome == Outcome()
+
+
+def test_a_delay_is_waited_for(tmp_path):
+    history, _ = run(tmp_path, "P1,50$\nX10$\n")
+    low = next(c for c in history.changes if c.pin == "output1" and not c.level)
+    typed = next(u for u in history.said if u.data.startswith(b"X"))
+    assert typed.time_ns >= low.time_ns
+
+
+def test_a_run_is_left_running_for_the_time_that_is_given(tmp_path):
+    history, _ = run(tmp_path, "X@1000G$\n+2\n#\nN\n")
+    assert 1900 < history.bench["if1"].axes["X"].position < 2100
+    assert history.bench["if1"].axes["X"].velocity == 0
+
+
+def test_a_run_that_nobody_stops_goes_on_and_holds_nothing_up(tmp_path):
+    history, outcome = run(tmp_path, "X@1000G$\nS1$\nK\n", until_s=10)
+    assert history.bench.seconds == 10
+    assert history.bench["if1"].axes["X"].velocity == 1000
+    assert outcome == Outcome()
+
+
+def test_somebody_closes_a_switch(tmp_path):
+    history, _ = run(tmp_path, "H1X100$\n! input1 high\nE\n")
+    assert heard(history)[-1] == b"C\r"
+    assert history.bench["if1"].axes["X"].position == 100
+
+
+def test_what_never_ends_is_stopped_and_told(tmp_path):
+    history, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
+    assert history.bench.seconds == 3600
+    assert outcome.note.startswith("line 2 and what follows: not done by 3600 s")
+    assert "--for" in outcome.note
+
+
+def test_what_never_ends_ends_when_one_says_so(tmp_path):
+    history, outcome = run(tmp_path, ":X400:=0,1:$\n", until_s=60)
+    assert history.bench.seconds == 60
+    assert outcome == Outcome()
+    assert heard(history) == [b"U\r"]
+
+
+def test_a_sequence_that_never_ends_is_stopped_after_a_pause(tmp_path):
+    history, outcome = run(tmp_path, ":X400:=0,1:$\n+10\n#\nE\n")
+    assert heard(history)[-1] == b"C\r"
+    assert outcome == Outcome()
+
+
+def test_a_pause_beyond_the_end(tmp_path):
+    history, outcome = run(tmp_path, "X10$\n+100\nX10$\n", until_s=20)
+    assert history.bench.seconds == 20
+    assert history.bench["if1"].axes["X"].position == 10
+    assert outcome.note.startswith("line 2")
+
+
+def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
+    history, _ = run(tmp_path, "".join(f"X{n}$\n" for n in range(100, 110)))
+    assert history.bench["if1"].axes["X"].position == sum(range(100, 110))
+    long = ":" + ":".join(f"X{n}" for n in range(1, 40)) + ":$"
+    history, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # typed into the recalculation, when nothing is read
+    assert history.bench["if1"].axes["X"].position == sum(range(1, 40))
+    assert heard(history)[-1] == b"0\r"
+
+
+@pytest.mark.parametrize("line", ["110 8N2", "300 7E1", "1200 7O2", "2400 8N1", "9600 8E1", "4800 8O2", "instant"])
+def test_the_data_format_is_that_of_the_host(tmp_path, line):
+    history, _ = run(tmp_path, "X100$\nN\n", line=line)
+    assert heard(history)[-1] == b"100\r"
+
+
+def test_a_format_the_interface_does_not_have(tmp_path):
+    with pytest.raises(UsageError, match="9600 8M2"):
+        run(tmp_path, "X100$\n", line="9600 8M2")
+
+
+def test_an_interface_that_does_not_answer(tmp_path):
+    bench = Bench()
+    bench.add("if1").serial.host.dtr = False
+    with pytest.raises(ProgramError, match="does not answer"):
+        type_lines(bench, [], 60 * S, "a.if1")
+
+
+def test_command_lines_are_for_one_interface(tmp_path, bench):
+    bench.add("if1")
+    bench.add("if2")
+    with pytest.raises(ProgramError, match="here are 2"):
+        type_lines(bench, [], S)
+
+
+def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path):
+    with pytest.raises(ProgramError, match=r"a\.if1:2: nothing called 'input7'"):
+        run(tmp_path, "X100$\n! input7 high\n")
+
+
+def test_a_program_of_no_known_kind(tmp_path):
+    with pytest.raises(UsageError, match=r"name a conversation \.talk, command lines \.if1"):
+        load(tmp_path / "a.txt")
+
+
+def test_a_run_that_goes_on_is_told(tmp_path):
+    _, outcome = run(tmp_path, "XYG$\n")
+    assert outcome.note == "X and Y still running: say --for SECONDS to see more of it"
+
+
+def test_a_time_before_the_interface_is_ready_is_told(tmp_path):
+    _, outcome = run(tmp_path, "X1$\n", until_s=1)
+    assert outcome.note == "nothing was typed: the interface is ready at 2.70667 s only"

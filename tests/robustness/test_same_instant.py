@@ -1,0 +1,175 @@
+"""What happens from outside in the same nanosecond: in any order, to any model, whatever it is doing."""
+
+import ast
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import axistwin
+from axistwin import Bench
+from axistwin.sim.pins import connect
+
+from ..digiplan.talking import ask, initialise, ready, tell
+
+SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "same_instant.py"
+SOURCES = Path(axistwin.__file__).parent
+
+
+def _campaign():
+    spec = importlib.util.spec_from_file_location("same_instant", SCRIPT)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["same_instant"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+campaign = _campaign()
+
+
+@st.composite
+def cases(draw):
+    model = draw(st.sampled_from(sorted(campaign.MODELS)))
+    known = campaign.names()[model]
+    act = st.sampled_from(sorted(known)).flatmap(lambda kind: st.tuples(st.just(kind), st.sampled_from(known[kind])))
+    return campaign.Case(
+        model,
+        draw(st.integers(0, len(campaign.MODELS[model].works) - 1)),
+        draw(st.integers(0, campaign.MOST_STEPS)),
+        draw(st.sampled_from(campaign.MANNERS)),
+        tuple(draw(st.lists(act, min_size=2, max_size=3))),
+    )
+
+
+@settings(max_examples=50, deadline=None)
+@given(cases())
+def test_any_acts_in_the_same_nanosecond(case):
+    """Nothing is raised, and it is the same again."""
+    assert campaign.play(case) == campaign.play(case)
+
+
+def test_a_short_campaign(capsys):
+    assert campaign.main(["--seed", "7", "--count", "60"]) == 0
+    assert capsys.readouterr().out == "passed: 60 combinations, seed 7: 0 raised or were not the same again\n"
+
+
+WORKS = {
+    "run": "XG$", "wait": "H1X5$", "pulse": "P1,50$", "index": "X900$", "sequence": ":XG:P1,20:H1A:$",
+    "conversation": ":%:X5:$", "interpolation": "X400/Y90@500$",
+}  # fmt: skip
+FAULTS = ("estop", "x_fault", "y_fault", "limit_plus")
+
+
+@pytest.mark.parametrize("model", ["if1", "if2"])
+@pytest.mark.parametrize("work", WORKS)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_and_a_loss_of_power(model, work, fault):
+    """Either first, with the fault twice, by a fault of the bench and by its own conversation: it lives on."""
+    for acts in (
+        ["fault", "off"],
+        ["off", "fault"],
+        ["fault", "fault", "off"],
+        ["#", "fault", "off"],
+        ["fault", "cut"],
+    ):
+        bench = Bench()
+        it = ready(bench, model=model)
+        tell(it, WORKS[work])
+        bench.run(0.045)
+        for act in acts:
+            if act == "fault":
+                it.pins[fault].drive(not it.pins[fault].level)
+            elif act == "off":
+                it.power(False)
+            elif act == "cut":
+                bench.faults.add("power_cut", it.name, duration=0.01)
+            else:
+                tell(it, act)
+        stood = it.axes["X"].position
+        bench.run(0.5)
+        assert it.axes["X"].position == stood
+        assert not any(it.pins[f"output{n}"].level for n in range(1, 6))
+        it.serial.drop_pending()
+        it.serial.read()
+        it.pins[fault].release()
+        it.power_cycle()
+        initialise(bench, it)
+        tell(it, "X5$")
+        bench.run(0.2)
+        assert it.axes["X"].position == stood + 5
+        assert ask(bench, it, "E") == b"C\r"
+
+
+@pytest.mark.parametrize("message", [":S1:H1:X100:$", "X7S1$", ":S1:X100:$"])
+def test_an_output_wired_to_the_emergency_stop_ends_what_switches_it(message):
+    """Clearing: "any axis in motion will stop", also if the interface itself opens the circuit."""
+    bench = Bench()
+    it = ready(bench)
+    connect(it.pins["output1"], it.pins["estop"], invert=True)
+    tell(it, message)
+    bench.run(1)
+    assert (ask(bench, it, "E"), ask(bench, it, "K")) == (b"F\r", b"32\r")
+    it.pins["estop"].drive(True)
+    assert (ask(bench, it, "K"), ask(bench, it, "E")) == (b"32\r", b"C\r")
+    assert it.axes["X"].position == (7 if message == "X7S1$" else 0)
+
+
+@pytest.mark.parametrize(
+    ("model", "work", "pin"),
+    [("if1", 11, "output2"), ("if1", 12, "output1"), ("if2", 12, "output1"), ("1811", 13, "remote_acknowledge"),
+     ("1811", 17, "direction"), ("smartmotor", 1, "brake")],
+)  # fmt: skip
+@pytest.mark.parametrize("act", ["off", "cycle"])
+def test_power_that_goes_when_a_pin_of_its_own_changes(model, work, pin, act):
+    """Whoever watches a pin is called inside what the controller does, and may switch it off there and then."""
+    bench = Bench()
+    it = campaign.MODELS[model].build(bench)
+    left, times = [act], []
+
+    def changed(_):
+        if left:
+            left.pop()
+            times.append(bench.now)
+            it.power_cycle() if act == "cycle" else it.power(False)
+
+    it.pins[pin].watch(changed)
+    campaign.MODELS[model].works[work](it)
+    bench.run(1)
+    if times:
+        assert it.powered is (act == "cycle")
+    if act == "off" and model.startswith("if") and times:
+        assert not any(it.pins[f"output{n}"].level for n in range(1, 6))
+
+
+def test_power_is_off_in_the_nanosecond_in_which_it_was_asked_for():
+    """A step that switches two outputs is not finished without power."""
+    bench = Bench()
+    it = ready(bench)
+    it.pins["output1"].watch(lambda pin: it.power(False))
+    edges = []
+    for name in ("output1", "output2"):
+        it.pins[name].watch(lambda pin: edges.append((pin.name, pin.level, bench.now)))
+    tell(it, "S12$")
+    bench.run(1)
+    assert len({at_ns for _, _, at_ns in edges}) == 1
+    assert not it.powered and not it.pins["output1"].level and not it.pins["output2"].level
+
+
+INSIDE = ("sim", "motion", "plant", "controllers", "faults")
+
+
+def test_procedures_are_interrupted_in_one_place():
+    """Neither `process.interrupt()` nor SimPy's `Interruption` is used by anybody but the helper."""
+    files = [file for folder in INSIDE for file in (SOURCES / folder).rglob("*.py")] + [SOURCES / "bench.py"]
+    calls = [
+        f"{file.name}:{node.lineno}"
+        for file in files
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "interrupt"
+    ]
+    assert calls == []
+    users = [file.name for file in SOURCES.rglob("*.py") if "Interruption" in file.read_text()]
+    assert users == ["clock.py"]

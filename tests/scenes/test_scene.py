@@ -1,0 +1,365 @@
+"""Scenes: what a file may hold, what stands on the bench then, and what is said about a wrong one."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from axistwin import Scene
+from axistwin.errors import SceneError
+from axistwin.programs import running
+from axistwin.scenes.toml_places import places
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+FULL = """
+title = "a # b"  # not a scene's key, but a place
+[[controller]]
+model = "if2"
+name = 'q'
+ports = [
+  "tcp://127.0.0.1:0",  # one
+  "pty:/tmp/x" ]
+options = { wiring = "3-wire", busy = "hold" }
+[controller.axes.X]
+limits = [-5, 5]
+motor.torque = [[0, 1.0], [1000, 0.5]]
+[[controller]]
+model = \"\"\"if
+1\"\"\"
+[controller.axes]
+"Y".limits = [1,
+  2]
+[[wire]]
+from = "a.b"
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Callable[[str], Scene]:
+    """Load a scene from a text."""
+
+    def load(text: str) -> Scene:
+        (tmp_path / "s.toml").write_text(text)
+        return Scene.load(tmp_path / "s.toml")
+
+    return load
+
+
+def controllers(*models: str, more: str = "") -> str:
+    return "".join(f'[[controller]]\nmodel = "{model}"\n' for model in models) + more
+
+
+def test_the_example_drills_ten_holes_and_comes_back():
+    bench = Scene.load(EXAMPLES / "xy-table.toml").build()
+    table = bench["table"]
+    holes: list[tuple[int, int]] = []
+
+    def drill_moves(pin):
+        if pin.level:
+            holes.append((table.axes["X"].position, table.axes["Y"].position))
+
+    table.pins["input1"].watch(drill_moves)
+
+    running.load(EXAMPLES / "drill.if1").perform(bench, None)
+
+    forth = [(1600 * n, 0) for n in range(1, 6)]
+    assert holes == forth + [(x, 1600) for x, _ in reversed(forth)]
+    assert (table.axes["X"].position, table.axes["Y"].position) == (0, 0)
+
+
+def test_a_limit_switch_of_the_example_opens():
+    bench = Scene.load(EXAMPLES / "xy-table.toml").build()
+    table = bench["table"]
+    bench.run(1.5)
+    table.serial.write(b"(")
+    bench.run(0.1)
+    table.serial.write(b"U61\r")
+    bench.run(1.2)
+    table.serial.write(b"X-500$\r")
+    bench.run(2.0)
+    assert not table.pins["limit_minus"].level
+    assert -500 < table.axes["X"].position < -160
+
+
+def test_names_ports_and_options(scene, tmp_path):
+    made = scene(
+        controllers("IF1") + 'ports = ["tcp://127.0.0.1:0", "pty:/tmp/a"]\n'
+        'line = "1200 7E1"\nhistory = 5\n'
+        '[[controller]]\nmodel = "if2"\nname = "left"\nstate = "kept"\nports = ["rfc2217://127.0.0.1:0"]\n'
+        'options = {wiring = "3-wire", recalculation_s = 0.5}\n'
+    )
+    assert made.ports == [
+        ("if1", "tcp://127.0.0.1:0"),
+        ("if1", "pty:/tmp/a"),
+        ("left", "rfc2217://127.0.0.1:0"),
+    ]
+    bench = made.build()
+    assert list(bench.controllers) == ["if1", "left"]
+    assert str(bench["if1"].serial.host.format) == "1200 7E1"
+
+    bench.run(1.5)
+    left = bench["left"].serial
+    for message in (b"(", b"U61\r", b"[\r"):
+        left.write(message)
+        bench.run(1.0)
+    assert (tmp_path / "kept" / "left.json").exists(), "the directory is seen from the scene file"
+
+
+def test_what_hangs_on_an_axis(scene):
+    axis = (
+        scene(
+            controllers("if1") + "[controller.axes.Z]\nencoder = {counts_per_rev = 2000}\n"
+            "motor = {torque = [[0, 1.5], [5000, 0.5]], inertia = 1e-5}\nload = {torque = 0.1}\n"
+        )
+        .build()["if1"]
+        .axes["Z"]
+    )
+    assert axis.encoder.count == 0
+
+
+def test_a_wire_carries_a_level_inverted_and_later(scene):
+    bench = scene(
+        controllers("if1")
+        + '[[wire]]\nfrom = "if1.output1"\nto = "if1.input1"\ndelay_ms = 250\n'
+        + '[[wire]]\nfrom = "if1.output1"\nto = "if1.input2"\ninvert = true\n'
+    ).build()
+    pins = bench["if1"].pins
+    assert (pins["input1"].level, pins["input2"].level) == (False, True)
+    pins["output1"].drive(True)
+    bench.run(0.249)
+    assert (pins["input1"].level, pins["input2"].level) == (False, False)
+    bench.run(0.001)
+    assert pins["input1"].level
+
+
+def test_building_twice_gives_two_benches(scene):
+    made = scene(controllers("if1"))
+    assert made.build() is not made.build()
+
+
+WRONG = {
+    "nothing": ("", "1:1: 'controller' is missing: add [[controller]]"),
+    "no TOML": ("[[controller]]\nmodel = if1\n", "2:9: not TOML: invalid value"),
+    "no TOML at the end": ("x", "1:2: not TOML: expected '=' after a key in a key/value pair"),
+    "a misspelt table": (
+        '[[controler]]\nmodel = "if1"',
+        "1:1: unknown key 'controler': did you mean 'controller'? (and 1",
+    ),
+    "no model": ("[[controller]]", "1:1: 'model' is missing: add model = …"),
+    "an unknown model": (controllers("if9"), "2:1: no model 'if9': choose one of if1, if2"),
+    "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
+    "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
+    "a line format": (controllers("if1", more="line = 'fast'"), "3:1: no line format 'fast': write it like '9600 8N2'"),
+    "a misspelt option": (
+        controllers("if1", more="options.wirring = 1"),
+        "3:1: options: unknown key 'wirring': did you",
+    ),
+    "an option's value": (
+        controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
+        "3:27: wiring='4': choose one of '5-wire'",
+    ),
+    "an axis": (controllers("if1", more="axes.W.limits = [1, 2]"), "3:1: axes: unknown key 'W': there are X, Y, Z"),
+    "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
+    "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: two numbers are w"),
+    "limits in words": (
+        controllers("if1", more="axes.X.limits = [1, 'b']"),
+        "3:21: controller.axes.X.limits: input sh",
+    ),
+    "limits crossed": (
+        controllers("if1", more="axes.X.limits = [2, 1]"),
+        "3:1: controller.axes.X.limits: the lower po",
+    ),
+    "a home switch": (controllers("if1", more="axes.X.home = [0, 9]"), "3:1: if1 has no home input: leave out `home`"),
+    "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
+    "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: no address and port in 'tcp:/x': write it like"),
+    "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: give each a name"),
+    "a name with a blank": (controllers("if1", more="name = 'a b'"), "3:1: controller.name: only letters, digits, _ a"),
+    "two things": (
+        controllers("if1", more="name = 3\nline = 4"),
+        "3:1: controller.name: input should be a valid string",
+    ),
+    "half a wire": (controllers("if1", more="[[wire]]\nfrom = 'if1.led'"), "3:1: 'to' is missing: add to = …"),
+    "a wire from nowhere": (
+        controllers("if1", more="[[wire]]\nfrom = 'led'\nto = 'if1.input1'"),
+        "4:1: no terminal 'led': write it as NAME.PIN",
+    ),
+    "a wire from nobody": (
+        controllers("if1", more="[[wire]]\nfrom = 'if2.led'\nto = 'if1.input1'"),
+        "4:1: no controller 'if2': did you mean 'if1'?",
+    ),
+    "a wire to no pin": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input4'"),
+        "5:1: if1 has no pin 'input4': did you mean 'input3'?",
+    ),
+    "two wires to a pin": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\n" * 2),
+        "8:1: if1.input1 hangs on a wire from if1.led already",
+    ),
+    "wires in a circle": (
+        controllers(
+            "if1",
+            more="[[wire]]\nfrom = 'if1.input1'\nto = 'if1.input2'\n[[wire]]\nfrom = 'if1.input2'\nto = 'if1.input1'",
+        ),
+        "8:1: these wires lead from if1.input1 back to itself: leave one out",
+    ),
+    "a delay for ever": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = inf"),
+        "6:1: inf s is too long: give less than 292 years",
+    ),
+    "a script after the end of time": (
+        controllers("if1", more="[[script]]\nat = 1e300\ndo = 'power off'"),
+        "4:1: 1e+300 s is too long: give less than 292 years",
+    ),
+    "a history of everything": (
+        controllers("if1", more=f"history = {10**30}"),
+        "3:1: controller.history: input should be less than or equal to 1000000000",
+    ),
+    "a number of many digits": (
+        controllers("if1", more="history = " + 5000 * "9"),
+        "3:5011: not TOML: exceeds the limit",
+    ),
+    "lists in lists": (
+        controllers("if1", more="options = " + 5000 * "[" + 5000 * "]"),
+        "3:10011: not TOML: ",
+    ),
+    "lists in lists, but not so many": (
+        controllers("if1", more="options.a = " + 300 * "[" + 300 * "]"),
+        "3:613: not TOML: tables or lists within one another, more than anybody wants",
+    ),
+    "a motor without a number": (
+        controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),
+        "3:1: controller.axes.X.motor: the torques of the curve are 0 N·m or more",
+    ),
+    "a wire into an output": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
+        "5:1: if1.output1 is an output, to which no wire can lead: lead it to an input, or away from if1.output1",
+    ),
+    "a wire into a brake": (
+        controllers("if1", "smartmotor", more="[[wire]]\nfrom = 'if1.led'\nto = 'smartmotor.brake'"),
+        "7:1: smartmotor.brake is an output",
+    ),
+    "a wire into a board's pulses": (
+        controllers("if1", "1811", more="[[wire]]\nfrom = 'if1.led'\nto = '1811.step'"),
+        "7:1: 1811.step is an output",
+    ),
+    "a wire from a board's pulses": (
+        controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
+        "6:1: no wire can follow the pulses of 1810.step",
+    ),
+    "a motor in a chain with a port": (
+        controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
+        "3:1: smartmotor is in [[chain]] 'chain': its host is at the `ports` of that, leave these out",
+    ),
+    "a motor on a shared pair with a port": (
+        controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
+        "3:1: smartmotor is in [[rs485]] 'rs485': its host",
+    ),
+    "an address twice": (
+        controllers("if1", more="ports = ['tcp://:5001']\n")
+        + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
+        "8:1: bus://localhost:5001 is tcp://:5001 already: choose another one",
+    ),
+    "a link twice": (
+        controllers("if1", more="ports = ['pty:/tmp/x', 'pty:/tmp/x']"),
+        "3:24: pty:/tmp/x is pty:/tmp/x already: choose another one",
+    ),
+    "a board on a line": (
+        controllers("1811", more="ports = ['tcp://:5001']"),
+        "3:10: tcp://:5001: an 1810 or 1811 is on a bus: write it like bus://127.0.0.1:1811",
+    ),
+    "a motor on a bus": (
+        controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
+        "5:10: bus://:1811: only an 1810 or 1811 is on a bus: write it like tcp://127.0.0.1:5001",
+    ),
+    "a state that is no name": (
+        controllers("if2", more='state = "a\\u0000b"'),
+        '3:1: controller.state: no file\'s name has a NUL in it, not "a\\u0000b"',
+    ),
+    "a link that is no name": (
+        controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
+        "3:10: no port 'pty:/tmp/\\x00b': there is a NUL in it",
+    ),
+    "a delay into the past": (
+        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),
+        "6:1: wire.delay_ms: input should be greater than or equal to 0, not -1",
+    ),
+}
+
+
+def test_ports_that_do_not_meet(scene):
+    """Of port 0 there are many; a number may be that of two machines."""
+    made = scene(
+        controllers("if1", more="ports = ['tcp://:0', 'tcp://:0', 'pty:', 'pty:', 'tcp://:5001']\n")
+        + controllers("if2", more="ports = ['tcp://127.0.0.2:5001', 'serial:///dev/ttyS0']\n")
+    )
+    assert len(made.ports) == 7
+
+
+def test_what_may_be_an_input_may_hang_on_a_wire(scene):
+    """User pins are what their motor makes of them, and so are the inputs of the others."""
+    bench = scene(
+        controllers("if1", "1811", "smartmotor")
+        + "".join(
+            f'[[wire]]\nfrom = "if1.output1"\nto = "{to}"\n'
+            for to in ("smartmotor.G", "1811.cw_limit", "1811.step_in", "if1.estop")
+        )
+    ).build()
+    bench["if1"].pins["output1"].drive(True)
+    assert all(bench[name].pins[pin].level for name, pin in (("smartmotor", "G"), ("1811", "cw_limit")))
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG.values(), ids=WRONG.keys())
+def test_a_wrong_scene_names_place_and_remedy(scene, tmp_path, text, message):
+    with pytest.raises(SceneError) as caught:
+        scene(text).build()
+    assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scene_that_is_not_there(tmp_path):
+    with pytest.raises(SceneError, match=r"nowhere\.toml: cannot be read: No such file"):
+        Scene.load(tmp_path / "nowhere.toml")
+
+
+def test_a_scene_with_a_byte_order_mark_and_lines_of_windows(tmp_path):
+    (tmp_path / "s.toml").write_bytes(b'\xef\xbb\xbf[[controller]]\r\nmodel = "if1"\r\n')
+    assert list(Scene.load(tmp_path / "s.toml").build().controllers) == ["if1"]
+
+
+def test_a_scene_that_is_no_text(tmp_path):
+    (tmp_path / "s.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(SceneError, match="is not a text file in UTF-8"):
+        Scene.load(tmp_path / "s.toml")
+
+
+def test_the_schema_is_json_and_knows_all_tables():
+    schema = json.loads(json.dumps(Scene.schema()))
+    assert set(schema["properties"]) == {"title", "seed", "controller", "wire", "chain", "rs485", "fault", "script"}
+    assert {"model", "ports", "axes"} <= set(schema["$defs"]["ControllerTable"]["properties"])
+    assert "from" in schema["$defs"]["WireTable"]["properties"]
+
+
+def test_the_schema_knows_the_keys_of_either_kind_of_axis():
+    axes = Scene.schema()["$defs"]["ControllerTable"]["properties"]["axes"]["additionalProperties"]["anyOf"]
+    assert axes[0] == {"$ref": "#/$defs/AxisTable"}
+    assert set(axes[1]["properties"]) == {"limits", "motor", "load"}
+    values, names = axes[1]["properties"]["motor"]["anyOf"]
+    assert names["enum"] == ["frame17", "frame23", "frame34"]
+    assert values["properties"]["kp"] == {"type": "integer"}
+    assert not values["additionalProperties"]
+
+
+def test_places_in_a_file():
+    found = places(FULL)
+    lines = FULL.splitlines()
+    shown = {path: lines[line - 1][column - 1 :][:12] for path, (line, column) in found.items()}
+    assert shown["controller", 0] == "[[controller"
+    assert shown["controller", 0, "ports", 1] == '"pty:/tmp/x"'
+    assert shown["controller", 0, "options", "busy"] == 'busy = "hold'
+    assert shown["controller", 0, "axes", "X"] == "[controller."
+    assert shown["controller", 0, "axes", "X", "motor", "torque", 1, 0] == "1000, 0.5]]"
+    assert shown["controller", 1, "model"].startswith('model = """')
+    assert shown["controller", 1, "axes", "Y", "limits", 1] == "2]"
+    assert shown["wire", 0, "from"] == 'from = "a.b"'

@@ -1,0 +1,275 @@
+"""What happens in a scene by itself: faults, a script, hosts, stored programs, a shaft on another axis."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from axistwin import Scene
+from axistwin.cli.faults import rows
+from axistwin.cli.main import axistwin
+from axistwin.errors import AxistwinError, SceneError, UsageError
+from axistwin.fault_injection import KINDS
+
+IF1 = '[[controller]]\nmodel = "if1"\n'
+SHAFT = '[[controller]]\nmodel = "smartmotor"\naxes.shaft = '
+MOTOR = '[[controller]]\nmodel = "smartmotor"\nname = "knife"\n'
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Callable[..., Scene]:
+    """Load a scene from a text, with files beside it."""
+
+    def load(text: str, **files: str) -> Scene:
+        for name, contents in files.items():
+            (tmp_path / name.replace("_", ".")).write_text(contents)
+        (tmp_path / "s.toml").write_text(text)
+        return Scene.load(tmp_path / "s.toml")
+
+    return load
+
+
+def test_faults_begin_and_end(scene):
+    bench = scene(
+        IF1 + '[[fault]]\nkind = "stuck"\non = "if1.input1"\nlevel = "high"\nat = 2.0\nduration = 1\n'
+        '[[fault]]\nkind = "jam"\nname = "nut"\non = "X"\nwhen = "X passes 100"\n'
+    ).build()
+    levels = []
+    bench["if1"].pins["input1"].watch(lambda pin: levels.append((bench.seconds, pin.level)))
+    bench.run(5)
+    assert levels == [(2.0, True), (3.0, False)]
+    assert bench.faults["nut"].spot.name == "if1.X"
+
+
+def test_a_fault_may_wait_for_one_further_down_or_in_the_script(scene):
+    bench = scene(
+        IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "later begins"\n'
+        '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "stuck-2 ends"\n'
+        '[[fault]]\nkind = "stuck"\non = "input1"\nlevel = "high"\nname = "later"\nat = 2\n'
+        '[[fault]]\nkind = "stuck"\non = "input2"\nlevel = "high"\nwhen = "hand begins"\nduration = 1\n'
+        '[[fault]]\nkind = "stuck"\non = "input3"\nlevel = "high"\nat = 1\nduration = 2\n'
+        "[[script]]\nat = 4\ndo = \"fault load X 0.1 when='press begins' name=hand\"\n"
+        '[[script]]\nat = 5\ndo = "fault load Y 0.1 name=press"\n'
+    ).build()
+    begun = {}
+    bench.faults.watch(lambda fault, what: begun.setdefault((fault.name, what), bench.seconds))
+    bench.run(10)
+    assert [name for name, what in begun if what == "begins"] == [
+        "stuck-2",
+        "later",
+        "jam",
+        "jam-2",
+        "press",
+        "hand",
+        "stuck",
+    ]
+    assert (begun["jam", "begins"], begun["jam-2", "begins"], begun["stuck", "begins"]) == (2, 3, 5)
+
+
+def test_faults_that_wait_for_one_another_are_told(scene):
+    """None of them would ever begin."""
+    text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
+    with pytest.raises(
+        SceneError, match=r"s\.toml:6:1: a waits for itself, by way of b: let it wait for something else"
+    ):
+        scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()
+    with pytest.raises(SceneError, match=r"s\.toml:6:1: no fault 'b' here: there are a"):
+        scene(text).build()
+
+
+def test_the_scene_s_seed_is_that_of_all_its_faults(scene):
+    text = IF1 + '[[fault]]\nkind = "lose"\non = "if1"\nprobability = 0.5\n' * 2
+    with pytest.raises(AxistwinError, match="needs a seed"):
+        scene(text).build()
+    bench = scene("seed = 7\n" + text).build()
+    assert [fault.seed for fault in bench.faults] == [7000, 7001]
+    assert bench.origin["seed"] == "7"
+    assert bench.origin["scene"].startswith("s.toml sha256:")
+
+
+def test_a_script(scene):
+    bench = scene(
+        IF1 + '[[script]]\nat = 1.0\ndo = "input1 high"\n'
+        '[[script]]\nat = 2\ndo = ["input1 release", "fault stuck input2 high name=s", "X.load 0.5"]\n'
+        '[[script]]\nat = 3\ndo = ["mend s", "power off"]\n'
+    ).build()
+    pins, seen = bench["if1"].pins, []
+    for name in ("input1", "input2"):
+        pins[name].watch(lambda pin: seen.append((bench.seconds, pin.name, pin.level)))
+    assert bench.agenda_ns == 3_000_000_000
+    bench.run(4)
+    assert seen == [(1, "input1", True), (2, "input1", False), (2, "input2", True), (3, "input2", False)]
+    assert not pins["led"].level
+
+
+def test_a_host_types_command_lines_beside_another(scene):
+    two = "".join(f'[[controller]]\nmodel = "if1"\nname = "{name}"\nhost = "{name}.if1"\n' for name in ("a", "b"))
+    bench = scene(two, a_if1="X1000$\nN\nX-$\n", b_if1="+1\nX300$\n! input1 high\n").build()
+    bench.run(12)
+    a, b = bench["a"], bench["b"]
+    assert a.serial.read() == b"U\r1000\r"
+    assert (a.axes["X"].position, b.axes["X"].position) == (0, 300)
+    assert b.pins["input1"].level
+
+
+def test_a_host_sends_commands_to_a_board(scene):
+    board = '[[controller]]\nmodel = "1811"\nhost = "m.181x"\n'
+    bench = scene(
+        board, m_181x="default_velocity_and_acceleration 00 25000 250000\ngo_relative 2500\ngo_relative -500\n"
+    ).build()
+    bench.run(5)
+    assert bench["1811"].axes["motor"].position == 2000
+
+
+def test_a_stored_program_starts_by_itself(scene):
+    bench = scene(
+        MOTOR + 'program = "p.sms"\n', p_sms="UCI UDI\nZS\nMP\nA=100\nV=100000\nD=500\nG\nTWAIT\nRP\nEND\n"
+    ).build()
+    bench.run(2)
+    assert bench["knife"].serial.read() == b"500\r"
+
+
+def test_a_master_on_another_axis(scene):
+    text = IF1 + 'host = "f.if1"\n' + MOTOR + 'program = "k.sms"\nmaster = "if1.X"\nmaster_ratio = [5, 2]\n'
+    bench = scene(
+        text, f_if1="+1\nX1000$\n+4\nX-$\n", k_sms="UCI UDI\nZS\nMF4\nMFMUL=2\nMFDIV=1\nMFR\nG\nEND\n"
+    ).build()
+    positions = []
+    bench["if1"].axes["X"].on_motion.append(lambda: positions.append(bench["knife"].axes["shaft"].position))
+    bench.run(15)
+    assert bench["knife"].master.count == 0
+    assert positions == [0, 5000]
+    assert bench["knife"].axes["shaft"].position == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[[fault]]\nkind = "lse"\n', "4:1: no fault 'lse': did you mean 'lose'?"),
+        ('[[fault]]\nkind = "jam"\non = "if1.Q"\n', "5:1: no axis 'if1.Q' here: did you mean 'if1.Z'?"),
+        (
+            '[[fault]]\nkind = "jam"\ncount = 3\non = "X"\n',
+            "5:1: fault jam has no parameter 'count': it takes none of its own",
+        ),
+        ('[[fault]]\nkind = "lose"\nwhy = 3\n', "5:1: unknown key 'why'"),
+        ('[[fault]]\non = "X"\n', "3:1: 'kind' is missing: add kind = …"),
+        ('[[fault]]\nkind = "stuck"\non = "input1"\nlevel = "up"\n', "6:1: level='up': give high or low"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "X leaps"\n', "6:1: when='X leaps': write it like"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nat = -1\n', "6:1: fault.at: input should be greater than or equal to 0"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "W passes 1"\n', "6:1: no axis 'W' here: there are if1.X"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n', "6:1: if1 raises no flag 'Q': there are"),
+        (
+            '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
+            "5:1: fault flip: probability=0.5 leaves it to chance, which",
+        ),
+        ('[[fault]]\nkind = "lose"\nat = 1e300\n', "5:1: at: 1e+300 s is too long: give less than 292 years"),
+        ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: give seconds, 0 or more"),
+        ('[[fault]]\nkind = "push"\non = "X"\nduration = 1\ncounts = 3\n', "5:1: axis X has no encoder: add one with"),
+        ('[[fault]]\nkind = "encoder_dead"\non = "X"\n', "5:1: axis X has no encoder: add one with"),
+        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: that is for SmartMotors"),
+        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break happens at once: leave out `duration`"),
+        ('[[fault]]\nkind = "lose"\nname = "a"\n' * 2, "8:1: there is a fault 'a' already: mend it, or choose another"),
+        (SHAFT + "{ limit = [0, 1] }", "5:16: axis shaft has no option 'limit': it takes limits, motor, load"),
+        (SHAFT + "{ limits = [0] }", "5:16: axis shaft: limits=[0]: give two positions"),
+        (SHAFT + '{ motor = "frame99" }', "5:16: axis shaft: motor='frame99': choose one of frame17"),
+        (SHAFT + "{ motor = { kq = 1 } }", "5:26: axis shaft: motor: there is no kq; choose from"),
+        (SHAFT + "{ motor.ks = 70000 }", "5:16: axis shaft: motor: ks=70000: give a number from"),
+        (
+            SHAFT.replace("axes.shaft = ", "[controller.axes.shaft]\n") + "load = { inertia_kg_m2 = 'x' }",
+            "6:10: axis shaft: load: inertia_kg_m2='x': give a number",
+        ),
+        ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: nothing called 'input9' here: there are"),
+        ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: a name and a value are wanted"),
+        ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: no fault 'it' here: there are none"),
+        ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
+        ('[[script]]\ndo = "input1 high"\n', "3:1: 'at' is missing: add at = …"),
+        ('[[controller]]\nmodel = "if2"\nmaster = "if1.X"\n', "5:1: if2 is no motor and has no `master`"),
+        ('[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n', "5:1: if1 has no axis 'W': there are X, Y, Z"),
+        ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': write it as NAME.AXIS"),
+        (
+            '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
+            "5:1: if2 is a if2: a stored program is for a SmartMotor",
+        ),
+        ('[[controller]]\nmodel = "if2"\nhost = "none.if1"\n', "none.if1 cannot be read: no such file or directory"),
+        ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms is nothing that a host sends by itself"),
+        (
+            '[[controller]]\nmodel = "smartmotor"\nhost = "x.if1"\n',
+            "x.if1 is not for smartmotor, which is a smartmotor",
+        ),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_place(scene, text, message):
+    with pytest.raises(AxistwinError) as told:
+        scene(IF1 + text).build()
+    assert message.lower() in str(told.value).lower()
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 is over: it is 2 s"),
+        ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' here: there are none"),
+    ],
+)
+def test_what_cannot_be_done_when_its_time_has_come_is_told_with_its_place(scene, act, message):
+    bench = scene(f"{IF1}[[script]]\nat = 2\n{act}\n").build()
+    with pytest.raises(SceneError) as raised:
+        bench.run(3)
+    assert str(raised.value).endswith(message)
+
+
+def test_motors_do_not_follow_each_other_round_in_circles(scene):
+    text = MOTOR + 'master = "b.shaft"\n' + MOTOR.replace("knife", "b") + 'master = "knife.shaft"\n'
+    with pytest.raises(SceneError, match=r"s\.toml:4:1: knife follows itself, by way of b\.shaft"):
+        scene(text)
+
+
+def test_what_is_wrong_in_a_host_s_file_is_told_there(scene):
+    with pytest.raises(AxistwinError, match=r"s\.toml:3:1: .*f\.if1:2"):
+        scene(IF1 + 'host = "f.if1"\n', f_if1="X1$\n! input7 high\n").build()
+
+
+def test_run_and_serve_take_the_scene_as_it_is(scene, tmp_path):
+    made = scene(IF1 + 'host = "f.if1"\n[[controller]]\nmodel = "if2"\n', f_if1="X100$\n")
+    assert made.hosted == {"if1"}
+    result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "s.toml"), "--json"])
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["note"] == ""
+    assert CliRunner().invoke(axistwin, ["run", "if1"]).exit_code != 0
+
+
+def test_who_is_served_is_left_to_the_host_from_outside(scene):
+    text = IF1 + 'host = "f.if1"\nports = ["tcp://127.0.0.1:0"]\n'
+    for served, position in ((True, 0), (False, 100)):
+        bench = scene(text, f_if1="X100$\n").build(served=served)
+        bench.run(5)
+        assert bench["if1"].axes["X"].position == position
+
+
+def test_a_scene_in_which_nobody_is_served(scene, tmp_path):
+    scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
+    done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
+    assert isinstance(done.exception, UsageError)
+    assert "is to be talked to: give a controller ports, or leave out its host" in str(done.exception)
+
+
+def test_the_schema_for_editors_has_every_parameter_of_every_fault():
+    result = CliRunner().invoke(axistwin, ["schema"])
+    keys = json.loads(result.stdout)["$defs"]["FaultTable"]["properties"]
+    assert {parameter.name for kind in KINDS.values() for parameter in kind.parameters} < set(keys)
+
+
+def test_the_list_of_faults():
+    lines = CliRunner().invoke(axistwin, ["faults"]).stdout.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == list(KINDS)
+    listed = json.loads(CliRunner().invoke(axistwin, ["faults", "--json"]).stdout)["faults"]
+    assert {kind["name"] for kind in listed} == set(KINDS)
+
+
+def test_the_page_about_faults_has_them_all():
+    page = (Path(__file__).parents[2] / "docs" / "faults.md").read_text(encoding="utf-8")
+    for name, thing, parameters, doc in rows():
+        shown = " ".join(f"`{parameter}`" for parameter in parameters.split())
+        assert f"| `{name}` | {thing} | {shown} | {doc} |".replace("|  |", "| |") in page

@@ -1,0 +1,85 @@
+"""Something that was planned cannot be done when its time comes: the bench stands there and says why."""
+
+import asyncio
+
+import pytest
+
+from axistwin import Scene
+from axistwin.sessions.session import Session
+
+from .driving import drive
+
+SCENE = {
+    "controller": [{"model": "if1"}],
+    "script": [
+        {"at": 1.0, "do": "fault lose 2 name=gap"},
+        {"at": 2.0, "do": ["fault lose 3 name=gap", "input1 high"]},
+        {"at": 3.0, "do": "input2 high"},
+    ],
+}
+WHY = "there is a fault 'gap' already"
+
+
+def pins(session):
+    return [session.bench["if1"].pins[name].level for name in ("input1", "input2")]
+
+
+@pytest.mark.parametrize("speed", [1.0, None])
+def test_it_stands_there_says_why_and_can_go_on(speed, caplog):
+    async def main():
+        session = Session(Scene.given(SCENE).build, speed)
+        session.run()
+        await asyncio.sleep(5)
+        assert (session.running, session.seconds) == (False, 2)
+        assert WHY in session.halted_by
+        assert WHY in caplog.text
+        session.run()
+        await asyncio.sleep(2)
+        session.pause()
+        assert session.seconds >= 3
+        assert pins(session) == [False, True]  # what stood behind it in the same act was left out
+
+    drive(main())
+
+
+def test_on_the_way_to_another_moment_it_is_only_told(caplog):
+    async def main():
+        session = Session(Scene.given(SCENE).build)
+        for _ in range(2):
+            session.run()
+            await asyncio.sleep(4)
+        session.pause()
+        await session.go_to(0.5)
+        caplog.clear()
+        await session.go_to(3.5)
+        assert session.seconds == 3.5
+        assert session.halted_by == ""
+        assert WHY in caplog.text
+        assert pins(session) == [False, True]
+
+    drive(main())
+
+
+def test_a_step_ends_there():
+    async def main():
+        session = Session(Scene.given(SCENE).build)
+        session.run()
+        await asyncio.sleep(1.5)
+        assert not await session.step("move")
+        assert session.seconds == 2
+        assert WHY in session.halted_by
+
+    drive(main())
+
+
+def test_a_program_whose_act_cannot_be_done_does_not_end_the_session():
+    async def main():
+        session = Session(Scene.given({"controller": [{"model": "if1"}]}).build)
+        session.run()
+        await asyncio.sleep(0.5)
+        session.load("if1", "wrong.if1", "X1$\n! mend gap\nX2$\n")
+        await asyncio.sleep(8)
+        assert not session.running
+        assert "no fault 'gap' here" in session.halted_by
+
+    drive(main())

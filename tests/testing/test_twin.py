@@ -1,0 +1,335 @@
+"""`axistwin.serve`: hosts and their controllers in one test, in virtual time."""
+
+import socket
+import threading
+
+import pytest
+import serial
+
+import axistwin
+from axistwin.conversations.conversation import load
+from axistwin.conversations.player import play
+from axistwin.errors import LinkError, UsageError
+
+PATIENCE_S = 20
+
+MOTORS = {
+    "controller": [
+        {"model": "if1", "name": "left", "axes": {"X": {"limits": [-10, 100]}}},
+        {"model": "if2", "name": "right", "options": {"wiring": "3-wire"}, "ports": ["rfc2217://127.0.0.1:1"]},
+        {"model": "1811", "name": "board"},
+    ],
+    "wire": [{"from": "left.output1", "to": "right.input1"}],
+}
+
+
+@pytest.fixture
+def twin():
+    with axistwin.serve("if1", speed="manual") as twin:
+        yield twin
+
+
+@pytest.fixture
+def host(twin):
+    with serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host:
+        yield host
+
+
+def ask(host, text):
+    host.write(text)
+    return host.read_until(b"\r")
+
+
+def initialised(twin, host):
+    twin.advance(1.5)
+    assert twin.call(ask, host, b"(") == b"U\r"
+    host.write(b"U61\r")
+    twin.advance(1.2)
+
+
+def test_a_host_that_does_not_wait(twin, host):
+    twin.advance(1.5)
+    host.write(b"(")
+    twin.advance(0.1)
+    assert host.read(2) == b"U\r"
+    assert twin.clock.now == 1_600_000_000
+
+
+def test_time_stands_still_until_it_is_told_to_pass(twin, host):
+    twin.advance(1.5)
+    host.timeout = 0.05
+    assert ask(host, b"(") == b""
+    assert twin.clock.seconds == 1.5
+
+
+def test_a_host_that_waits_in_a_thread_of_its_own_is_served(twin, host):
+    heard = []
+    thread = threading.Thread(target=lambda: heard.append(host.read(2)))
+    thread.start()
+    twin.advance(1.5)
+    host.write(b"(")
+    twin.advance(0.1)
+    thread.join(PATIENCE_S)
+    assert heard == [b"U\r"]
+
+
+def test_a_host_that_asks_until_it_is_so(twin, host):
+    def wait_until_it_stands():
+        while (busy := ask(host, b"E\r")) != b"C\r":
+            assert busy == b"E\r"
+
+    initialised(twin, host)
+    host.write(b"X1000@1000$\r")
+    twin.call(wait_until_it_stands)
+    assert twin.bench["if1"].axes["X"].position == 1000
+
+
+def test_a_run_is_the_same_every_time(tmp_path):
+    def session(path):
+        with (
+            axistwin.serve("if1", speed="manual", record=path) as twin,
+            serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host,
+        ):
+            initialised(twin, host)
+            for _ in range(5):
+                assert twin.call(ask, host, b"E\r") == b"C\r"
+            host.write(b"X10$\r")
+            twin.advance(1)
+        return path.read_text()
+
+    first = session(tmp_path / "first.talk")
+    assert session(tmp_path / "second.talk") == first
+    bench = axistwin.Bench()
+    bench.add("if1")
+    assert play(load(tmp_path / "first.talk"), bench) is None
+
+
+def test_the_test_goes_on_while_a_host_works(twin, host):
+    """The host waits for an input; somebody at the machine closes it."""
+
+    def move_and_wait():
+        host.write(b">1X100$\r")
+        while ask(host, b"N\r") != b"100\r":
+            pass
+        return "there"
+
+    initialised(twin, host)
+    working = twin.start(move_and_wait)
+    twin.advance(0.5)
+    assert not working.done
+    assert twin.bench["if1"].axes["X"].position == 0
+    twin.bench["if1"].pins["input1"].drive(True)
+    assert twin.run_until(lambda: twin.bench["if1"].axes["X"].position == 100, 5)
+    assert working.result() == "there"
+
+
+def test_what_a_host_raises_is_raised(twin):
+    def fails():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        twin.call(fails)
+
+
+def test_a_host_that_waits_for_ever_is_told(twin, host, monkeypatch):
+    monkeypatch.setattr("axistwin.links.hand.SILENT_S", 0.05)
+    working = twin.start(host.read, 1)
+    with pytest.raises(LinkError, match="has not come within 3 s of virtual time"):
+        working.result(timeout=3)
+    assert 3 <= twin.clock.seconds <= 6
+    host.close()
+
+
+def test_a_scene_as_a_dict_on_free_ports():
+    with axistwin.serve(MOTORS, speed="manual") as twin:
+        assert [url.partition(":")[0] for url in twin.ports.values()] == ["socket", "rfc2217", "bus"]
+        assert twin.ports["right"].port != 1
+        assert twin.ports["left"].visa == f"TCPIP0::127.0.0.1::{twin.ports['left'].port}::SOCKET"
+        twin.bench["left"].pins["output1"].drive(True)
+        twin.advance(0)
+        assert twin.bench["right"].pins["input1"].level
+        with socket.create_connection((twin.ports["board"].host, twin.ports["board"].port), PATIENCE_S) as bus:
+            bus.sendall(b"i\n")
+            assert bus.recv(8) == b"0\n"
+
+
+def test_a_scene_file_and_the_ports_it_names(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    (tmp_path / "cell.toml").write_text(f'[[controller]]\nmodel = "if1"\nports = ["tcp://127.0.0.1:{port}"]\n')
+    with axistwin.serve(tmp_path / "cell.toml", speed="max", fixed_ports=True) as twin:
+        assert twin.ports["if1"] == f"socket://127.0.0.1:{port}"
+        with serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host:
+            assert ask(host, b"(") == b"U\r"
+
+
+def test_at_other_speeds_time_passes_by_itself():
+    with axistwin.serve("if1", speed="max", line="instant") as twin:
+        with serial.serial_for_url(twin.ports["if1"], timeout=PATIENCE_S) as host:
+            assert ask(host, b"(") == b"U\r"
+            host.write(b"U61\rX100$\r")
+            assert twin.run_until(lambda: twin.bench["if1"].axes["X"].position == 100, PATIENCE_S)
+            assert twin.call(ask, host, b"E\r") == b"C\r"
+        with pytest.raises(UsageError, match='serve with speed="manual"'):
+            twin.advance(1)
+        assert not twin.run_until(lambda: False, 0.01)
+
+
+def test_a_condition_that_raises_is_told_and_watches_no_more():
+    with axistwin.serve("if1", speed=1) as twin:
+        pacer = twin._service.server.pacer
+        with pytest.raises(ZeroDivisionError):
+            twin.run_until(lambda: 1 / 0, PATIENCE_S)
+        assert pacer._watchers == []
+        assert not twin.run_until(lambda: False, 0.01)
+
+
+def test_a_bench_of_ones_own():
+    bench = axistwin.Bench()
+    bench.add("smartmotor", "axis")
+    with (
+        axistwin.serve(bench, speed="manual") as twin,
+        serial.serial_for_url(twin.ports["axis"], timeout=PATIENCE_S) as host,
+    ):
+        twin.advance(1)
+        assert twin.call(ask, host, b"RP\r") == b"0\r"
+        host.write(b"UCI UDI ZS MP A=500 V=500000 P=20000 G ")
+        shaft = twin.bench["axis"].axes["shaft"]
+        assert twin.run_until(lambda: shaft.position >= 10_000, 10)
+        assert 10_000 <= shaft.position < 10_200  # at the very sample
+        assert not twin.run_until(lambda: shaft.position < 0, 0.1)
+
+
+def test_when_it_is_over_there_is_nothing_left():
+    before = threading.active_count()
+    with axistwin.serve("if1", speed="manual") as twin:
+        port = twin.ports["if1"]
+    assert threading.active_count() == before
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((port.host, port.port), PATIENCE_S)
+
+
+def test_a_bug_in_the_bench_is_raised(twin):
+    def bug():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        twin.do(bug)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (({"controller": [{"model": "if9"}]},), "no model 'if9'"),
+        (({"controller": [{"model": object()}]},), "cannot stand in a scene"),
+        (("if9",), "no model 'if9'"),
+    ],
+)
+def test_what_cannot_be_served_is_one_line(arguments, words):
+    with pytest.raises(axistwin.AxistwinError, match=words):
+        axistwin.serve(*arguments)
+
+
+def test_time_that_cannot_pass_is_told(twin):
+    for seconds in (float("nan"), float("inf"), -1):
+        with pytest.raises(UsageError, match="time runs forwards only"):
+            twin.advance(seconds)
+        if seconds != -1:
+            with pytest.raises(UsageError, match="cannot wait for ever"):
+                twin.run_until(lambda: False, seconds)
+
+
+def test_time_does_not_pass_from_within_the_bench(twin):
+    with pytest.raises(UsageError, match="from within the bench"):
+        twin.do(lambda: twin.advance(1))
+
+
+def test_afterwards_one_is_told_that_it_is_over():
+    with axistwin.serve("if1", speed="manual") as twin:
+        pass
+    with pytest.raises(UsageError, match="served no more"):
+        twin.advance(1)
+
+
+def test_a_kind_of_port_that_there_is_not():
+    with pytest.raises(UsageError, match="no kind of port 'udp': there are tcp, rfc2217, pty"):
+        axistwin.serve("if1", scheme="udp")
+
+
+@pytest.mark.parametrize("what", ["if1", {"controller": [{"model": "if1"}]}])
+def test_fixed_ports_that_nobody_has_named_are_told(what):
+    """Else nothing would be served, in silence."""
+    with pytest.raises(UsageError, match="fixed_ports=True is for a scene that names ports"):
+        axistwin.serve(what, fixed_ports=True)
+
+
+def test_a_speed_that_there_is_not_is_told_when_it_is_asked_for():
+    with pytest.raises(UsageError, match=r"no speed 'fast': .* or max, or \"manual\"$"):
+        axistwin.serve("if1", speed="fast")
+
+
+@pytest.mark.parametrize(
+    "use",
+    [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
+)
+def test_before_the_with_block_one_is_told_to_enter_it(use):
+    with pytest.raises(UsageError, match="not served yet: enter it first"):
+        use(axistwin.serve("if1", speed="manual"))
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"nmae": "left"}, r"the scene, controller\[1\]\.nmae: unknown key 'nmae': did you mean 'name'\?"),
+        ({"axes": {"X": {"limits": [5, 0]}}}, r"the scene, controller\[1\]\.axes\.X\.limits: .*the lower position"),
+        ({"ports": ["tcp:nowhere"]}, r"the scene, controller\[1\]\.ports\[0\]: no address and port"),
+    ],
+)
+def test_what_is_wrong_with_a_scene_in_a_dict_is_told_with_its_keys(changed, words):
+    """There is no file and no line."""
+    with pytest.raises(axistwin.AxistwinError, match=f"^{words}"):
+        axistwin.serve({"controller": [{"model": "1811"}, {"model": "if1", **changed}]})
+
+
+@pytest.fixture
+def resting():
+    """A bench on which nothing happens, at real time, by a wall clock that stands; what sets that forward by 5 s."""
+    with axistwin.serve(axistwin.Bench(), speed=1.0) as twin:
+        loop, pacer = twin._service.loop._loop, twin._service.server.pacer
+        wall_s = loop.time()
+
+        def set_clock(seconds):
+            loop.time = lambda: wall_s + seconds
+
+        twin.do(lambda: (set_clock(0), setattr(pacer, "speed", 1.0)))
+        yield twin, lambda: set_clock(5)
+        del loop.time
+
+
+def test_what_is_done_to_a_resting_bench_is_done_now(resting):
+    twin, five_seconds_later = resting
+    began_ns = twin.do(lambda: twin.bench.now)
+    five_seconds_later()
+    assert twin.do(lambda: twin.bench.now) == began_ns + 5_000_000_000
+
+
+def test_the_clock_of_a_resting_bench_goes(resting):
+    twin, five_seconds_later = resting
+    began_ns = twin.clock.now
+    five_seconds_later()
+    assert twin.clock.now == began_ns + 5_000_000_000
+    assert twin.clock.seconds == twin.bench.seconds
+
+
+def test_threads_that_let_time_pass_do_it_one_after_the_other(twin):
+    threads = [threading.Thread(target=twin.advance, args=(0.25,)) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE_S)
+    assert twin.clock.now == 2_000_000_000
+
+
+def test_a_host_does_not_let_time_pass_itself(twin):
+    with pytest.raises(UsageError, match="a host cannot let time pass"):
+        twin.call(twin.advance, 1)

@@ -1,0 +1,217 @@
+"""Traces: every change, in order, in files that can be read whatever happens."""
+
+import csv
+from pathlib import Path
+
+import pytest
+from vcd.reader import TokenKind, tokenize
+
+from axistwin import Bench
+from axistwin.errors import UsageError
+from axistwin.traces import trace
+from axistwin.traces.files import VcdSink
+from axistwin.traces.trace import tracing
+
+
+def tell_and_run(bench: Bench, *messages: str) -> None:
+    """An IF1 that has just been switched on is initialised and told this, two seconds for each."""
+    bench.run(1.5)
+    for message in ("(", "U61\r", *messages):
+        bench["if1"].serial.write(message.encode())
+        bench.run(2.0)
+
+
+MESSAGES = ("S1$\r", "X100Y-60@500$\r", "X-Y$\r", "E\r", "E\r", "Z@800G$\r", "#\r")
+
+
+def traced(path: Path, *messages: str, model: str = "if1", **options) -> Bench:
+    bench = Bench()
+    bench.add(model, "if1", **options)
+    with tracing(bench, path):
+        tell_and_run(bench, *messages)
+    return bench
+
+
+def read_csv(path: Path) -> list[tuple[int, str, str]]:
+    header, *rows = csv.reader(line for line in path.read_text().splitlines() if not line.startswith("#"))
+    assert header == ["time_ns", "signal", "value"]
+    return [(int(time), signal, value) for time, signal, value in rows]
+
+
+def read_vcd(path: Path) -> list[tuple[int, str, object]]:
+    """The changes after the first values, by full name."""
+    names: dict[str, str] = {}
+    scopes: list[str] = []
+    changes: list[tuple[int, str, object]] = []
+    now_ns, dumping = 0, False
+    with path.open("rb") as file:
+        for token in tokenize(file):
+            match token.kind:
+                case TokenKind.SCOPE:
+                    scopes.append(token.scope.ident)
+                case TokenKind.UPSCOPE:
+                    scopes.pop()
+                case TokenKind.VAR:
+                    names[token.var.id_code] = ".".join((*scopes, token.var.reference))
+                case TokenKind.TIMESCALE:
+                    assert (token.timescale.magnitude, token.timescale.unit.value) == (1, "ns")
+                case TokenKind.DUMPVARS:
+                    dumping = True
+                case TokenKind.END:
+                    dumping = False
+                case TokenKind.CHANGE_TIME:
+                    now_ns = token.time_change
+                case TokenKind.CHANGE_SCALAR | TokenKind.CHANGE_VECTOR | TokenKind.CHANGE_STRING:
+                    change = token.data
+                    if not dumping:
+                        changes.append((now_ns, names[change.id_code], change.value))
+    return changes
+
+
+def of(rows, signal):
+    return [(time, value) for time, name, value in rows if name == signal]
+
+
+def test_csv_has_every_pulse_with_its_place(tmp_path):
+    bench = traced(tmp_path / "a.csv", *MESSAGES)
+    rows = read_csv(tmp_path / "a.csv")
+    assert [time for time, *_ in rows] == sorted(time for time, *_ in rows)
+    for name, axis in bench["if1"].axes.items():
+        first, *pulses = of(rows, f"if1.{name}.pulses")
+        assert first == (0, "0")
+        assert [time for time, _ in pulses] == axis.pulse_times().tolist()
+        assert int(pulses[-1][1]) == axis.pulses
+        assert not of(rows, f"if1.{name}.step")
+    directions = [value for _, value in of(rows, "if1.Y.direction")]
+    assert directions == ["1", "0", "1"]
+    assert of(rows, "if1.output1")[1:] == [(of(rows, "if1.output1")[1][0], "1")]
+
+
+def test_csv_has_what_was_said(tmp_path):
+    traced(tmp_path / "a.csv", "E\r", "E\r")
+    rows = read_csv(tmp_path / "a.csv")
+    assert [v for _, v in of(rows, "if1.host_says")] == ["", "(", "", r"U61\r", r"E\r", "", r"E\r", ""]
+    assert [v for _, v in of(rows, "if1.controller_says")] == ["", "U", r"U\r", "", "C", r"C\r", "", "C", r"C\r"]
+
+
+def test_vcd_has_real_step_pulses(tmp_path):
+    bench = traced(tmp_path / "a.vcd", *MESSAGES)
+    changes = read_vcd(tmp_path / "a.vcd")
+    assert [time for time, *_ in changes] == sorted(time for time, *_ in changes)
+    for name, axis in bench["if1"].axes.items():
+        steps = of(changes, f"if1.{name}.step")
+        assert [time for time, level in steps if level == "1"] == axis.pulse_times().tolist()
+        assert [level for _, level in steps] == ["1", "0"] * (len(steps) // 2)
+        assert {fall - rise for (rise, _), (fall, _) in zip(steps[::2], steps[1::2], strict=True)} == {250}
+        assert of(changes, f"if1.{name}.pulses")[-1][1] == axis.pulses % (1 << 64)
+
+
+def test_vcd_has_pins_and_words(tmp_path):
+    traced(tmp_path / "a.vcd", "S1$\r", "E\r")
+    changes = read_vcd(tmp_path / "a.vcd")
+    assert [value for _, value in of(changes, "if1.output1")] == ["1"]
+    assert [value for _, value in of(changes, "if1.rts")] == ["1", "0"] * 2
+    assert r"C\r" in [value for _, value in of(changes, "if1.controller_says")]
+    assert "axistwin" in (tmp_path / "a.vcd").read_text().split("$end")[0]
+
+
+@pytest.mark.parametrize("suffix", ["csv", "vcd"])
+def test_the_size_of_the_pieces_does_not_matter(tmp_path, monkeypatch, suffix):
+    traced(tmp_path / f"a.{suffix}", *MESSAGES)
+    monkeypatch.setattr(trace, "CHUNK", 7)
+    traced(tmp_path / f"b.{suffix}", *MESSAGES)
+    assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
+
+
+def test_a_bench_does_the_same_whether_it_is_traced_or_not(tmp_path):
+    bench = traced(tmp_path / "a.csv", *MESSAGES)
+    plain = Bench()
+    plain.add("if1")
+    tell_and_run(plain, *MESSAGES)
+    assert plain["if1"].serial.read() == bench["if1"].serial.read()
+    for name, axis in plain["if1"].axes.items():
+        assert axis.pulse_times().tolist() == bench["if1"].axes[name].pulse_times().tolist()
+    assert (plain.clock.next_event_ns(), plain.now) == (bench.clock.next_event_ns(), bench.now)
+
+
+def test_pulses_that_the_train_has_forgotten_are_in_the_trace(tmp_path):
+    bench = traced(tmp_path / "a.csv", ":X5@200:X-:=9,1:$\r", "\r", history=4)
+    pulses = of(read_csv(tmp_path / "a.csv"), "if1.X.pulses")[1:]
+    assert len(pulses) == 100
+    assert bench["if1"].axes["X"].train.forgotten
+
+
+def test_a_trace_that_begins_late_begins_with_what_is(tmp_path):
+    bench = Bench()
+    bench.add("if1")
+    tell_and_run(bench, "S1$\r", "X100$\r")
+    with tracing(bench, tmp_path / "a.csv"):
+        bench["if1"].serial.write(b"X$\r")
+        bench.run(2.0)
+    rows = read_csv(tmp_path / "a.csv")
+    assert of(rows, "if1.output1") == [(9_500_000_000, "1")]
+    assert of(rows, "if1.X.pulses")[0] == (9_500_000_000, "100")
+    assert of(rows, "if1.X.pulses")[-1][1] == "200"
+
+
+def test_a_motion_is_traced_up_to_the_end(tmp_path):
+    bench = traced(tmp_path / "a.csv", "X@1000G$\r")
+    assert bench["if1"].axes["X"].moving
+    assert int(of(read_csv(tmp_path / "a.csv"), "if1.X.pulses")[-1][1]) == bench["if1"].axes["X"].pulses
+
+
+def end_with(error: BaseException, bench: Bench, path: Path) -> None:
+    bench.add("if1")
+    with tracing(bench, path):
+        tell_and_run(bench, "X10$\r")
+        raise error
+
+
+def test_an_interrupt_leaves_a_whole_file(tmp_path, bench):
+    with pytest.raises(KeyboardInterrupt):
+        end_with(KeyboardInterrupt(), bench, tmp_path / "a.vcd")
+    assert of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")[-1][1] == 10
+    assert [file.name for file in tmp_path.iterdir()] == ["a.vcd"]
+
+
+def interrupt_in_the_middle_of_writing(bench: Bench, path: Path, monkeypatch) -> None:
+    bench.add("if1")
+    with tracing(bench, path) as trace:
+        tell_and_run(bench, "X100$\r")
+        trace.catch_up()
+        monkeypatch.setattr(VcdSink, "write", pressed)
+        tell_and_run(bench, "X100$\r")
+
+
+def pressed(*_):
+    """Somebody presses Ctrl-C."""
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_in_the_middle_of_writing_leaves_a_file_that_can_be_read(tmp_path, bench, monkeypatch):
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_in_the_middle_of_writing(bench, tmp_path / "a.vcd", monkeypatch)
+    times = [time_ns for time_ns, _ in of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")]
+    assert times == sorted(times)
+    assert len(times) == 100
+
+
+def test_an_error_leaves_what_has_happened(tmp_path, bench):
+    with pytest.raises(ValueError, match="oh"):
+        end_with(ValueError("oh"), bench, tmp_path / "a.vcd")
+    assert of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")[-1][1] == 10
+
+
+def test_after_it_nothing_is_watched_any_more(tmp_path, bench):
+    if1 = bench.add("if1")
+    before = [len(axis.on_motion) for axis in if1.axes.values()]
+    with tracing(bench, tmp_path / "a.csv"):
+        pass
+    assert [len(axis.on_motion) for axis in if1.axes.values()] == before
+    tell_and_run(bench, "X10$\r")
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a"])
+def test_a_suffix_that_says_nothing(tmp_path, bench, name):
+    with pytest.raises(UsageError, match=r"name a file \.csv, \.vcd or \.parquet"):
+        tracing(bench, tmp_path / name)

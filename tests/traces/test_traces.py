@@ -1,0 +1,398 @@
+"""Traces of all kinds: chosen signals, registers, Parquet, what is left when something goes wrong, reading back."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from axistwin import Bench, Scene
+from axistwin.errors import TraceError, UsageError
+from axistwin.traces import files as trace_files
+from axistwin.traces import trace as tracer
+from axistwin.traces.reading import Trace, read
+from axistwin.traces.signals import catalogue, choose
+from axistwin.traces.trace import tracing
+from axistwin.units import S
+
+pq = pytest.importorskip("pyarrow.parquet")
+KINDS = ("csv", "vcd", "parquet")
+WINDER = Path(__file__).parents[2] / "examples" / "winder" / "scene.toml"
+
+
+def workshop() -> Bench:
+    """One of each family."""
+    bench = Bench()
+    bench.add("if1", X={"limits": (-50, 5000)})
+    bench.add("1811")
+    bench.add("smartmotor", "motor", shaft={"motor": "frame23"})
+    return bench
+
+
+def work(bench: Bench) -> None:
+    """Each moves, and says something."""
+    bench.run(1.6)
+    for message in ("(", "U61\r", "X40@1000S1$\r"):
+        bench["if1"].serial.write(message.encode())
+        bench.run(1.2)
+    bench["motor"].serial.write(b"UCI UDI ZS A=100 V=400000 MP O=0 P=300 G a=7 RP ")
+    for text in ("31 00 00 00 00 03 E8 00 03 D0 90", "33 00 00 00 64", "83"):
+        for byte in bytes.fromhex(text):
+            bench["1811"].bus.write(0, byte)
+        bench["1811"].bus.write(1, 0x10)
+        bench.run(0.02)
+    bench["motor"].pins["A"].drive(2.5)
+    bench.run(1.5)
+
+
+def traced(path: Path, patterns: Sequence[str] = ("*",)) -> Trace:
+    bench = workshop()
+    with tracing(bench, path, patterns):
+        work(bench)
+    return read(path)
+
+
+@pytest.fixture(scope="module")
+def traces(tmp_path_factory) -> dict[str, Trace]:
+    """The same in files of all kinds."""
+    directory = tmp_path_factory.mktemp("traces")
+    return {kind: traced(directory / f"a.{kind}") for kind in KINDS}
+
+
+# The three kinds
+
+
+@pytest.mark.parametrize("kind", ["vcd", "parquet"])
+def test_all_kinds_tell_the_same(traces, kind):
+    csv, other = traces["csv"], traces[kind]
+    assert (csv.begin_ns, csv.end_ns, csv.about) == (other.begin_ns, other.end_ns, other.about)
+    for name, track in csv.tracks.items():
+        same = other.tracks[name]
+        assert (same.kind, same.times, same.values) == (track.kind, track.times, track.values), name
+    assert {name.rpartition(".")[2] for name in other.tracks.keys() - csv.tracks.keys()} <= {"step"}
+
+
+def test_only_changes_are_written(traces):
+    for track in traces["csv"].tracks.values():
+        pairs = zip(track.values, track.values[1:], strict=False)
+        assert all(before != after for before, after in pairs), track.name
+        assert list(track.times) == sorted(track.times)
+
+
+def test_it_says_what_it_is_a_trace_of(traces):
+    about = traces["parquet"].about
+    assert list(about) == ["axistwin", "controller if1", "controller 1811", "controller motor"]
+    assert about["controller motor"] == 'smartmotor {"shaft": {"motor": "frame23"}}'
+
+
+def test_the_origin_of_a_bench_is_told(tmp_path):
+    bench = workshop()
+    bench.origin |= {"scene": "line.toml sha256:1234", "seed": "7"}
+    with tracing(bench, tmp_path / "a.csv"):
+        pass
+    assert list(read(tmp_path / "a.csv").about.items())[1:3] == [("scene", "line.toml sha256:1234"), ("seed", "7")]
+
+
+def test_parquet_for_everybody(traces):
+    """As anybody reads it, with times that are integers and encodings that suit them."""
+    path = traces["parquet"].path
+    table = pq.read_table(path)
+    assert table.column_names == ["time_ns", "signal", "integer", "number", "text"]
+    assert table["time_ns"].to_pylist() == sorted(table["time_ns"].to_pylist())
+    group = pq.ParquetFile(path).metadata.row_group(0)
+    assert "DELTA_BINARY_PACKED" in group.column(0).encodings
+    assert "BYTE_STREAM_SPLIT" in group.column(3).encodings
+    assert group.column(0).compression == "ZSTD"
+    assert pq.read_schema(path).metadata[b"axistwin"]
+
+
+@pytest.mark.parametrize("rows", [1, 7, 100])
+def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows):
+    from axistwin.traces import parquet as trace_parquet
+
+    monkeypatch.setattr(trace_parquet, "GROUP", rows)
+    monkeypatch.setattr(tracer, "CHUNK", 50)
+    again = traced(tmp_path / "a.parquet")
+    assert again.tracks == traces["parquet"].tracks
+    assert pq.ParquetFile(tmp_path / "a.parquet").num_row_groups > 10
+
+
+def test_without_pyarrow_there_is_no_parquet(tmp_path, monkeypatch):
+    monkeypatch.setattr("axistwin.traces.parquet.find_spec", lambda name: None)
+    with pytest.raises(UsageError, match=r'needs pyarrow: pip install "axistwin\[traces\]"'):
+        tracing(workshop(), tmp_path / "a.parquet")
+
+
+# Signals
+
+
+def names(*patterns: str) -> list[str]:
+    return [signal.full for signal in choose(catalogue(workshop()), patterns)]
+
+
+def test_patterns():
+    assert names("if1.X.*") == ["if1.X.direction", "if1.X.step", "if1.X.pulses", "if1.X.velocity"]
+    assert names("motor.RPE") == names("motor.@PE") == ["motor.RPE"]
+    assert names("if1.output?", "if1.K")[-1] == "if1.K"
+    assert names("*.host_says") == ["if1.host_says", "1811.host_says", "motor.host_says"]
+
+
+def test_the_default_is_pins_axes_and_streams():
+    default = names("default")
+    assert {"if1.output1", "1811.motor.pulses", "motor.shaft.position", "motor.A_volts", "motor.host_says"} <= set(
+        default
+    )
+    assert not {"if1.K", "1811.status", "motor.RPE"} & set(default)
+    assert set(names("*")) > set(default)
+
+
+def test_a_pin_and_a_variable_of_the_same_name():
+    assert names("motor.E") == ["motor.E"]
+    assert names("motor.RE") == ["motor.RE"]
+
+
+def test_what_costs_much_has_to_be_asked_for():
+    assert "motor.RTEMP" not in names("*")
+    assert names("motor.RTEMP") == ["motor.RTEMP"]
+
+
+def test_no_such_signal():
+    with pytest.raises(UsageError, match=r"no signal 'if1.outptu1' here: did you mean 'if1.output1'\?"):
+        names("if1.outptu1")
+    with pytest.raises(UsageError, match=r"no signal 'nothing\*' here: there are if1.input1, if1.input2, .* …"):
+        names("nothing*")
+
+
+# Registers
+
+
+def test_registers_of_the_families(traces):
+    tracks = traces["csv"].tracks
+    assert tracks["if1.state"].values == ["self-test", "waiting for (", "waiting for the data format", "ready"]
+    assert tracks["if1.E"].values[-2:] == ["E", "C"]
+    assert "33 00 00 00 64" in tracks["1811.input"].values
+    assert tracks["1811.phase"].values == ["rest", "accelerating", "constant", "decelerating", "rest"]
+    assert 0x58 in tracks["1811.status"].values  # a message is ready
+    assert list(tracks["motor.Ra"].values) == [0, 7]
+
+
+def test_a_motors_variables_change_at_their_samples(tmp_path):
+    """Each sample that brings a change is there, although the motor computes ahead."""
+    bench = workshop()
+    motor = bench["motor"]
+    with tracing(bench, tmp_path / "a.csv", ("motor.RP", "motor.shaft.position", "motor.RBt", "motor.P")):
+        work(bench)
+    tracks = read(tmp_path / "a.csv").tracks
+    actual, shaft = tracks["motor.RP"], tracks["motor.shaft.position"]
+    assert actual.values[-1] == motor.axes["shaft"].position
+    assert set(shaft.times) <= set(actual.times) | {0}
+    assert [value for _, value in zip(actual.times, actual.values, strict=True)][-50:] == list(shaft.values)[-50:]
+    assert list(tracks["motor.RBt"].values) == [0, 1, 0]
+    assert tracks["motor.P"].times[1] < tracks["motor.RBt"].times[1]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("patterns", [("*",), ("motor.R*",), ("motor.shaft.*", "if1.*.pulses"), ("*says", "*volts")])
+def test_it_does_not_matter_when_it_is_written(tmp_path, monkeypatch, kind, patterns):
+    monkeypatch.setattr("axistwin.traces.parquet.GROUP", 100)
+    traced(tmp_path / f"a.{kind}", patterns)
+    monkeypatch.setattr(tracer, "CHUNK", 3)
+    traced(tmp_path / f"b.{kind}", patterns)
+    assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+
+
+def test_a_burst_after_a_long_rest_is_written_in_pieces(tmp_path, monkeypatch):
+    """A piece is limited in changes, not in time."""
+    sizes = []
+    write = trace_files.CsvSink.write
+    monkeypatch.setattr(
+        trace_files.CsvSink, "write", lambda sink, batch: (sizes.append(len(batch)), write(sink, batch))
+    )
+    monkeypatch.setattr(tracer, "CHUNK", 500)
+    bench = workshop()
+    with tracing(bench, tmp_path / "a.csv", ("if1.X.pulses", "if1.X.velocity")):
+        for message in ("(", "U61\r"):
+            bench.run(1.6)
+            bench["if1"].serial.write(message.encode())
+        bench.run(3600)
+        bench["if1"].serial.write(b"X4000@10000$\r")
+        bench.run(3600)
+    assert sum(sizes) > 4000
+    assert max(sizes) <= 600
+
+
+def test_after_a_power_cut_the_variables_are_those_of_power_up(tmp_path):
+    bench = workshop()
+    with tracing(bench, tmp_path / "a.csv", ("motor.Ra", "motor.RA")):
+        work(bench)
+        bench["motor"].power_cycle()
+        bench.run(0.5)
+        bench["motor"].serial.write(b"a=5 ")
+        bench.run(0.5)
+    tracks = read(tmp_path / "a.csv").tracks
+    assert list(tracks["motor.Ra"].values) == [0, 7, 0, 5]
+    assert list(tracks["motor.RA"].values) == [0, 100, 0]
+
+
+def test_a_motor_at_rest_is_traced_while_it_warms(tmp_path):
+    bench = workshop()
+    bench["motor"].ambient = 150
+    with tracing(bench, tmp_path / "a.csv", ("motor.RTEMP",)):
+        bench.run(20)
+    temperature = read(tmp_path / "a.csv").tracks["motor.RTEMP"]
+    assert list(temperature.values[:2]) == [25, 26]
+    assert 0 < temperature.times[1] < 20 * S
+
+
+def test_looking_into_a_controller_changes_nothing(tmp_path):
+    """The very same trace of what can be seen, with all registers traced as well."""
+    few, all_ = traced(tmp_path / "a.csv", ("default",)), traced(tmp_path / "b.csv", ("*",))
+    for name, track in few.tracks.items():
+        assert track == all_.tracks[name]
+
+
+# When something goes wrong
+
+
+class Disk:
+    """A disk on which there is room for so many bytes."""
+
+    def __init__(self, room: int, monkeypatch) -> None:
+        self.room, self._write = room, os.pwrite
+        monkeypatch.setattr(trace_files.os, "pwrite", self.write)
+
+    def write(self, file: int, data: bytes, place: int) -> int:
+        if place >= self.room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return self._write(file, bytes(data)[: self.room - place], place)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("room", [20_000, 31_000])
+def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind, room, traces):
+    monkeypatch.setattr(tracer, "CHUNK", 100)
+    monkeypatch.setattr("axistwin.traces.parquet.GROUP", 100)
+    path, told = tmp_path / f"a.{kind}", []
+    Disk(room, monkeypatch)
+    bench = workshop()
+    with tracing(bench, path, ("*",), told.append):
+        work(bench)
+    assert bench["if1"].axes["X"].position == 40
+    assert len(told) == 1
+    assert told[0].startswith(f"the trace a.{kind} ends here, at ")
+    assert told[0].endswith(" s: No space left on device")
+    left = read(path)
+    for name, track in left.tracks.items():
+        whole = traces[kind].tracks[name]
+        assert list(track.times) == list(whole.times)[: len(track)]
+        assert list(track.values) == list(whole.values)[: len(track)]
+
+
+def test_no_room_at_all(tmp_path, monkeypatch):
+    Disk(0, monkeypatch)
+    told = []
+    with tracing(workshop(), tmp_path / "a.csv", tell=told.append) as trace:
+        trace.catch_up()
+    assert told == ["the trace a.csv ends here, at 0.000000 s: No space left on device"]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from axistwin import Bench
+from axistwin.traces.trace import tracing
+bench = Bench()
+if1 = bench.add("if1")
+with tracing(bench, Path(sys.argv[1])) as trace:
+    bench.run(1.5)
+    for message in (b"(", b"U61\\r", b"X100@1000$\\r"):
+        if1.serial.write(message)
+        bench.run(1.5)
+    trace.catch_up()
+    if1.serial.write(b"X$\\r")
+    bench.run(1.5)
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_was_written_outlives_whoever_wrote_it(tmp_path, kind):
+    path = tmp_path / f"a.{kind}"
+    done = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=50, check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert read(path).tracks["if1.X.pulses"].values[-1] == 100
+
+
+# Reading
+
+
+@pytest.mark.parametrize("kind", ["csv", "vcd"])
+def test_a_torn_last_line_is_left_out(tmp_path, traces, kind):
+    whole = traces[kind].path.read_bytes()
+    path = tmp_path / f"a.{kind}"
+    for length in range(len(whole) // 2, len(whole) // 2 + 60):
+        path.write_bytes(whole[:length])
+        assert read(path).tracks["if1.X.pulses"].values[0] == 0
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.vcd", "a.parquet"])
+@pytest.mark.parametrize("data", [b"", b"time,what\n1,2\n", b"#1\n#2\n"])
+def test_what_is_no_trace(tmp_path, name, data):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(TraceError):
+        read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "message"),
+    [
+        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "no change of a signal"),
+        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "no change of a signal"),
+        ("csv", "# end_ns: ", "# end_ns: x", "is no time in ns"),
+        ("csv", "if1.input1", "if1.\udce4", "no text in UTF-8"),
+        ("vcd", "\n#0\n", "\n#abc\n", "is no time in ns"),
+        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is no time in ns"),
+        ("vcd", "$timescale 1 ns", "$timescale 10 ps", "its times are in 10 ps"),
+        ("vcd", "\nb0 ", "\nbx ", "no change of a signal"),
+    ],
+)
+def test_a_damaged_trace_or_one_of_others(tmp_path, traces, kind, old, new, message):
+    text = traces[kind].path.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / f"a.{kind}"
+    path.write_bytes(text.replace(old, new, 1).encode("utf-8", "surrogateescape"))
+    with pytest.raises(TraceError, match=message):
+        read(path)
+
+
+def test_numbers_with_many_figures_are_the_same_in_all_kinds(tmp_path):
+    found = set()
+    for kind in KINDS:
+        bench = Scene.load(WINDER).build()
+        with tracing(bench, tmp_path / f"a.{kind}", ("traverse.motor.velocity",)):
+            bench.run(3)
+        found.add(tuple(read(tmp_path / f"a.{kind}").tracks["traverse.motor.velocity"].values))
+    assert len(found) == 1
+    assert any(len(repr(rate)) > 17 for rate in found.pop())
+
+
+def test_no_file_and_no_kind(tmp_path):
+    with pytest.raises(UsageError, match="cannot be read: No such file"):
+        read(tmp_path / "a.csv")
+    with pytest.raises(UsageError, match=r"name a file \.csv, \.vcd or \.parquet"):
+        read(tmp_path / "a.txt")
+
+
+def test_a_long_silence_of_terminators_does_not_grow_for_ever(tmp_path):
+    bench = Bench()
+    if1 = bench.add("if1", line="instant")
+    with tracing(bench, tmp_path / "a.csv"):
+        for _ in range(2000):
+            if1.serial.write(b"x")
+            bench.run(0.001)
+    assert max(len(text) for text in read(tmp_path / "a.csv").tracks["if1.host_says"].values) <= 256
+    assert (tmp_path / "a.csv").stat().st_size < 1_000_000
