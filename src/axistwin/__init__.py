@@ -13,6 +13,8 @@ assert if1.serial.read() == b"U\\r"
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from axistwin.version import VERSION
+
 if TYPE_CHECKING:
     from axistwin.bench import Bench
     from axistwin.errors import AxistwinError
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from axistwin.testing.twin import serve
 
 __all__ = ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
-__version__ = "0.1.0"
+__version__ = VERSION
 
 _HOMES = {
     "AxistwinError": "axistwin.errors",

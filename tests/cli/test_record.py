@@ -12,8 +12,9 @@ import pytest
 import serial
 from click.testing import CliRunner
 
+from axistwin.bench.acts import Do, Expect, Hear, Say
 from axistwin.cli.main import axistwin
-from axistwin.conversations.conversation import Do, Expect, Hear, Say, load
+from axistwin.conversations.conversation import load
 from axistwin.links.urls import parse
 
 from ..links.serving import Served, ask, dial

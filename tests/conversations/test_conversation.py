@@ -2,7 +2,8 @@
 
 import pytest
 
-from axistwin.conversations.conversation import Comment, Do, Expect, Hear, Say, Wait, load, parse, seconds, write
+from axistwin.bench.acts import Comment, Do, Expect, Hear, Say, Wait
+from axistwin.conversations.conversation import load, parse, seconds, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
+from axistwin.bench.acts import Expect, Hear
 from axistwin.bench.codec import CHARACTERS
 from axistwin.cli.target import bench_for
-from axistwin.conversations.conversation import Conversation, Expect, Hear, load, write
+from axistwin.conversations.conversation import Conversation, load, write
 from axistwin.conversations.player import Difference, play
 from axistwin.programs.running import options
 

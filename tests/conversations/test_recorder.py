@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.conversations.conversation import Conversation, Do, Expect, Hear, parse, write
+from axistwin.bench.acts import Do, Expect, Hear
+from axistwin.conversations.conversation import Conversation, parse, write
 from axistwin.conversations.player import play
 from axistwin.conversations.recorder import recording
 from axistwin.scenes.scene import Scene

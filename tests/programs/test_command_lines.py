@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.conversations.conversation import Do, Say, Wait
+from axistwin.bench.acts import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
 from axistwin.plots.history import History, watching
 from axistwin.programs.command_lines import command_lines, type_lines

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.conversations.conversation import Do, Say
+from axistwin.bench.acts import Do, Say
 from axistwin.sessions.journal import Cursor, Journal, Moment
 from axistwin.units import MS
 

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from functools import partial
 
 from axistwin.bench.actions import BUS_ACTS, act_at
+from axistwin.bench.acts import Do, Say
 from axistwin.bench.bench import Bench
-from axistwin.conversations.conversation import Do, Say
 from axistwin.errors import UsageError
 from axistwin.sim.by_hand import by_itself
 

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import click
 
-from axistwin import Bench, __version__
+from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.bench.control_characters import word
 from axistwin.plots.history import watching
 from axistwin.reports import transcript
 from axistwin.reports.columns import columns
+from axistwin.version import VERSION
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
 """The host says, the controller says, somebody does, it has become so."""
@@ -53,7 +54,7 @@ def demo(plot: Path) -> None:
     from axistwin.plots.picture import check_suffix
 
     check_suffix(plot)
-    click.secho(f"axistwin {__version__}: legacy motion controllers without the hardware", bold=True)
+    click.secho(f"axistwin {VERSION}: legacy motion controllers without the hardware", bold=True)
     bench = Bench()
     if1 = bench.add("if1", X={"limits": (-500, 6500)})
     with watching(bench) as history:

@@ -48,7 +48,7 @@ def _surface(ended: asyncio.Future[int], context: dict[str, Any]) -> None:
     elif error is not None and _is_ours(error):
         fail(ended, error)
     else:
-        logging.getLogger("axistwin.cli").error("%s", context["message"], exc_info=error)
+        logging.getLogger("axistwin").error("%s", context["message"], exc_info=error)
 
 
 def _is_ours(error: BaseException) -> bool:

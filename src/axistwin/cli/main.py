@@ -12,8 +12,8 @@ from typing import Any
 
 import click
 
-from axistwin import __version__
 from axistwin.errors import AxistwinError, LinkError, UsageError, one_line
+from axistwin.version import VERSION
 
 COMMANDS = {
     "demo": "A short session that needs nothing but the package.",
@@ -57,7 +57,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, "--version", prog_name="axistwin")
+@click.version_option(VERSION, "--version", prog_name="axistwin")
 def axistwin() -> None:
     """Legacy motion controllers without the hardware.
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import click
 
-from axistwin import __version__
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.bench.actions import level_name
 from axistwin.bench.events import Changed
@@ -26,8 +25,9 @@ from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial_port import Flow
 from axistwin.units import US
+from axistwin.version import VERSION
 
-log = logging.getLogger("axistwin.cli")
+log = logging.getLogger("axistwin")
 
 USUAL = UartFormat(9600, 8, "N", 2)
 ON_FOR_S = 2.0
@@ -106,7 +106,7 @@ def _headers(device: str, model: str | None, line: UartFormat, on_for: float) ->
         "model": model or "",
         "line": str(line),
         "on-for": f"{on_for:g}",
-        "recorded": f"{now} from {device} by axistwin {__version__}",
+        "recorded": f"{now} from {device} by axistwin {VERSION}",
     }
 
 

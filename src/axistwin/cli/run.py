@@ -5,17 +5,19 @@ import logging
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
 
 from axistwin.cli.seconds import Number
 from axistwin.cli.target import bench_for
+from axistwin.diagnostics.checking import errors_in
 from axistwin.errors import UsageError
 from axistwin.plots.history import History, watching
 from axistwin.programs import running
 from axistwin.programs.running import Outcome
+from axistwin.programs.stored_programs import only_motor
 from axistwin.reports import transcript
 from axistwin.units import to_ns
 
@@ -95,6 +97,9 @@ def run(
             )
         with _progress(f"running {what}"):
             outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
+            if program is not None and running.is_stored(program):
+                notes = (outcome.note, errors_in(program, only_motor(bench, str(program)).product))
+                outcome = replace(outcome, note="; ".join(note for note in notes if note))
     for controller in bench.controllers.values():
         controller.store.end()
     if plot is not None:

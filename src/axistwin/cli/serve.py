@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Self
 import click
 
 from axistwin.bench import Bench, product
+from axistwin.bench.options import read_options
 from axistwin.cli import served as what_is
 from axistwin.cli.ending import ending, fail
 from axistwin.cli.served import Ports
-from axistwin.cli.target import read_options
 from axistwin.errors import MissingExtraError, UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server

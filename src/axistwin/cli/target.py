@@ -2,18 +2,10 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from axistwin.bench import Bench
+from axistwin.bench.options import read_options
 from axistwin.errors import UsageError
-from axistwin.numbers import check_values, shortened
-
-OWN = {
-    "model": "name the MODEL",
-    "name": "a controller has its model's name; others are for a scene",
-    "state": "there is --state for that",
-}
-"""What is said otherwise on a command line."""
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
@@ -29,36 +21,3 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
 
     made: Bench = Scene.load(Path(target)).build()
     return made
-
-
-def read_options(options: Iterable[str]) -> dict[str, Any]:
-    """`NAME=VALUE` words as keywords; `X.limits=[-5,5]` is `X={"limits": [-5, 5]}`."""
-    found: dict[str, Any] = {}
-    for option in options:
-        name, equals, text = option.partition("=")
-        if not equals or not name:
-            raise UsageError(f"no option {option!r}: write it like NAME=VALUE")
-        *path, last = name.replace("-", "_").split(".")
-        if name in OWN:
-            raise UsageError(f"--option {name} is not for here: {OWN[name]}")
-        place = found
-        for part in path:
-            place = place.setdefault(part, {})
-            if not isinstance(place, dict):
-                raise UsageError(f"--option {option}: {part} has a value already")
-        place[last] = _value(text)
-    return found
-
-
-def _value(text: str) -> Any:
-    """A TOML value if it is one, otherwise the text as it stands."""
-    import tomllib  # late: few need it
-
-    try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except RecursionError:
-        raise UsageError(f"--option: {shortened(text)}: more brackets within one another than anybody wants") from None
-    except ValueError:  # it is no TOML, or a number of thousands of digits
-        return text
-    check_values(value)
-    return value

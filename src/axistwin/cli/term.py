@@ -13,7 +13,7 @@ import click
 
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.bench.actions import on_a_bus
-from axistwin.cli.target import read_options
+from axistwin.bench.options import read_options
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines

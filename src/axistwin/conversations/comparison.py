@@ -14,8 +14,9 @@ from itertools import pairwise
 
 from axistwin.bench import Bench
 from axistwin.bench.actions import Value, agrees, level_name, shown
+from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import Codec
-from axistwin.conversations.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
+from axistwin.conversations.conversation import Conversation, write
 from axistwin.conversations.player import Difference, Player, open_channels
 from axistwin.errors import ProgramError
 from axistwin.numbers import NumberError, decimal

@@ -14,11 +14,12 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 
 from axistwin.bench import FAMILIES, product, rules
+from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.numbers import NumberError, decimal, real, shortened
@@ -30,58 +31,6 @@ MOST_S = 1e9
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
 _SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
-
-
-@dataclass(frozen=True)
-class Act:
-    """One line.  `line` is its number in the file, `controller` the name it begins with, if any."""
-
-    line: int = field(default=0, kw_only=True, compare=False)
-    controller: str = field(default="", kw_only=True)
-
-
-@dataclass(frozen=True)
-class Comment(Act):
-    """Words for the reader."""
-
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class Wait(Act):
-    """Time passes."""
-
-    ns: int
-
-
-@dataclass(frozen=True)
-class Say(Act):
-    """The host transmits."""
-
-    data: bytes
-
-
-@dataclass(frozen=True)
-class Hear(Act):
-    """The host receives.  No data: it has received nothing that was not told."""
-
-    data: bytes
-
-
-@dataclass(frozen=True)
-class Do(Act):
-    """Somebody at the machine: a pin driven or released, the power switched."""
-
-    target: str
-    value: str
-
-
-@dataclass(frozen=True)
-class Expect(Act):
-    """What a pin, an axis or the clock must show."""
-
-    subject: str
-    value: str
 
 
 @dataclass(frozen=True)

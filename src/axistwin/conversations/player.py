@@ -13,9 +13,10 @@ from itertools import takewhile
 
 from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.actions import FAULT_ACTS, Value, act_at, agrees, question, shown
+from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import Codec
 from axistwin.bench.hosts import Host, host_at
-from axistwin.conversations.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait
+from axistwin.conversations.conversation import Conversation
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S, to_seconds
 

@@ -14,15 +14,16 @@ from pathlib import Path
 
 from axistwin.bench import Bench, endpoints, line_format
 from axistwin.bench.actions import level_name
+from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec
 from axistwin.bench.events import Broke, Changed, Event, Failed, Handled, Heard, Said, observing
-from axistwin.conversations.conversation import Act, Comment, Conversation, Do, Expect, Hear, Say, Wait, write
+from axistwin.conversations.conversation import Conversation, write
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
-log = getLogger("axistwin.cli")
+log = getLogger("axistwin")
 
 LF_NS = 50 * MS
 """A line feed that comes later than this after a carriage return is something new."""

@@ -11,11 +11,12 @@ from itertools import takewhile
 from pathlib import Path
 
 from axistwin.bench import FAMILIES, product, rules
+from axistwin.bench.acts import Act, Comment, Do, Say
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Edit, Fix, Sent, Session, Severity
 from axistwin.controllers.product import Product
 from axistwin.conversations import conversation
-from axistwin.conversations.conversation import Act, Comment, Do, Say, named_model, parse_line
+from axistwin.conversations.conversation import named_model, parse_line
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.programs.command_lines import command_line
 from axistwin.programs.running import check_headers, no_program
@@ -51,6 +52,15 @@ def product_for(suffix: str, text: str) -> Product:
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
     """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
+
+
+def errors_in(program: Path, made: Product) -> str:
+    """Return a note on the errors of a motor's program, which the motor itself ignores; "" without errors."""
+    assert made.check is not None, "a motor's programs can be checked"
+    errors = sum(found.severity is Severity.ERROR for found in diagnose(program, made.check))
+    return (
+        f"{errors} error{'s' * (errors != 1)} in the program: axistwin check {made.model} {program}" if errors else ""
+    )
 
 
 def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list[Diagnostic]:

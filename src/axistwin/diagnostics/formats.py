@@ -9,9 +9,9 @@ from urllib.parse import quote
 
 import click
 
-from axistwin import __version__
 from axistwin.controllers.diagnostics import Diagnostic, Edit, Severity
 from axistwin.diagnostics.codes import select
+from axistwin.version import VERSION
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
 COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
@@ -88,7 +88,7 @@ def _property(text: str) -> str:
 def as_sarif(checked: Sequence[Checked]) -> str:
     """A log with one run."""
     codes = sorted({diagnostic.code for each in checked for diagnostic in each.found})
-    driver = {"name": "axistwin", "semanticVersion": __version__, "rules": [_rule(code) for code in codes]}
+    driver = {"name": "axistwin", "semanticVersion": VERSION, "rules": [_rule(code) for code in codes]}
     results = [_result(each.file, diagnostic, codes) for each in checked for diagnostic in each.found]
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     return json.dumps({"$schema": SARIF, "version": "2.1.0", "runs": [run]}, ensure_ascii=False)

@@ -11,7 +11,6 @@ from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 from pygls.workspace import TextDocument
 
-from axistwin import __version__
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Severity
 from axistwin.diagnostics.checking import SCENE, diagnose_text, product_for
 from axistwin.diagnostics.scenes import diagnose_scene
@@ -22,6 +21,7 @@ from axistwin.editor.scene import Scenes
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.editor.talk import Conversations
 from axistwin.errors import UsageError
+from axistwin.version import VERSION
 
 LIMIT = 1 << 17
 """Characters of a text that are looked at while somebody types: that takes a second or two."""
@@ -118,7 +118,7 @@ class Server(LanguageServer):
     """One editor's server."""
 
     def __init__(self) -> None:
-        super().__init__("axistwin", __version__)
+        super().__init__("axistwin", VERSION)
         self.asked_to_end = False
         self._due: dict[str, asyncio.TimerHandle] = {}
         self._told: dict[str, tuple[str, list[Diagnostic]]] = {}

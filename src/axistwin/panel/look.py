@@ -11,7 +11,7 @@ from axistwin.errors import AxistwinError
 from axistwin.panel.people import People, Person
 from axistwin.sessions.session import Session
 
-log = getLogger("axistwin.cli")
+log = getLogger("axistwin")
 
 Thing = TypeVar("Thing")
 Refresh = Callable[[], None]

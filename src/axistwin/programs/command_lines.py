@@ -13,8 +13,8 @@ from functools import partial
 
 from axistwin.bench import FAMILIES, Bench, Controller, rules
 from axistwin.bench.actions import action
+from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.conversations import conversation
-from axistwin.conversations.conversation import Act, Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.frames import UartFormat
 from axistwin.units import to_seconds

@@ -10,10 +10,10 @@ from functools import partial
 
 from axistwin.bench import FAMILIES, Bench, Controller, product
 from axistwin.bench.actions import action, on_a_bus
+from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.bench.hosts import Host, host_of
 from axistwin.controllers.product import Language
 from axistwin.conversations import conversation
-from axistwin.conversations.conversation import Act, Do, Say, Wait
 from axistwin.errors import ProgramError
 from axistwin.programs.command_lines import settle
 

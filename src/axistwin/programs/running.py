@@ -6,14 +6,14 @@
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from axistwin.bench import FAMILIES, Bench, Controller, product
-from axistwin.cli.target import read_options
-from axistwin.controllers.diagnostics import Severity
-from axistwin.conversations.conversation import Act, Conversation, load_text, parse
+from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench.acts import Act
+from axistwin.bench.options import read_options
+from axistwin.conversations.conversation import Conversation, load_text, parse
 from axistwin.conversations.player import Difference, open_channels, play
 from axistwin.errors import UsageError
 from axistwin.programs.command_lines import command_lines, settle, type_lines
@@ -66,6 +66,11 @@ def load(path: Path, target: str = "") -> Program:
 def of_itself() -> Program:
     """What a scene does by itself: its hosts, its stored programs, its script."""
     return Program(_live)
+
+
+def is_stored(path: Path) -> bool:
+    """True if the file is the source of a motor's stored program."""
+    return path.suffix.lower() == ".sms"
 
 
 def no_program(path: Path) -> UsageError:
@@ -133,20 +138,7 @@ def _run_stored(file: str, bench: Bench, until_ns: int | None) -> Outcome:
     motor = only_motor(bench, file)
     motor.serial.write(b"RUN\r")
     deadline_ns = STORED_BOUND_NS if until_ns is None else until_ns
-    outcome = _settled(bench, None, until_ns, deadline_ns)
-    notes = (outcome.note, _errors(file, motor))
-    return replace(outcome, note="; ".join(note for note in notes if note))
-
-
-def _errors(file: str, motor: Controller) -> str:
-    """A motor passes over what it does not understand, and says nothing."""
-    from axistwin.cli.check import diagnose  # late: it knows the programs' kinds from here
-
-    checker = motor.product.check
-    assert checker is not None, "a motor's programs can be checked"
-    errors = sum(found.severity is Severity.ERROR for found in diagnose(Path(file), checker))
-    here = f"{errors} error{'s' * (errors != 1)} in the program: axistwin check {motor.product.model} {file}"
-    return here if errors else ""
+    return _settled(bench, None, until_ns, deadline_ns)
 
 
 def _live(bench: Bench, until_ns: int | None) -> Outcome:

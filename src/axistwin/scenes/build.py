@@ -13,7 +13,8 @@ from pathlib import Path
 from axistwin.bench import Bench, Controller, endpoints, line_format, product
 from axistwin.bench.action_runner import Hands
 from axistwin.bench.actions import FAULT_ACTS
-from axistwin.conversations.conversation import Do, parse_line
+from axistwin.bench.acts import Do
+from axistwin.conversations.conversation import parse_line
 from axistwin.errors import UsageError
 from axistwin.fault_injection.injector import Terms, free_name
 from axistwin.fault_injection.kinds import KINDS, kind_of

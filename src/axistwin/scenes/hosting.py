@@ -13,8 +13,9 @@ from pathlib import Path
 from axistwin.bench import FAMILIES, Bench, Controller, endpoints
 from axistwin.bench.action_runner import Hands, Load
 from axistwin.bench.actions import FAULT_ACTS, action
+from axistwin.bench.acts import Act, Do, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_of
-from axistwin.conversations.conversation import Act, Conversation, Do, Hear, Say, Wait, load_text, parse
+from axistwin.conversations.conversation import Conversation, load_text, parse
 from axistwin.conversations.player import PATIENCE_S, open_channels
 from axistwin.errors import ProgramError, UsageError
 from axistwin.programs import stored_programs

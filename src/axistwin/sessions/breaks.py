@@ -6,7 +6,7 @@ from logging import getLogger
 from axistwin.bench import Bench
 from axistwin.errors import UsageError
 
-log = getLogger("axistwin.cli")
+log = getLogger("axistwin")
 
 
 class Break:

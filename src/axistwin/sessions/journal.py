@@ -8,7 +8,7 @@ each, and a moment is the time since the one before and the numbers of its acts:
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from axistwin.conversations.conversation import Do, Say
+from axistwin.bench.acts import Do, Say
 from axistwin.errors import UsageError
 
 Act = Say | Do

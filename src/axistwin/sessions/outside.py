@@ -11,7 +11,7 @@ from logging import getLogger
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.action_runner import LOAD, Hands
 from axistwin.bench.actions import level_name
-from axistwin.conversations.conversation import Do, Say
+from axistwin.bench.acts import Do, Say
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.scenes.hosting import loader
@@ -20,7 +20,7 @@ from axistwin.sim.clock import Clock
 from axistwin.sim.host_acts import HostAct, one_act
 from axistwin.units import to_seconds
 
-log = getLogger("axistwin.cli")
+log = getLogger("axistwin")
 
 
 class Outside:

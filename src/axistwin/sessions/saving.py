@@ -11,8 +11,9 @@ from itertools import groupby
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.action_runner import LOAD
 from axistwin.bench.actions import BUS_ACTS, LINE_ACTS
+from axistwin.bench.acts import Act, Comment, Do, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec
-from axistwin.conversations.conversation import Act, Comment, Do, Say, Wait, write
+from axistwin.conversations.conversation import write
 from axistwin.fault_injection.kinds import KINDS
 from axistwin.scenes.copying import Copy, Files, entry
 from axistwin.scenes.hosting import OUTSIDE, rank_of

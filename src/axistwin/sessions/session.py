@@ -13,7 +13,7 @@ from functools import partial
 from logging import getLogger
 
 from axistwin.bench import Bench, endpoints
-from axistwin.conversations.conversation import Do, Say
+from axistwin.bench.acts import Do, Say
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
@@ -26,7 +26,7 @@ from axistwin.sim.serial_port import Flow
 from axistwin.storage import FileStore
 from axistwin.units import S, to_ns, to_seconds
 
-log = getLogger("axistwin.cli")
+log = getLogger("axistwin")
 
 Attach = Callable[[Bench], object]
 DRAINED_EVERY = 1 << 12

@@ -7,13 +7,13 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from axistwin import __version__
 from axistwin.bench import Bench
+from axistwin.version import VERSION
 
 
 def provenance(bench: Bench) -> dict[str, str]:
     """By key, in order: `axistwin`, what the bench says of its origin (`scene`, `seed`), one for each controller."""
-    found = {"axistwin": __version__, **bench.origin}
+    found = {"axistwin": VERSION, **bench.origin}
     for name, controller in bench.controllers.items():
         found[f"controller {name}"] = " ".join((controller.product.model, *_options(controller.given)))
     for name, line in bench.lines.items():
