@@ -63,9 +63,9 @@ async def undone():
     ids=["framework", "panel", "task", "no error"],
 )
 def test_a_defect_of_somebody_else_is_reported_with_its_traceback(caplog, what):
-    with caplog.at_level(logging.ERROR, "axistwin.cli"):
+    with caplog.at_level(logging.ERROR, "axistwin"):
         assert raised(what) is None
-    (record,) = [record for record in caplog.records if record.name == "axistwin.cli"]
+    (record,) = [record for record in caplog.records if record.name == "axistwin"]
     assert record.exc_info is None or record.exc_info[2] is not None
 
 
