@@ -1,6 +1,5 @@
 """Options of a controller as they stand on a command line or in a conversation's header."""
 
-import tomllib
 from collections.abc import Iterable
 from typing import Any
 
@@ -35,7 +34,9 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """A TOML value if it is one, otherwise the text as it stands."""
+    """Return a TOML value if the text is one, else the text as it stands."""
+    import tomllib  # lazy import: few command lines have options
+
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
