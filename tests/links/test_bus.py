@@ -15,10 +15,14 @@ READY, MESSAGE = 0x10, 0x08
 
 
 class Host:
-    """A client of the bus socket, line by line."""
+    """A client of the bus socket, line by line; the machine keeps `room` bytes for it, or as many as it likes."""
 
-    def __init__(self, url):
-        self.socket = socket.create_connection((url.host, url.port), timeout=PATIENCE_S)
+    def __init__(self, url, room=None):
+        self.socket = socket.socket()
+        if room:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
+        self.socket.settimeout(PATIENCE_S)
+        self.socket.connect((url.host, url.port))
         self._lines = self.socket.makefile("rb")
 
     def __enter__(self):
@@ -214,7 +218,7 @@ def test_many_requests_at_once_are_answered_in_order(port):
 
 def test_a_host_that_does_not_read_is_not_read_from(served, port):
     """What waits for it is bounded, and nothing is lost."""
-    with Host(port) as host:
+    with Host(port, room=4096) as host:
         host.wait(READY)
         host.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         host.socket.settimeout(0.2)
