@@ -14,30 +14,24 @@ from axistwin.bench import Controller
 
 from .digiplan.talking import ready
 
+TESTS = Path(__file__).parent
 SLOW_FOLDERS = {"panel", "sessions", "basic"}
-SLOW_FILES = set(
-    # Programs, pages and pictures
-    """
-    board check_fix check_formats cli codes demo editing lsp motors plot plot_trace record run serve serve_panel
-    serve_trace term traces twin tutorials pytest_plugin storage determinism same_instant scenes x86 c_hosts bus pty
-    profile conversations fidelity
-    """
+SLOW_FILES = {
+    # programs, pages, pictures and everything together
+    "board", "check_fix", "check_formats", "cli", "codes", "demo", "editing", "lsp", "motors", "plot", "plot_trace",
+    "record", "run", "serve", "serve_panel", "serve_trace", "term", "traces", "twin", "tutorials", "pytest_plugin",
+    "storage", "determinism", "same_instant", "scenes", "x86", "c_hosts", "bus", "pty", "profile", "conversations",
+    "fidelity", "machines", "anywhere",
     # IF1 and IF2
-    """
-    anything at_every_moment backlash check command_list control_of_data_transfer data_format initialisation inputs
-    interpolation listing ramp sequence_properties speed stored_state
-    """
+    "anything", "at_every_moment", "backlash", "check", "command_list", "control_of_data_transfer", "data_format",
+    "initialisation", "inputs", "interpolation", "listing", "ramp", "sequence_properties", "speed", "stored_state",
     # 1810 and 1811
-    """
-    closed_loop_maintenance home manual_stop state_machine
-    """
+    "closed_loop_maintenance", "home", "manual_stop", "state_machine",
     # SmartMotor
-    """
-    arrays brake_model cam_on_the_fly f_functions fault_handling host_mode host_streams inputs_outputs interpreter
-    interrupt_roles jit kernel_properties kernel_reference modes overheat pieces program registers servo
-    servo_reference machines anywhere
-    """.split()
-)
+    "arrays", "brake_model", "cam_on_the_fly", "f_functions", "fault_handling", "host_mode", "host_streams",
+    "inputs_outputs", "interpreter", "interrupt_roles", "jit", "kernel_properties", "kernel_reference", "modes",
+    "overheat", "pieces", "program", "registers", "servo", "servo_reference",
+}  # fmt: skip
 """Those that take more than half a second of processor time, by their names without `test_`."""
 
 
@@ -48,7 +42,8 @@ def pytest_configure() -> None:
 
 
 def is_slow(path: Path) -> bool:
-    return path.stem.removeprefix("test_") in SLOW_FILES or not SLOW_FOLDERS.isdisjoint(path.parts)
+    folders = path.parts[len(TESTS.parts) :]
+    return path.stem.removeprefix("test_") in SLOW_FILES or not SLOW_FOLDERS.isdisjoint(folders)
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
