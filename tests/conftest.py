@@ -1,4 +1,11 @@
-"""What all tests share: a bench, an IF1 on it that is initialised with `U61` and ready, and the flag to re-record."""
+"""What all tests share: a bench, an IF1 on it that is initialised with `U61` and ready, and the flag to re-record.
+
+Every file is `quick` unless it is slow: if only quick tests are asked for, slow files are not even imported.
+"""
+
+import os
+import sys
+from pathlib import Path
 
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +16,47 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .digiplan.talking import ready
+
+TESTS = Path(__file__).parent
+SLOW_FOLDERS = {"panel", "sessions", "basic"}
+SLOW_FILES = {
+    # programs, pages, pictures and everything together
+    "board", "check_fix", "check_formats", "cli", "codes", "demo", "editing", "lsp", "motors", "plot", "plot_trace",
+    "record", "run", "serve", "serve_panel", "serve_trace", "term", "traces", "twin", "tutorials", "pytest_plugin",
+    "storage", "determinism", "same_instant", "scenes", "x86", "c_hosts", "bus", "pty", "profile", "conversations",
+    "fidelity", "machines", "anywhere",
+    # IF1 and IF2
+    "anything", "at_every_moment", "backlash", "check", "command_list", "control_of_data_transfer", "data_format",
+    "initialisation", "inputs", "interpolation", "listing", "ramp", "sequence_properties", "speed", "stored_state",
+    # 1810 and 1811
+    "closed_loop_maintenance", "home", "manual_stop", "state_machine",
+    # SmartMotor
+    "arrays", "brake_model", "cam_on_the_fly", "f_functions", "fault_handling", "host_mode", "host_streams",
+    "inputs_outputs", "interpreter", "interrupt_roles", "jit", "kernel_properties", "kernel_reference", "modes",
+    "overheat", "pieces", "program", "registers", "servo", "servo_reference",
+}  # fmt: skip
+"""Those that take more than half a second of processor time, by their names without `test_`."""
+
+
+def pytest_configure() -> None:
+    """Keep bytecode, whatever the environment says: each process that a test starts would compile all sources again."""
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def is_slow(path: Path) -> bool:
+    folders = path.parts[len(TESTS.parts) :]
+    return path.stem.removeprefix("test_") in SLOW_FILES or not SLOW_FOLDERS.isdisjoint(folders)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    return True if config.option.markexpr == "quick" and is_slow(collection_path) else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if not is_slow(item.path):
+            item.add_marker("quick")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -4,6 +4,7 @@ A session is what is done at which time.  It is played whole, in pieces with loo
 clock, with the SmartMotor's kernel plain and compiled, and as often as one likes.
 """
 
+import itertools
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -145,13 +146,19 @@ def reference(family: str) -> bytes:
     return traced(family)
 
 
-def look(bench: Bench) -> None:
-    """At everything there is to be seen."""
-    for controller in bench.controllers.values():
+def looker() -> Callable[[Bench], None]:
+    """Looks at everything there is to be seen of a controller, of another one each time."""
+    count = itertools.count()
+
+    def look(bench: Bench) -> None:
+        controllers = list(bench.controllers.values())
+        controller = controllers[next(count) % len(controllers)]
         for axis in controller.axes.values():
             _ = axis.position, axis.velocity, axis.moving
         _ = [pin.level for pin in controller.pins.values()]
         _ = [register.read() for register in controller.registers.values()]
+
+    return look
 
 
 FAMILIES = pytest.mark.parametrize("family", SESSIONS)
@@ -176,6 +183,7 @@ def test_again(family):
 def test_in_pieces_and_looked_at(family, data):
     """Cut anywhere, to the nanosecond, and looked at there."""
     pieces = data.draw(st.lists(st.tuples(st.integers(1, 40_000_000), st.booleans()), min_size=1, max_size=25))
+    look = looker()
 
     def run(bench: Bench, tick: int) -> None:
         for length_ns, looks in pieces * 4:
@@ -190,6 +198,7 @@ def test_in_pieces_and_looked_at(family, data):
 @FAMILIES
 def test_stopped_at_conditions(family):
     """`run_until` looks after each event and each sample."""
+    look = looker()
 
     def run(bench: Bench, tick: int) -> None:
         if bench.now < 80 * TICK:

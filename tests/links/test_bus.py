@@ -15,10 +15,14 @@ READY, MESSAGE = 0x10, 0x08
 
 
 class Host:
-    """A client of the bus socket, line by line."""
+    """A client of the bus socket, line by line; the machine keeps `room` bytes for it, or as many as it likes."""
 
-    def __init__(self, url):
-        self.socket = socket.create_connection((url.host, url.port), timeout=PATIENCE_S)
+    def __init__(self, url, room=None):
+        self.socket = socket.socket()
+        if room:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
+        self.socket.settimeout(PATIENCE_S)
+        self.socket.connect((url.host, url.port))
         self._lines = self.socket.makefile("rb")
 
     def __enter__(self):
@@ -61,6 +65,11 @@ class Host:
 def port(served):
     """A port of an 1811."""
     return served.open(served.add_board(), "bus://:0")
+
+
+def hold_little(transport):
+    """The machine keeps little of what is written there."""
+    transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
 
 
 def flood(connection, data):
@@ -225,11 +234,12 @@ def test_many_requests_at_once_are_answered_in_order(port):
 
 def test_a_host_that_does_not_read_is_not_read_from(served, port):
     """What waits for it is bounded, and nothing is lost."""
-    with Host(port) as host:
+    with Host(port, room=4096) as host:
         host.wait(READY)
         host.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         host.socket.settimeout(0.2)
         client, sent = served.server._slots["1811"].client, 0
+        served.do(lambda: hold_little(client._transport))
         while not client.stalled:
             sent += flood(host.socket, b"r 0 256\n" * 8)
         assert served.do(lambda: client._transport.get_write_buffer_size()) < 200_000

@@ -13,6 +13,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from axistwin.cli import main
+
 PATIENCE_S = 40
 PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
 WITHOUT = (
@@ -61,7 +63,8 @@ def get(address, **headers):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 0)])
 def test_it_ends_at_once_and_without_a_word_also_with_a_browser(number, code):
-    with started("if1", "--panel", 0) as (program, address):
+    """As fast as it goes: on a busy machine it would say that it fell behind the wall clock."""
+    with started("if1", "--panel", 0, "--speed", "max") as (program, address):
         place = urlsplit(address)
         with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as browser:
             browser.sendall(f"GET / HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode())
@@ -96,9 +99,23 @@ def test_a_port_that_is_taken():
     assert f"cannot show a panel on 127.0.0.1:{port}: address already in use" in words
 
 
+@pytest.fixture
+def refused(capsys):
+    """What the program says and how it ends, in this process: it does not come as far as serving anything."""
+
+    def refused(*words):
+        with pytest.raises(SystemExit) as end:
+            main.main(["serve", *map(str, words)])
+        said = capsys.readouterr()
+        assert said.out == ""
+        return end.value.code, said.err
+
+    return refused
+
+
 @pytest.mark.parametrize("place", ["here", "127.0.0.1:", "127.0.0.1:99999", "8080/"])
-def test_a_place_that_is_none(place):
-    code, words = failed("if1", "--panel", place)
+def test_a_place_that_is_none(refused, place):
+    code, words = refused("if1", "--panel", place)
     assert code == 2
     assert f"no place {place!r} for a panel: give a port such as 8080" in words
 
@@ -110,10 +127,10 @@ def test_without_its_extra_one_line_says_what_to_install():
     assert 'pip install "axistwin[panel]"' in result.stderr
 
 
-def test_a_token_is_for_a_panel_and_has_letters_and_digits():
-    code, words = failed("if1", "--panel-token", "abc")
+def test_a_token_is_for_a_panel_and_has_letters_and_digits(refused):
+    code, words = refused("if1", "--panel-token", "abc")
     assert (code, "--panel-token is for a --panel" in words) == (2, True)
-    code, words = failed("if1", "--panel", 0, "--panel-token", "a&b")
+    code, words = refused("if1", "--panel", 0, "--panel-token", "a&b")
     assert (code, "letters and digits only" in words) == (2, True)
 
 

@@ -1,5 +1,6 @@
 """Pictures of traces, and of where two of them differ."""
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -15,6 +16,7 @@ from axistwin.traces.reading import Track, read
 from axistwin.traces.trace import tracing
 from axistwin.units import MS, S
 
+SUFFIXES = "csv", "vcd", "parquet"
 SIGNALS = ("default", "motor.RPE", "motor.RBt", "if1.state")
 
 
@@ -38,7 +40,7 @@ def session(path: Path, target: int = 300, early_s: float = 0.0, seconds: float 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory) -> Path:
     made = tmp_path_factory.mktemp("plots")
-    for suffix in ("csv", "vcd", "parquet"):
+    for suffix in SUFFIXES:
         session(made / f"a.{suffix}")
     session(made / "b.csv", target=310)
     session(made / "early.csv", early_s=0.003)
@@ -60,22 +62,28 @@ def run(capsys, *arguments: object) -> tuple[int, str, str]:
 # Pictures
 
 
-@pytest.mark.parametrize("suffix", ["csv", "vcd", "parquet"])
-def test_a_picture_of_any_trace(tmp_path, directory, capsys, suffix):
-    out = tmp_path / "a.svg"
-    assert run(capsys, "plot", directory / f"a.{suffix}", "-o", out)[0] == 0
-    found = texts(out)
+@pytest.fixture(scope="module")
+def pictures(directory) -> dict[str, Path]:
+    """One of each kind of trace, all with the same title."""
+    made = {suffix: directory / f"{suffix}.svg" for suffix in SUFFIXES}
+    for suffix, out in made.items():
+        with pytest.raises(SystemExit, match=r"^0$"):
+            main.main(["plot", str(directory / f"a.{suffix}"), "-o", str(out), "--title", "the same"])
+    return made
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_picture_of_any_trace(pictures, suffix):
+    found = texts(pictures[suffix])
     assert {"if1.X  velocity", "if1.X  position", "motor.shaft  following", "motor.RPE", "if1.output1"} <= set(found)
-    assert {"host to if1", "host to motor", "motor", "seconds", f"a.{suffix}"} <= set(found)
+    assert {"host to if1", "host to motor", "motor", "seconds", "the same"} <= set(found)
     assert r"> X40@1000S1$\r" in found
     assert "if1.Y  velocity" not in found
 
 
-def test_the_picture_is_the_same_for_all_kinds(tmp_path, directory, capsys):
-    for suffix in ("csv", "vcd", "parquet"):
-        run(capsys, "plot", directory / f"a.{suffix}", "-o", tmp_path / f"{suffix}.svg", "--title", "a")
-    pictures = [(tmp_path / f"{suffix}.svg").read_bytes() for suffix in ("csv", "vcd", "parquet")]
-    assert pictures[0] == pictures[1] == pictures[2]
+def test_the_picture_is_the_same_for_all_kinds(pictures):
+    csv, vcd, parquet = (picture.read_bytes() for picture in pictures.values())
+    assert csv == vcd == parquet
 
 
 def test_without_a_name_it_is_beside_the_trace(tmp_path, capsys):
@@ -89,7 +97,7 @@ def test_some_signals_in_some_time(tmp_path, directory, capsys):
     options = ("--signals", "if1.X.velocity,if1.output1", "--from", 4, "--to", 4.2, "-o", tmp_path / "a.svg")
     run(capsys, "plot", directory / "a.csv", *options)
     found = texts(tmp_path / "a.svg")
-    assert "if1.X  velocity" in found
+    assert {"if1.X  velocity", "a.csv"} <= set(found)
     assert "if1.X  position" not in found
     assert not any("motor" in text for text in found)
 
@@ -255,6 +263,9 @@ def test_a_tolerance_in_time(directory, capsys):
 
 
 def test_the_colours_never_run_out(tmp_path, directory):
-    chart = of_trace(read(directory / "a.csv"))
-    chart.panels *= 4
+    chart = of_trace(read(directory / "a.csv"), ("if1.X.velocity",))
+    all_of_them = len(picture.COLOURS)
+    chart.panels = [replace(chart.panels[0], colour=colour) for colour in (0, all_of_them + 1, 10 * all_of_them + 2)]
     picture.save(chart, tmp_path / "a.svg")
+    drawn = (tmp_path / "a.svg").read_text()
+    assert [colour.lower() in drawn for colour in picture.COLOURS] == [True] * 3 + [False] * (all_of_them - 3)

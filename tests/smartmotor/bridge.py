@@ -1,5 +1,8 @@
 """From the reference to the processor's arrays: which slot shows what, and the kernel run on them."""
 
+from string import ascii_lowercase
+from struct import unpack
+
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel import jit, kernel, machine, state
 from axistwin.controllers.smartmotor.language.program import Program
@@ -27,6 +30,7 @@ OPERATIONS = {
     "WAIT": ops.S_WAIT, "TWAIT": ops.S_TWAIT, "BREAK": ops.S_JUMP, "RETURN": ops.S_RETURN, "RETURNF": ops.S_RETURN,
     "RETURNI": ops.S_RETURNI, "STACK": ops.S_STACK, "END": ops.S_END,
 }  # fmt: skip
+VARIABLES = [letter * n for n in (1, 2, 3) for letter in ascii_lowercase]
 POINTS = 16
 SAMPLES = 512
 
@@ -177,10 +181,11 @@ def _inputs(motor):
 
 def variables(motor):
     """`v`, all of it."""
-    memory, letters = motor.memory, "abcdefghijklmnopqrstuvwxyz"
-    named = [memory[letter * n] for n in (1, 2, 3) for letter in letters]
-    alone = [0 if motor.overlay else memory.element("al", n) for n in range(51)]
-    return [*named, *alone, motor.fetched, *[0] * (state.HIDDEN_MOST - 1)]
+    memory, longs = motor.memory, unpack(">51i", motor.memory.bytes)
+    named = [memory.named.get(name, 0) for name in VARIABLES]
+    if motor.overlay:  # aa…zz and aaa…yyy are al[0]…al[50]
+        named[26:77], longs = longs, [0] * 51
+    return [*named, *longs, motor.fetched, *[0] * (state.HIDDEN_MOST - 1)]
 
 
 def floats(motor):
@@ -193,6 +198,11 @@ def floats(motor):
         machine.SPEED: shaft.speed, machine.FRACTION: shaft.fraction, machine.WINDING_C: heat.winding,
         machine.HOUSING_C: heat.housing, machine.MEAN_SQUARE: heat.mean_square,
     }  # fmt: skip
+
+
+def shown(motor):
+    """`integers`, `variables` and `floats` of the reference."""
+    return integers(motor), variables(motor), floats(motor)
 
 
 def step(motor, step):
@@ -224,7 +234,7 @@ class Kernel:
         self._advance = kernel.advance
         if compiled:
             self._compile()
-        self.take(motor)
+        self.take(motor, shown(motor))
 
     def _compile(self):
         import numpy as np
@@ -234,12 +244,12 @@ class Kernel:
             setattr(self, name, np.array(getattr(self, name), dtype=np.int64))
         self.f = np.array(self.f)
 
-    def take(self, motor):
-        """Show what the reference has now."""
-        for slot, value in integers(motor).items():
+    def take(self, motor, what):
+        """Show what the reference has now; `what` is `shown(motor)`."""
+        whole, self.v[:], parts = what
+        for slot, value in whole.items():
             self.i[slot] = value
-        self.v[:] = variables(motor)
-        for slot, value in floats(motor).items():
+        for slot, value in parts.items():
             self.f[slot] = value
         for n, (position, clock) in enumerate(motor.host.points, motor.host.passed):
             at = 2 * (n % POINTS)
@@ -263,20 +273,18 @@ class Kernel:
         """What stands at a place in the code."""
         return None if place < 0 else (int(self.code[place]), int(self.code[place + 1]))
 
-    def compare(self, motor):
+    def compare(self, motor, what):
         """Everything, to the bit."""
-        expected = [int(value) for value in self.i]
-        for slot, value in integers(motor).items():
-            expected[slot] = value
-        pairs = enumerate(zip(map(int, self.i), expected, strict=True))
-        differences = {NAMES.get(slot, slot): pair for slot, pair in pairs if pair[0] != pair[1]}
+        whole, named, parts = what
+        i = list(map(int, self.i))
+        differences = {NAMES.get(slot, slot): (i[slot], value) for slot, value in whole.items() if i[slot] != value}
         assert not differences, f"kernel, reference: {differences}"
-        assert [int(value) for value in self.v] == variables(motor)
-        for slot, value in floats(motor).items():
+        assert list(map(int, self.v)) == named
+        for slot, value in parts.items():
             assert float(self.f[slot]) == value
-        assert self.place(int(self.i[state.PC])) == step(motor, motor.runner.step)
+        assert self.place(i[state.PC]) == step(motor, motor.runner.step)
         for n, (back, why) in enumerate(motor.runner.returns):
-            word = int(self.i[state.RETURNS + n])
+            word = i[state.RETURNS + n]
             assert (self.place(word >> 2), word & 3) == (step(motor, back), CALLS[why])
 
 

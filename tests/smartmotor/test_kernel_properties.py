@@ -15,7 +15,7 @@ from .bridge import Kernel
 from .reference_motor import ReferenceMotor
 from .reference_program import Abandoned, Program, expression
 from .reference_trajectory import Trajectory
-from .test_kernel_reference import CHANCE, PLAIN_AND_COMPILED, THOROUGH, Pair
+from .test_kernel_reference import CHANCE, THOROUGH, Beside
 
 SPEEDS = st.integers(-(2**24), 2**24)
 RATES = st.one_of(st.integers(1, 500), st.integers(1, 2**22))
@@ -91,18 +91,17 @@ def test_x_comes_to_a_stop_at_a(velocity, rate):
 # Expressions
 
 
-@pytest.mark.parametrize("compiled", PLAIN_AND_COMPILED)
 @THOROUGH
 @given(random=CHANCE)
-def test_expressions_have_the_value_of_the_reference_or_none(compiled, random):
+def test_expressions_have_the_value_of_the_reference_or_none(random):
     """7 of the base language: Bd for what does not fit and for a division by zero, Bu for an index."""
     lines = [f"{random.choice('pq')}={inventing.expression(random, 4, fetches=True)}" for _ in range(30)]
-    pair = Pair(random, "\n".join(lines), compiled)
-    while pair.motor.runner.state == "running":
-        pair.run(1)
+    all_of_them = Beside(random, "\n".join(lines))
+    while all_of_them.motor.runner.state == "running":
+        all_of_them.run(1)
         for flag in "Bd", "Bu":
-            pair.motor.flags[flag] = 0
-        pair.happen()
+            all_of_them.motor.flags[flag] = 0
+        all_of_them.happen()
 
 
 @pytest.mark.parametrize(
