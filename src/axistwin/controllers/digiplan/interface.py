@@ -50,6 +50,12 @@ def read(text: str) -> Message:
     return parse(text, COMMANDS)
 
 
+def _asks_for_status(text: str) -> bool:
+    """True if this message is a status request and nothing else."""
+    message = read(text)
+    return message.alone is not None and not message.problems and Accept.REQUEST in message.alone.accepted
+
+
 class Interface:
     """An IF1 or IF2 that has power."""
 
@@ -339,8 +345,8 @@ class Interface:
         if message.problems:
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
-        if message.alone is not None and (self._held is None or Accept.LOCKED in message.alone.accepted):
-            return self._ask(message.alone)  # a status request is answered at any time
+        if message.alone is not None and Accept.REQUEST in message.alone.accepted:
+            return self._ask(message.alone)  # at any time
         return self._carry_out(message) if self._held is None else self._carry_out_behind(message)
 
     def _carry_out(self, message: Message) -> Procedure | None:
@@ -356,15 +362,29 @@ class Interface:
         return None
 
     def _carry_out_behind(self, message: Message) -> Procedure:
-        """The same, once the message that is being held has begun, unless a `#` throws both away."""
+        """The same, once the message that is being held has begun, unless a `#` throws both away.
+
+        Status requests that come in behind it are answered meanwhile.
+        """
         while self._held is not None:
-            self._turn = self._turn or self.clock.event()
-            if (yield self._turn):
+            turn = self._turn = self._turn or self.clock.event()
+            yield from self._answer_requests()
+            if not turn.triggered:
+                yield turn | self.buffer.arrival()
+            if turn.triggered and turn.value:
                 return
         yield from self._until_heard_again()
         procedure = self._carry_out(message)
         if procedure is not None:
             yield from procedure
+
+    def _answer_requests(self) -> Procedure:
+        """Process the status requests in the buffer, and leave what is between them."""
+        while request := self.buffer.take_message(self.frame.ends_message, _asks_for_status):
+            for character in request:
+                procedure = self._hear(character)
+                if procedure is not None:
+                    yield from procedure
 
     def _obey_locked(self, message: Message) -> Procedure | None:
         """Anything but a status request and `]` is ignored without a trace."""

@@ -130,9 +130,24 @@ class InputBuffer:
         if not self.characters:
             return None
         character = self.characters.popleft()
-        if self.full and len(self.characters) <= NEARLY_EMPTY:
-            self._set_full(False)
+        self._has_less()
         return character
+
+    def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
+        """Take the first wanted message out from between the others, with its terminator; empty if there is none."""
+        begin = 0
+        for end, character in enumerate(self.characters, 1):
+            if character & 0x7F != ends_message:
+                continue
+            message = [self.characters[place] for place in range(begin, end)]
+            codes = (byte & 0x7F for byte in message)
+            if wanted("".join(chr(code) for code in codes if code not in (CR, LF))):
+                for _ in message:
+                    del self.characters[begin]
+                self._has_less()
+                return message
+            begin = end
+        return []
 
     def arrival(self) -> Event:
         """An event for the moment when there is a character."""
@@ -189,6 +204,10 @@ class InputBuffer:
     def _complain(self, fault: LineFault) -> None:
         if self.checking:
             self.on_fault(fault)
+
+    def _has_less(self) -> None:
+        if self.full and len(self.characters) <= NEARLY_EMPTY:
+            self._set_full(False)
 
     def _set_full(self, full: bool) -> None:
         if full is self.full:
