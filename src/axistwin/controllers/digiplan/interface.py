@@ -5,6 +5,7 @@ a move, a run or a sequence, for as long as that takes; the `RampGenerator` give
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
 
@@ -116,7 +117,8 @@ class Interface:
         self._offered: UartFormat | None = None  # the character that is coming is read in this format
         self._broken_in: UartFormat | None = None  # a `(` has come in this format
         self._leaving: frozenset[str] = frozenset()
-        self._ramp_is_old = False
+        self._ramp_before: Parameters | None = None
+        """While a new ramp is yet to be calculated: the parameters before the new ramp data."""
         self._deaf_until_ns = 0
         self._unwatch = [pins[name].watch(self._fault_input) for name in CLOSED]
         pins["led"].set(True)
@@ -412,17 +414,25 @@ class Interface:
         return True
 
     def _settle(self, step: Step) -> None:
-        self.parameters = self.parameters.after(step)
+        before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
-            if self._occupied:
-                self._ramp_is_old = True
-            else:
+            if not self._occupied:
                 self._calculate_ramp()
+            elif self._ramp_before is None:
+                self._ramp_before = before
+
+    @property
+    def in_force(self) -> Parameters:
+        """The parameters of a move that begins now: without ramp data whose ramp has not been calculated yet."""
+        before = self._ramp_before
+        if before is None:
+            return self.parameters
+        return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def _calculate_ramp(self) -> None:
         """For up to a second no character is processed, answered or echoed; those that come in are kept."""
-        self._ramp_is_old = False
+        self._ramp_before = None
         self._deaf_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
     def _when_free(self, begin: Procedure) -> Procedure | None:
@@ -530,8 +540,6 @@ class Interface:
             except Interrupt:
                 self.motion.decelerate()
         self._work = self._control = None
-        if self._ramp_is_old:
-            self._calculate_ramp()
         self._free()
 
     def _begun(self) -> Event:
@@ -555,7 +563,9 @@ class Interface:
         yield self._begun()
 
     def _free(self) -> None:
-        """Nothing is going on any more."""
+        """Nothing is going on any more, or the host has control."""
+        if self._ramp_before is not None:
+            self._calculate_ramp()
         if self._freed is not None:
             freed, self._freed = self._freed, None
             freed.succeed()

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from simpy import Interrupt
+
 from axistwin.controllers.digiplan.faults import LineFault
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.frames import LineError, Parity, UartFormat
@@ -225,12 +227,16 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self.waiting = False
-        """Whether DSR or CTS holds a character back."""
+        self._held_back = 0  # senders that wait for DSR or CTS
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """What sends X-on or X-off."""
         uart.on_idle = lambda: lines.rts.set(False)
+
+    @property
+    def waiting(self) -> bool:
+        """True while DSR or CTS holds a character back."""
+        return self._held_back > 0
 
     def send(self, data: bytes) -> Procedure | None:
         """Send characters; a procedure if that takes waiting: for the lines, the delay or the UART."""
@@ -250,11 +256,21 @@ class Transmitter:
             elif self.uart.queue:
                 yield self.uart.when_empty()
             self.lines.rts.set(True)
-            self.waiting = not self._clear_to_send
+            yield from self._until_clear()
+            self._transmit(bytes([byte]))
+
+    def _until_clear(self) -> Procedure:
+        """Wait for DSR and CTS; what is cancelled meanwhile is not sent."""
+        self._held_back += 1
+        try:
             while not self._clear_to_send:
                 yield self._line_change()
-            self.waiting = False
-            self._transmit(bytes([byte]))
+        except Interrupt:
+            if self._held_back == 1 and self.urgent is None and not self.uart.sending:
+                self.lines.rts.set(False)
+            raise
+        finally:
+            self._held_back -= 1
 
     def send_flow_control(self, stop: bool) -> None:
         """X-off or X-on goes before everything else, also while the interface is occupied with something."""
