@@ -161,7 +161,7 @@ class Interface:
         self.state, self.trouble = State.READY, ""
         self._check_line()
         self.faults.show()
-        if self.locked and self.sequence:
+        if self.sequence:  # the lock has kept it
             self._begin_sequence()
 
     def _set_data_format(self) -> Procedure:
