@@ -1,7 +1,7 @@
 """Chapter Baud rate: "The interface senses the baud rate automatically", as far as the character reads as `(`.
 
 Its bits are 0 0 0 1 0 1 0 0, and each is read in its middle.  The second 1 lasts from 6 to 7 of the host's bits after
-the edge, and is read at 6.5, the 0 behind it at 7.5: so the host may be 7 / 6.5 = 1.077 or 7 / 7.5 = 0.933 times as fast.
+the edge, and is read at 6.5, the 0 behind it at 7.5: so the host may be 7 / 6.5 = 1.077 or 0.933 times as fast.
 """
 
 import pytest
