@@ -239,7 +239,7 @@ class Interface:
         self.uart.format, self._broken_in = self._broken_in or uart_format(self.baudrate, Frame()), None
         self._text.clear()
         self._eighth.clear()
-        self._stop()
+        self.cancel()
         yield self.clock.timeout(0)  # by then it has ended
 
     # Battery backup
@@ -579,11 +579,8 @@ class Interface:
             self.cancel()
 
     def cancel(self) -> None:
-        """Command #."""
+        """Command #, and what a fault does: motion stops, what is going on ends, and what is held does not begin."""
         self._drop_held()
-        self._stop()
-
-    def _stop(self) -> None:
         self.motion.decelerate()
         if self._work is not None:
             self._control = None
@@ -604,13 +601,13 @@ class Interface:
             self._drive_fault(DRIVES[pin.name])
         else:
             self.faults.raise_motion(MotionFault.EMERGENCY_STOP)
-            self._stop()
+            self.cancel()
 
     def _drive_fault(self, axis: str) -> None:
         """A drive fault halts the interface; the axis itself has no time to decelerate."""
         self.faults.raise_motion(MotionFault.DRIVE)
         self.motion.drop(axis)
-        self._stop()
+        self.cancel()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
         """False if a fault or an open limit switch in one of these directions inhibits the motion.
@@ -626,7 +623,7 @@ class Interface:
         ahead = LIMITS[name] in self.motion.directions.values()
         behind = self.options.limits == "any motion" and name not in self._leaving
         if self.motion.running and (ahead or behind):
-            self._stop()
+            self.cancel()
 
     def _show_fault(self, on: bool) -> None:
         if self.state is State.READY:
