@@ -79,6 +79,31 @@ def test_a_move_that_waits_for_its_input_has_the_old_ramp_too(bench, if1):
     assert since_start(if1.axes["X"]) == constant(1000, 100)  # the start/stop speed is 1000 now
 
 
+def test_a_move_that_waits_for_its_input_has_its_own_data(bench, if1):
+    """Combining: "the X-axis move of 1000 steps at 200 steps/sec will begin when input 1 goes high"."""
+    tell(if1, "H1X100@200$")
+    bench.run(0.1)
+    tell(if1, "X30@400")
+    bench.run(0.1)
+    if1.pins["input1"].drive(True)
+    bench.run(1)
+    assert since_start(if1.axes["X"]) == constant(200, 100)
+    tell(if1, "Y$")  # they are remembered as the data of the move that began last
+    bench.run(1)
+    assert since_start(if1.axes["Y"]) == constant(200, 100)
+
+
+def test_data_of_another_kind_sent_while_a_move_waits_are_in_force_when_it_begins(bench, if1):
+    """Acceleration: "will remember any programmed data unless it is overwritten": this move has no speed of its own."""
+    tell(if1, "H1X100$")
+    bench.run(0.1)
+    tell(if1, "@200")
+    bench.run(0.1)
+    if1.pins["input1"].drive(True)
+    bench.run(1)
+    assert since_start(if1.axes["X"]) == constant(200, 100)
+
+
 def test_the_backlash_correction_of_such_a_step_is_at_the_old_start_stop_speed(bench, if1):
     """Backlash correction: "applied at the programmed start/stop speed": that of the ramp in force, 400."""
     tell(if1, ":B-20:P0,50:X50@200B:$")
