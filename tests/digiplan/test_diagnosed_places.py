@@ -58,6 +58,8 @@ WRONG = {
     "X5GB$": ("Backlash correction", "X5GB"),
     ":X5%:$": ("Controller intervention in a sequence", "X5%"),
     ":X5::Y:$": (SEQUENCES, ":"),
+    ":X5:::$": (SEQUENCES, ":"),
+    ":::$": (SEQUENCES, ":"),
     ":X5:=2,3:$": ("Repeating parts of a sequence", "=2,3"),
     ":" + "X:" * 63 + "Y5:$": (SEQUENCES, "Y5:"),
     "@25001": ("Speed", "@"),
@@ -88,3 +90,23 @@ def test_the_end_that_a_sequence_lacks_is_missing_behind_it(line):
 def test_each_mistake_is_told_once(line, columns):
     """A number behind something wrong is not wrong once more."""
     assert [said.column for said in check(line)] == columns
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("5X$", "5 belongs to no command"),
+        (":X5:7Y:$", "7 belongs to no command"),
+        ("G20$", "20 belongs to no command: G (run mode) takes no number"),
+        ("mm10", "unknown characters 'mm'"),
+        ("x10$", "unknown character 'x': commands are upper case"),
+        ("xq$", "unknown characters 'xq': commands are upper case"),
+        (":X5:>2:$", "> (select speed range) may not stand in a sequence"),
+        ("=1,1$", "= (repeat) may not stand in a direct message"),
+        ("K5", "K (motion status) must be sent alone"),
+        ("X5:$", ": (sequence divider) cannot stand here"),
+    ],
+)
+def test_what_is_said(line, message):
+    """What the command before a lost number takes is told, if there is one."""
+    assert check(line)[0].message == message
