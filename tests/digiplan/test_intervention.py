@@ -255,3 +255,31 @@ def test_a_sequence_sent_in_a_hand_over_is_a_data_fault(bench, if1):
     tell(if1, "%")
     bench.run(1.0)
     assert positions(if1) == (10, 0, 0)
+
+
+@pytest.mark.parametrize("line", ["dtr", "rts"])
+def test_a_prompt_that_is_cancelled_before_it_may_be_sent_leaves_rts_reset(bench, if1, line):
+    """Control lines: RTS is "set prior to the start of transmission": nothing is left to be transmitted."""
+    setattr(if1.serial.host, line, False)
+    tell(if1, ":%:Y5:$")
+    bench.run(0.1)
+    assert if1.serial.rts
+    tell(if1, "#")
+    bench.run(0.1)
+    assert not if1.serial.rts
+    setattr(if1.serial.host, line, True)
+    assert ask(bench, if1, "E") == b"C\r"
+    assert not if1.serial.rts
+
+
+def test_a_reply_that_waits_with_a_cancelled_prompt_keeps_rts_set(bench, if1):
+    """Control lines: what is left is sent as soon as DSR and CTS are set."""
+    if1.serial.host.dtr = False
+    tell(if1, ":%:Y5:$")
+    tell(if1, "K")
+    tell(if1, "#")
+    bench.run(0.1)
+    assert if1.serial.rts
+    if1.serial.host.dtr = True
+    bench.run(0.1)
+    assert if1.serial.read() == b"0\r" and not if1.serial.rts

@@ -183,3 +183,12 @@ def test_the_longest_interpolated_index_is_told_exactly(bench, if1):
     tell(if1, "X65535/Y3@10000$")
     settle(bench, if1)
     assert number(bench, if1, "N") == 65_535
+
+
+@pytest.mark.parametrize(("speed", "coarse"), [(400, False), (403, False), (404, True), (500, True), (900, True)])
+def test_the_position_is_coarse_from_the_first_speed_above_start_stop_on(bench, if1, speed, coarse):
+    """Position report-back: "Above the start/stop speed", 400 steps/s; 404 runs at 406.25, 403 at 400."""
+    tell(if1, f"X@{speed}G$")
+    bench.run(2.0)
+    told = [number(bench, if1, "N") for _ in range(4)]
+    assert all(count % 256 == 0 for count in told) is coarse

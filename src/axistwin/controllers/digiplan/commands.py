@@ -16,7 +16,8 @@ DIRECT = Accept.DIRECT
 STEP = Accept.STEP
 MOVE = Accept.DIRECT | Accept.STEP
 ALONE = Accept.DIRECT | Accept.ALONE
-ASK = Accept.DIRECT | Accept.ALONE | Accept.LOCKED
+UNLOCK = Accept.DIRECT | Accept.ALONE | Accept.LOCKED
+ASK = UNLOCK | Accept.REQUEST
 
 # Chapters of the manual
 INITIALISATION, DELAY = "Initialisation", "Inter-character delay"
@@ -91,7 +92,7 @@ COMMANDS = CommandSet(
     I("Y",  "Y clock",                        INDEX,          (SIGN, DISTANCE), MOVE,   partial(index.axis, "Y"),            Order.MOVE),
     I("Z",  "Z clock",                        INDEX,          (SIGN, DISTANCE), MOVE,   partial(index.axis, "Z"),            Order.MOVE),
     I("[",  "communication lock",             LOCKOUT,        (),               ALONE,  lockout.lock),
-    I("]",  "communication unlock",           LOCKOUT,        (),               ASK,    lockout.unlock),
+    I("]",  "communication unlock",           LOCKOUT,        (),               UNLOCK, lockout.unlock),
     I("^",  "acceleration rate data",         ACCELERATION,   (GAIN,),          DIRECT, partial(setting, "acceleration"),    Order.MOVE),
 )
 # fmt: on

@@ -5,6 +5,7 @@ a move, a run or a sequence, for as long as that takes; the `RampGenerator` give
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
 
@@ -48,6 +49,12 @@ LINE_FAULTS = {Fault.DATA: LineFault.DATA, Fault.RANGE: LineFault.RANGE}
 def read(text: str) -> Message:
     """A message of the host, read once however often it is sent."""
     return parse(text, COMMANDS)
+
+
+def _asks_for_status(text: str) -> bool:
+    """True if this message is a status request and nothing else."""
+    message = read(text)
+    return message.alone is not None and not message.problems and Accept.REQUEST in message.alone.accepted
 
 
 class Interface:
@@ -110,7 +117,8 @@ class Interface:
         self._offered: UartFormat | None = None  # the character that is coming is read in this format
         self._broken_in: UartFormat | None = None  # a `(` has come in this format
         self._leaving: frozenset[str] = frozenset()
-        self._ramp_is_old = False
+        self._ramp_before: Parameters | None = None
+        """While a new ramp is yet to be calculated: the parameters before the new ramp data."""
         self._deaf_until_ns = 0
         self._unwatch = [pins[name].watch(self._fault_input) for name in CLOSED]
         pins["led"].set(True)
@@ -153,7 +161,7 @@ class Interface:
         self.state, self.trouble = State.READY, ""
         self._check_line()
         self.faults.show()
-        if self.locked and self.sequence:
+        if self.sequence:  # the lock has kept it
             self._begin_sequence()
 
     def _set_data_format(self) -> Procedure:
@@ -231,7 +239,7 @@ class Interface:
         self.uart.format, self._broken_in = self._broken_in or uart_format(self.baudrate, Frame()), None
         self._text.clear()
         self._eighth.clear()
-        self._stop()
+        self.cancel()
         yield self.clock.timeout(0)  # by then it has ended
 
     # Battery backup
@@ -339,8 +347,8 @@ class Interface:
         if message.problems:
             self.faults.raise_line(LINE_FAULTS[message.problems[0].fault])
             return None
-        if message.alone is not None and (self._held is None or Accept.LOCKED in message.alone.accepted):
-            return self._ask(message.alone)  # a status request is answered at any time
+        if message.alone is not None and Accept.REQUEST in message.alone.accepted:
+            return self._ask(message.alone)  # at any time
         return self._carry_out(message) if self._held is None else self._carry_out_behind(message)
 
     def _carry_out(self, message: Message) -> Procedure | None:
@@ -356,15 +364,29 @@ class Interface:
         return None
 
     def _carry_out_behind(self, message: Message) -> Procedure:
-        """The same, once the message that is being held has begun, unless a `#` throws both away."""
+        """The same, once the message that is being held has begun, unless a `#` throws both away.
+
+        Status requests that come in behind it are answered meanwhile.
+        """
         while self._held is not None:
-            self._turn = self._turn or self.clock.event()
-            if (yield self._turn):
+            turn = self._turn = self._turn or self.clock.event()
+            yield from self._answer_requests()
+            if not turn.triggered:
+                yield turn | self.buffer.arrival()
+            if turn.triggered and turn.value:
                 return
         yield from self._until_heard_again()
         procedure = self._carry_out(message)
         if procedure is not None:
             yield from procedure
+
+    def _answer_requests(self) -> Procedure:
+        """Process the status requests in the buffer, and leave what is between them."""
+        while request := self.buffer.take_message(self.frame.ends_message, _asks_for_status):
+            for character in request:
+                procedure = self._hear(character)
+                if procedure is not None:
+                    yield from procedure
 
     def _obey_locked(self, message: Message) -> Procedure | None:
         """Anything but a status request and `]` is ignored without a trace."""
@@ -392,17 +414,25 @@ class Interface:
         return True
 
     def _settle(self, step: Step) -> None:
-        self.parameters = self.parameters.after(step)
+        before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():
-            if self._occupied:
-                self._ramp_is_old = True
-            else:
+            if not self._occupied:
                 self._calculate_ramp()
+            elif self._ramp_before is None:
+                self._ramp_before = before
+
+    @property
+    def in_force(self) -> Parameters:
+        """The parameters of a move that begins now: without ramp data whose ramp has not been calculated yet."""
+        before = self._ramp_before
+        if before is None:
+            return self.parameters
+        return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def _calculate_ramp(self) -> None:
         """For up to a second no character is processed, answered or echoed; those that come in are kept."""
-        self._ramp_is_old = False
+        self._ramp_before = None
         self._deaf_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
     def _when_free(self, begin: Procedure) -> Procedure | None:
@@ -510,8 +540,6 @@ class Interface:
             except Interrupt:
                 self.motion.decelerate()
         self._work = self._control = None
-        if self._ramp_is_old:
-            self._calculate_ramp()
         self._free()
 
     def _begun(self) -> Event:
@@ -535,7 +563,9 @@ class Interface:
         yield self._begun()
 
     def _free(self) -> None:
-        """Nothing is going on any more."""
+        """Nothing is going on any more, or the host has control."""
+        if self._ramp_before is not None:
+            self._calculate_ramp()
         if self._freed is not None:
             freed, self._freed = self._freed, None
             freed.succeed()
@@ -549,11 +579,8 @@ class Interface:
             self.cancel()
 
     def cancel(self) -> None:
-        """Command #."""
+        """Command #, and what a fault does: motion stops, what is going on ends, and what is held does not begin."""
         self._drop_held()
-        self._stop()
-
-    def _stop(self) -> None:
         self.motion.decelerate()
         if self._work is not None:
             self._control = None
@@ -574,13 +601,13 @@ class Interface:
             self._drive_fault(DRIVES[pin.name])
         else:
             self.faults.raise_motion(MotionFault.EMERGENCY_STOP)
-            self._stop()
+            self.cancel()
 
     def _drive_fault(self, axis: str) -> None:
         """A drive fault halts the interface; the axis itself has no time to decelerate."""
         self.faults.raise_motion(MotionFault.DRIVE)
         self.motion.drop(axis)
-        self._stop()
+        self.cancel()
 
     def may_move(self, directions: Mapping[str, int]) -> bool:
         """False if a fault or an open limit switch in one of these directions inhibits the motion.
@@ -596,7 +623,7 @@ class Interface:
         ahead = LIMITS[name] in self.motion.directions.values()
         behind = self.options.limits == "any motion" and name not in self._leaving
         if self.motion.running and (ahead or behind):
-            self._stop()
+            self.cancel()
 
     def _show_fault(self, on: bool) -> None:
         if self.state is State.READY:

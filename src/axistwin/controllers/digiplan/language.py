@@ -29,6 +29,7 @@ class Accept(Flag):
     STEP = auto()  # in a step of a sequence
     ALONE = auto()  # it is the whole message
     LOCKED = auto()  # also while locked
+    REQUEST = auto()  # it asks for status, and is answered while a message is being held
     SETUP = auto()  # during initialisation only
     WRITTEN = auto()  # a character that other commands are written with
 

@@ -113,10 +113,11 @@ class Faults:
         self._show(bool(self.motion) or not normal)
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
-        """Whether a move may not begin.  Towards an open limit switch it may not, and that is a limit fault again."""
+        """Whether a move may not begin.  Towards an open limit switch it may not, and that is a limit fault again.
+
+        A drive fault or an emergency stop whose cause is still there has not been cleared by any request.
+        """
         if self.motion:
-            return True
-        if any(not self.pins[name].level for name in ("estop", *DRIVES)):
             return True
         if any(not self.pins[name].level and sign in directions.values() for name, sign in LIMITS.items()):
             self.raise_motion(MotionFault.LIMIT)

@@ -49,7 +49,7 @@ def index(interface: "Interface", step: Step) -> Procedure:
     limit switch.  That direction is the same for all
     axes: of several that go different ways some end in a wrong place, as the manual warns.
     """
-    parameters, generator = interface.parameters, interface.motion
+    parameters, generator = interface.in_force, interface.motion
     table = ramp(parameters)
     back = abs(parameters.backlash) if _overshoots(parameters, step) else 0
     generator.begin(table.index(parameters.distance + back), table, step.major)

@@ -64,7 +64,7 @@ def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
 
 def interpolate(interface: "Interface", step: Step) -> Procedure:
     """Run major and minor axes by their distances; return when they are at rest, both on their counts."""
-    parameters, generator = interface.parameters, interface.motion
+    parameters, generator = interface.in_force, interface.motion
     table = ramp(parameters)
     ratio = Fraction(parameters.minor_distance, parameters.distance) if parameters.distance else Fraction(0)
     profile = table.index(parameters.distance)

@@ -3,7 +3,7 @@
 A rate multiplier makes a second, slower clock for the minor axes of a linear interpolation.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from axistwin.controllers.product import PulseAxis
@@ -82,6 +82,11 @@ class RampGenerator:
     def trend(self) -> int:
         """+1 accelerating, -1 decelerating, 0 neither."""
         return self.profile.trend(self._elapsed_ns)
+
+    @property
+    def levels(self) -> Sequence[Fraction]:
+        """The rates of the ramp of this motion, from the start/stop speed on; empty: its speed is not above that."""
+        return () if self.ramp is None else self.ramp.levels
 
     @property
     def steps(self) -> int:

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters.faults import LineFault
-from axistwin.controllers.digiplan.chapters.speed import actual_speed, actual_start_stop
 
 if TYPE_CHECKING:
     from axistwin.controllers.digiplan.interface import Interface
@@ -103,12 +102,10 @@ def position(interface: "Interface") -> bytes:
 
 def steps(interface: "Interface") -> int:
     """The number of N."""
-    motion, parameters = interface.motion, interface.parameters
-    made = motion.steps
-    start_stop = actual_start_stop(parameters.speed_range, parameters.start_stop)
-    if motion.running and motion.rate > start_stop:
+    motion = interface.motion
+    made, levels = motion.steps, motion.levels
+    if motion.running and levels and motion.rate > levels[0]:
         made -= made % COARSE
-    fast = actual_speed(parameters.speed_range, parameters.speed) > start_stop
-    if motion.interpolating and fast and made >= SHORT_COUNTER:
+    if motion.interpolating and levels and made >= SHORT_COUNTER:
         return (made - SHORT_COUNTER - 1) % SHORT_COUNTER if made > SHORT_COUNTER else 0
     return made % COUNTER

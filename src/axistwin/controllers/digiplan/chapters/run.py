@@ -31,9 +31,9 @@ def abort(step: Step) -> None:
 
 def run(interface: "Interface", step: Step) -> None:
     """Begin the run; it goes on while the next step of a sequence is carried out.  The index length is lost."""
-    table = ramp(interface.parameters)
+    parameters = interface.in_force
+    table = ramp(parameters)
     if step.interpolated:
-        parameters = interface.parameters
         ratio = Fraction(parameters.minor_distance, parameters.distance)
         interface.motion.begin_interpolated(table.run(), table, step.major, step.minor, ratio)
     else:

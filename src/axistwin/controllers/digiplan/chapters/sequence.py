@@ -80,7 +80,7 @@ def perform(interface: "Interface", step: Step) -> Procedure:
 def _move(interface: "Interface", step: Step) -> Procedure:
     while interface.motion.running:  # there is one ramp generator: a run must be stopped first
         yield interface.motion.ended
-    if interpolation.out_of_range(interface.parameters, step):
+    if interpolation.out_of_range(interface.in_force, step):
         interface.faults.raise_line(LineFault.RANGE)
         raise EndOfWork
     if not interface.may_move({**step.major, **step.minor}):

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from simpy import Interrupt
+
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.frames import LineError, Parity, UartFormat
@@ -130,9 +132,24 @@ class InputBuffer:
         if not self.characters:
             return None
         character = self.characters.popleft()
-        if self.full and len(self.characters) <= NEARLY_EMPTY:
-            self._set_full(False)
+        self._has_less()
         return character
+
+    def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
+        """Take the first wanted message out from between the others, with its terminator; empty if there is none."""
+        begin = 0
+        for end, character in enumerate(self.characters, 1):
+            if character & 0x7F != ends_message:
+                continue
+            message = [self.characters[place] for place in range(begin, end)]
+            codes = (byte & 0x7F for byte in message)
+            if wanted("".join(chr(code) for code in codes if code not in (CR, LF))):
+                for _ in message:
+                    del self.characters[begin]
+                self._has_less()
+                return message
+            begin = end
+        return []
 
     def arrival(self) -> Event:
         """An event for the moment when there is a character."""
@@ -190,6 +207,10 @@ class InputBuffer:
         if self.checking:
             self.on_fault(fault)
 
+    def _has_less(self) -> None:
+        if self.full and len(self.characters) <= NEARLY_EMPTY:
+            self._set_full(False)
+
     def _set_full(self, full: bool) -> None:
         if full is self.full:
             return
@@ -206,12 +227,16 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self.waiting = False
-        """Whether DSR or CTS holds a character back."""
+        self._held_back = 0  # senders that wait for DSR or CTS
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """What sends X-on or X-off."""
         uart.on_idle = lambda: lines.rts.set(False)
+
+    @property
+    def waiting(self) -> bool:
+        """True while DSR or CTS holds a character back."""
+        return self._held_back > 0
 
     def send(self, data: bytes) -> Procedure | None:
         """Send characters; a procedure if that takes waiting: for the lines, the delay or the UART."""
@@ -231,11 +256,21 @@ class Transmitter:
             elif self.uart.queue:
                 yield self.uart.when_empty()
             self.lines.rts.set(True)
-            self.waiting = not self._clear_to_send
+            yield from self._until_clear()
+            self._transmit(bytes([byte]))
+
+    def _until_clear(self) -> Procedure:
+        """Wait for DSR and CTS; what is cancelled meanwhile is not sent."""
+        self._held_back += 1
+        try:
             while not self._clear_to_send:
                 yield self._line_change()
-            self.waiting = False
-            self._transmit(bytes([byte]))
+        except Interrupt:
+            if self._held_back == 1 and self.urgent is None and not self.uart.sending:
+                self.lines.rts.set(False)
+            raise
+        finally:
+            self._held_back -= 1
 
     def send_flow_control(self, stop: bool) -> None:
         """X-off or X-on goes before everything else, also while the interface is occupied with something."""

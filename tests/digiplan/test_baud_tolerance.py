@@ -1,0 +1,42 @@
+"""Chapter Baud rate: "The interface senses the baud rate automatically", as far as the character reads as `(`.
+
+Its bits are 0 0 0 1 0 1 0 0, and each is read in its middle.  The second 1 lasts from 6 to 7 of the host's bits after
+the edge, and is read at 6.5, the 0 behind it at 7.5: so the host may be 7 / 6.5 = 1.077 or 0.933 times as fast.
+"""
+
+import pytest
+
+from axistwin.units import S
+
+from .talking import heard
+
+RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
+
+
+def answered_at(bench, baud: int) -> float | None:
+    """The rate at which `U` and <CR> come back to a `(` sent at this rate; None: nothing comes."""
+    if1 = bench.add("if1", line=f"{baud} 8N2")
+    bench.run(1.5)
+    received = heard(bench, if1)
+    if1.serial.write(b"(")
+    bench.run(1)
+    times = [at_ns for at_ns, _, _ in received]
+    return None if len(times) < 2 else 11 * S / (times[1] - times[0])
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("percent", [94, 107])
+def test_a_rate_that_is_not_quite_right_is_taken_for_the_nearest_one(bench, rate, percent):
+    assert answered_at(bench, round(rate * percent / 100)) == pytest.approx(rate, rel=1e-4)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("percent", [92, 109])
+def test_a_rate_at_which_the_character_is_misread_is_none(bench, rate, percent):
+    assert answered_at(bench, round(rate * percent / 100)) is None
+
+
+@pytest.mark.parametrize("baud", [55, 85, 200, 420, 850, 1700, 3500, 7000, 19200])
+def test_a_rate_between_those_of_the_list_is_none(bench, baud):
+    """Baud rate: "The options available" are seven."""
+    assert answered_at(bench, baud) is None

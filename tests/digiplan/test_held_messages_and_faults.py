@@ -1,0 +1,55 @@
+"""Chapters Emergency stop and limit inputs, Clearing fault conditions: messages that wait for the end of a motion."""
+
+import pytest
+
+from .talking import ask, moving, ready, tell
+
+
+def at_speed_with_two_waiting(bench, if1):
+    """X at 20,000 steps/s, which takes 1.96 s to stop; a move of Y is held, and one of Z waits behind it."""
+    tell(if1, "X@20000G$")
+    bench.run(5)
+    tell(if1, "Y20$")
+    tell(if1, "Z7$")
+    bench.run(0.05)
+
+
+@pytest.mark.parametrize(("pin", "status"), [("estop", b"41\r"), ("limit_plus", b"73\r"), ("y_fault", b"25\r")])
+def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status):
+    """Emergency stop: "a Motion Status request must be made before the system can be restarted", by a new command."""
+    at_speed_with_two_waiting(bench, if1)
+    if1.pins[pin].drive(False)
+    bench.run(0.01)
+    if1.pins[pin].release()
+    assert ask(bench, if1, "K", 0.05) == status
+    assert ask(bench, if1, "K", 0.05) == b"9\r"  # it is still decelerating
+    bench.run(5)
+    assert if1.axes["Y"].position == if1.axes["Z"].position == 0 and not moving(if1)
+    assert ask(bench, if1, "E") == b"C\r"
+    tell(if1, "Y-3@400$")
+    bench.run(0.5)
+    assert if1.axes["Y"].position == -3
+
+
+def test_what_is_asked_for_after_the_fault_is_held_as_always(bench, if1):
+    """Clearing: once the request has been made; the move begins when X stands."""
+    at_speed_with_two_waiting(bench, if1)
+    if1.pins["estop"].drive(False)
+    bench.run(0.01)
+    if1.pins["estop"].release()
+    ask(bench, if1, "K", 0.05)
+    tell(if1, "Z9@400$")
+    bench.run(5)
+    assert (if1.axes["Y"].position, if1.axes["Z"].position) == (0, 9)
+
+
+def test_a_limit_behind_the_motion_that_stops_nothing_leaves_what_is_held(bench):
+    """Emergency stop and limit inputs: the option by which only motion towards the switch stops."""
+    if1 = ready(bench, limits="motion ahead")
+    tell(if1, "X400@400$")
+    tell(if1, "Y20$")
+    bench.run(0.1)
+    if1.pins["limit_minus"].drive(False)
+    ask(bench, if1, "K")
+    bench.run(2)
+    assert (if1.axes["X"].position, if1.axes["Y"].position) == (400, 20)

@@ -1,0 +1,53 @@
+"""Ruling 2: figures of which the manual gives only a bound can be set; anything else is one clear line."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.errors import UsageError
+
+FIGURES = ("self_test_s", "recalculation_s", "strobe_ms")
+ONE_OF = {
+    "wiring": ("5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked"),
+    "busy": ("hold", "ignore"),
+    "limits": ("any motion", "motion ahead"),
+    "unlock": ("lock format", "any format"),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("value", [60, 60.0, 0.5, 1])
+def test_figures_from_0_to_60(name, value):
+    Bench().add("if1", **{name: value})
+
+
+@pytest.mark.parametrize("name", ["self_test_s", "recalculation_s"])
+@pytest.mark.parametrize("value", [0, 0.0])
+def test_what_takes_no_time(name, value):
+    Bench().add("if1", **{name: value})
+
+
+@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("value", [-1, -0.001, 60.001, 61, True, False, "1", None])
+def test_figures_that_are_refused(name, value):
+    with pytest.raises(UsageError, match=f"^{name}={value!r}: give a number from 0 to 60$"):
+        Bench().add("if1", **{name: value})
+
+
+@pytest.mark.parametrize("value", [0, 0.0])
+def test_a_strobe_takes_time(value):
+    with pytest.raises(UsageError, match=r"^strobe_ms=0: give a number above 0$"):
+        Bench().add("if1", strobe_ms=value)
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in ONE_OF.items() for value in values])
+def test_choices(name, value):
+    Bench().add("if1", **{name: value})
+    with pytest.raises(UsageError, match=f"^{name}='{value}x': choose one of .*{value!r}"):
+        Bench().add("if1", **{name: f"{value}x"})
+
+
+@pytest.mark.parametrize("name", ["fault_output", "strict_format"])
+def test_yes_or_no(name):
+    Bench().add("if1", **{name: True})
+    with pytest.raises(UsageError, match=f"^{name}=1: give true or false$"):
+        Bench().add("if1", **{name: 1})

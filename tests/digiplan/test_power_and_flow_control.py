@@ -1,0 +1,43 @@
+"""Control of data transfer, Initialisation: what was waiting to be sent when the power goes is never sent."""
+
+import pytest
+
+from .talking import ask, find, initialise, ready, tell
+
+
+@pytest.mark.parametrize("line", ["dtr", "rts"])
+@pytest.mark.parametrize("said", ["K\r", ":%:$\r", ">1\r" + "0" * 55])
+def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
+    """Control lines: it "will not transmit data until DSR and CTS are both set"; by then it has no power.
+
+    A reply, the prompt of a sequence, and X-off, sent when the buffer is 80 % full.
+    """
+    if1 = ready(bench, "U67")
+    setattr(if1.serial.host, line, False)
+    tell(if1, said, "")
+    bench.run(0.2)
+    assert if1.serial.rts
+    if1.power(False)
+    bench.run(0.1)
+    setattr(if1.serial.host, line, True)
+    bench.run(0.1)
+    assert if1.serial.read() == b"" and not if1.serial.rts
+    if1.power(True)
+    if1.serial.host.bytesize, if1.serial.host.stopbits = 8, 2
+    find(bench, if1)  # U and CR, and nothing before them
+
+
+def test_an_x_off_that_waits_when_the_power_goes_does_not_come_after_it(bench):
+    """Control of data transfer: the buffer is empty after power-up."""
+    if1 = ready(bench, "U67")
+    if1.serial.host.rts = False
+    tell(if1, ">1\r" + "0" * 55, "")
+    bench.run(0.2)
+    if1.power_cycle()
+    bench.run(1.2)
+    if1.serial.host.rts = True
+    bench.run(0.1)
+    assert if1.serial.read() == b""
+    if1.serial.host.stopbits = 2
+    initialise(bench, if1)
+    assert ask(bench, if1, "K") == b"0\r"
