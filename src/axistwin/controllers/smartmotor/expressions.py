@@ -127,8 +127,13 @@ class Reader:
         if self._highest > STACK:
             raise Malformed(self.at, "this expression is too long")
         code = tuple(number for word in self._code for number in word)
-        found = self._fetches, self._indices, self._names, self._taken
-        return Expression((*code, ops.RESULT), *(tuple(part) for part in found))
+        return Expression(
+            (*code, ops.RESULT),
+            tuple(self._fetches),
+            tuple(self._indices),
+            names=tuple(self._names),
+            taken=tuple(self._taken),
+        )
 
     def index(self) -> Expression:
         """The index that begins here, in its brackets.  Raises Malformed."""
