@@ -32,3 +32,15 @@ def test_a_displaced_shaft_comes_back_to_where_the_servo_holds_it(bench):
     bench.run(0.001)
     assert motor.axes["shaft"].position == 500
     assert say(bench, motor, "RP RPE RS ") == b"500\r0\r8\r"
+
+
+@pytest.mark.parametrize(
+    ("text", "statements", "wrong"), [("aw[0] 5 6.", 1, 0), ("aw[0 5 6.", 3, 1), ("aw[0]5 6.", 2, 1)]
+)
+def test_values_in_a_row_are_one_statement_and_without_their_bracket_none(bench, text, statements, wrong):
+    """1.1: "aw[0] 0 100 500 700." is one assignment.  3: a space ends a command, so an open bracket ends there."""
+    motor = ready(bench)
+    load(bench, motor, f"ZS\nCLK=0\n{text}\na=CLK\nEND\n")
+    tell(bench, motor, "RUN", 0.05)
+    assert say(bench, motor, "Ra RBs ") == f"{statements + 1}\r{wrong}\r".encode()
+    assert say(bench, motor, "Raw[0] Raw[1] ") == (b"0\r0\r" if wrong else b"5\r6\r")
