@@ -47,7 +47,8 @@ class ReferenceMachine:
 
     def turn(self, drive, pwm):
         """One sample."""
-        push = self.speed + (self.torque_nm + self.load.gravity_torque_nm) * self.per_nm
+        before = self.speed
+        push = before + (self.torque_nm + self.load.gravity_torque_nm) * self.per_nm
         open_gain = 1 / (1 + self.viscous)
         amps, after, limited, peak = 0.0, 0.0, False, self.motor.peak_current_a
         if drive != OPEN:
@@ -66,7 +67,7 @@ class ReferenceMachine:
         if limited or drive == OPEN:
             self.speed = self._after_friction(push + amps * self.per_amp) * open_gain
         self.amps = after
-        self._move()
+        self._move(before)
         if self.current.flows(amps):
             self.temperatures.warm(self.current.take_square(), self.ambient)
 
@@ -80,8 +81,8 @@ class ReferenceMachine:
             return 0.0
         return push - friction if push > 0 else push + friction
 
-    def _move(self):
-        place = self.fraction + self.speed
+    def _move(self, before):
+        place = self.fraction + self.speed + self.mean_remains / 2 * (before - self.speed)
         self.shaft += floor(place)
         self.fraction = place - floor(place)
 

@@ -155,6 +155,24 @@ def test_what_is_wrong_is_shown_with_its_place(text):
     assert WRONG[text] in shown(text)
 
 
+@pytest.mark.parametrize("pin", ["C", "G"])
+def test_only_what_changes_the_pin_of_the_brake_is_warned_of(pin):
+    """5.1 note 2 lists UGI, UG=<value>, <variable>=UG; and UCI, UC=<value>, <variable>=UC.  Reports only read."""
+    brake = f"UCI UDI ZS U{pin}O BRK{pin}\n"
+    for harmless in (
+        f"PRINT(U{pin})",
+        f"RU{pin}",
+        f"IF U{pin}I==1\nENDIF",
+        f"a=U{pin}A",
+        "a=U",
+        f"ab[U{pin}]=1",
+        f"A=U{pin}",
+    ):
+        assert shown(brake + harmless) == [], harmless
+    for disturbing in (f"a=U{pin}", f"a=U{pin}I", f"a=1+U{pin}", f"aw[3]=U{pin}", f"U{pin}I", f"U{pin}=1"):
+        assert shown(brake + disturbing) == [f"2:1 warning: the brake uses pin {pin} since line 1"], disturbing
+
+
 def test_eleven_returns_are_too_many():
     labels = "".join(f" C{n} GOSUB{n + 1} RETURN" for n in range(3, 12))
     assert shown(f"GOSUB3 END{labels} C12 RETURN") == []

@@ -9,6 +9,7 @@ the pin is an output or not: written first, it makes the change to an output fre
 
 from typing import TYPE_CHECKING
 
+from axistwin.controllers.smartmotor.chapters import brakes
 from axistwin.controllers.smartmotor.kernel.state import (
     BRAKE_PIN,
     BRAKE_READ,
@@ -44,9 +45,13 @@ def direction_in(motor: "Motor", pin: str) -> None:
 
 
 def direction_out(motor: "Motor", pin: str) -> None:
-    """UAO … UGO: an output, which shows what its latch holds.  C and D are limits no more, E and F leave channel 1."""
+    """UAO … UGO: an output, which shows what its latch holds.  C and D are limits no more, E and F leave channel 1.
+
+    A pin that is the brake's signal (5.1) shows that, without a moment at the level of its latch.
+    """
     _take(motor, pin)
-    motor.pins[pin].output(bool(motor.i[LATCHES] >> USER_PINS.index(pin) & 1))
+    bit = 1 << USER_PINS.index(pin)
+    motor.pins[pin].output(brakes.engaged(motor) if motor.i[BRAKE_PIN] == bit else bool(motor.i[LATCHES] & bit))
 
 
 def latch(motor: "Motor", pin: str, value: int) -> None:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from axistwin.controllers.smartmotor.chapters import io
 from axistwin.controllers.smartmotor.kernel.kernel import beyond_minus, beyond_plus
 from axistwin.controllers.smartmotor.kernel.state import BM, BP, LIMIT_C, LIMIT_D, SLN, SLP, SOFT_LIMITS
 
@@ -37,14 +38,17 @@ def _set(motor: "Motor", slot: int, value: int) -> None:
 
 
 def limit_pin_c(motor: "Motor") -> None:
-    """UCP: pin C is the positive (right) limit: an input, high is a fault.  The default.  3.1."""
-    motor.pins["C"].input()
+    """UCP: pin C is the positive (right) limit: an input, high is a fault.  The default.  3.1.
+
+    Where it was the brake's signal (5.1) it is that no more.
+    """
+    io.direction_in(motor, "C")
     motor.i[LIMIT_C] = 1
 
 
 def limit_pin_d(motor: "Motor") -> None:
     """UDM: pin D is the negative (left) limit: an input, high is a fault.  The default.  3.1."""
-    motor.pins["D"].input()
+    io.direction_in(motor, "D")
     motor.i[LIMIT_D] = 1
 
 

@@ -83,7 +83,7 @@ def _soft_limits(findings: Findings) -> None:
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """5.1: the pin is made an output before, and left alone afterwards."""
+    """5.1: the pin is made an output before, and left alone afterwards; only an assignment to a variable takes it."""
     begun = next(findings.all(command), None)
     if begun is None:
         return
@@ -92,7 +92,7 @@ def _brake(findings: Findings, command: str, pin: str) -> None:
         findings.say(rules.BRAKE_PIN, begun[0], f"U{pin}O must be given before {command}", output)
     disturbing = {f"U{pin}I", f"U{pin}=", *({"RS4", "OCHN()"} if pin == "G" else ())}
     for number in range(begun[0] + 1, len(findings.words)):
-        reads = any(f"U{pin}" in part.names for part in findings.statements[number].computed)
-        if findings.words[number] in disturbing or reads:
+        taken = {name for part in findings.statements[number].computed for name in part.taken}
+        if findings.words[number] in disturbing or not taken.isdisjoint({f"U{pin}", f"U{pin}I"}):
             message = f"the brake uses pin {pin} since line {findings.line(begun[0])}"
             findings.say(rules.BRAKE_USED, number, message)

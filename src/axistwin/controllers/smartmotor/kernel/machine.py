@@ -52,6 +52,7 @@ AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # at standstill, in t
 AMPS_NOW = next(_slots)  # through the windings, at the end of a sample
 AMPS_KEPT = next(_slots)  # how much of them inductance leaves at the end of the next sample, 0 to 1
 MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # how much, on average over it; and the rest of 1
+LAG = next(_slots)  # part of a sample's change of speed that its distance does not show yet, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # K per A², in the end: over the housing, over the air
@@ -90,7 +91,11 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 
 
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
-    """Volts per rad/s and N·m per A are the same figure.  With inductance the current settles exponentially."""
+    """Volts per rad/s and N·m per A are the same figure.  With inductance the current settles exponentially.
+
+    Without it the distance of a sample is its final speed, whose lead makes up for back-EMF taken from the final speed
+    too.  The more inductance delays the braking by back-EMF, the less there is to make up for: up to the mean speed.
+    """
     f[PER_AMP] = motor.torque_constant_nm_per_a * f[PER_NM]
     f[AMPS_PER_PWM] = motor.supply_voltage_v / FULL_PWM / motor.winding_resistance_ohm
     volts_per_speed = motor.torque_constant_nm_per_a / (SAMPLE_S * motor.counts_per_radian)
@@ -101,6 +106,7 @@ def _fit_windings(f: Floats, motor: ServoMotor) -> None:
         f[AMPS_KEPT] = exp(-time_constants)
         f[MEAN_KEPT] = (1 - f[AMPS_KEPT]) / time_constants
     f[MEAN_REACHED] = 1 - f[MEAN_KEPT]
+    f[LAG] = f[MEAN_KEPT] / 2
     f[CLOSED_GAIN] = 1 / (1 + f[VISCOUS] + f[PER_AMP] * f[AMPS_PER_SPEED] * f[MEAN_REACHED])
     f[PEAK_AMPS] = motor.peak_current_a
 

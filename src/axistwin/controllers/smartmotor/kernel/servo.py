@@ -29,6 +29,7 @@ from axistwin.controllers.smartmotor.kernel.machine import (
     HOUSING_RISE,
     HOUSING_STEP,
     JAM,
+    LAG,
     MEAN_KEPT,
     MEAN_REACHED,
     MEAN_SQUARE,
@@ -115,9 +116,9 @@ def rotate(i: Ints, f: Floats) -> None:
             amps = f[PEAK_AMPS] if amps > 0.0 else -f[PEAK_AMPS]
             speed = slowed(push + amps * f[PER_AMP], against) * f[OPEN_GAIN]
             i[BA] = 1
+    place = f[FRACTION] + speed + f[LAG] * (f[SPEED] - speed)
     f[SPEED] = speed
     f[AMPS_NOW] = 0.0 if i[DRIVE] == DRIVE_OPEN else amps if limited else amps_after(f, settled)
-    place = f[FRACTION] + speed
     counts = floor(place)
     i[SHAFT] += counts
     if i[COUNTS_OUT_OF] != 0:

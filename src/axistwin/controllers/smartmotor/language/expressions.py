@@ -80,6 +80,8 @@ class Expression:
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
     """The variables in it, in the order of the text."""
+    taken: tuple[str, ...] = ()
+    """Those of them that are the level of a pin which is assigned to a variable (5.1, note 2)."""
 
     @cached_property
     def constant(self) -> int | None:
@@ -110,6 +112,7 @@ class Reader:
         self._fetched = fetches
         self._indices: list[Index] = []
         self._names: list[str] = []
+        self._taken: list[str] = []
 
     def expression(self) -> Expression:
         """The expression that begins here.  Raises Malformed."""
@@ -125,7 +128,13 @@ class Reader:
         if self._highest > STACK:
             raise Malformed(self.at, "this expression is too long")
         code = tuple(number for word in self._code for number in word)
-        return Expression((*code, ops.RESULT), tuple(self._fetches), tuple(self._indices), tuple(self._names))
+        return Expression(
+            (*code, ops.RESULT),
+            tuple(self._fetches),
+            tuple(self._indices),
+            names=tuple(self._names),
+            taken=tuple(self._taken),
+        )
 
     def index(self) -> Expression:
         """The index that begins here, in its brackets.  Raises Malformed."""
@@ -210,6 +219,7 @@ class Reader:
             self._names.append(token)
             if variable.fetch is None:
                 taken = self._assigned and variable.operation == ops.PIN
+                self._taken += [token] if taken else []
                 self._push(ops.TAKEN_PIN if taken else variable.operation, variable.place)
             else:
                 self._hidden(variable.fetch)

@@ -37,6 +37,7 @@ class Elements:
     fetches: "tuple[Callable[[Motor], int], ...]" = ()
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
+    taken: tuple[str, ...] = ()
     count: int = 1
 
     def fetch(self, motor: "Motor") -> None:
@@ -260,7 +261,8 @@ def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     _nothing_behind(reader, found)
     code = (1, kind, *first.code, *value.code)
     known = _known(text[:at], at + 1, first), *first.indices, *value.indices
-    return (Elements(code, first.fetches + value.fetches, tuple(k for k in known if k), first.names + value.names),)
+    names = first.names + value.names
+    return (Elements(code, first.fetches + value.fetches, tuple(k for k in known if k), names, value.taken),)
 
 
 def _known(array: str, position: int, first: Expression) -> Index | None:
@@ -283,7 +285,7 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
     code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
-    return Elements(code, first.fetches, (*ends, *first.indices), first.names, len(listed))
+    return Elements(code, first.fetches, (*ends, *first.indices), first.names, count=len(listed))
 
 
 def _constant(value: int) -> tuple[int, ...]:
