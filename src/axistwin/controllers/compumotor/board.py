@@ -266,6 +266,10 @@ class Board:
         """Whether the motor is without current."""
         return self.shutdown.on
 
+    def blocked(self, sign: int) -> bool:
+        """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
+        return self.shut_down or self.limits.blocks(sign)
+
     @property
     def maintaining(self) -> bool:
         """Whether the position is maintained in a closed loop (18h)."""
@@ -332,6 +336,7 @@ class Board:
 
     def _limit_hit(self, sign: int) -> None:
         if sign == self.pulses.sign:
+            self.motion.stopped = True
             self.stream.end()
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 

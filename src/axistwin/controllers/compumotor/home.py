@@ -135,7 +135,7 @@ class Search:
         if distance and not self._stopped:
             yield self._board.occupy(self._board.start_ns)
             sign = 1 if distance > 0 else -1
-            if not self._board.limits.blocks(sign):
+            if not self._board.blocked(sign):
                 pulses.start(preset(self._speed, abs(distance)), sign)
                 yield from self._rest()
         return pulses.position == target and not self._stopped
@@ -151,7 +151,7 @@ class Search:
         """Move until the edge is seen: the position there, or None if the motion has ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
-        if self._stopped or board.limits.blocks(sign):
+        if self._stopped or board.blocked(sign):
             return None
         watch = EdgeWatch(board.clock, self._mark, self._mark.level_behind(direction))
         try:

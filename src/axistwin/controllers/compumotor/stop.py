@@ -38,8 +38,9 @@ def stop_motion(board: "Board") -> None:
     board.motion.stopped = True
     if board.streaming or board.loop.correcting or speed is None:
         kill_motion(board)
-    elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
-        board.stops += 1
+        return
+    board.stops += 1
+    if pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
         pulses.change(stopping(pulses.rate, speed))
 
 

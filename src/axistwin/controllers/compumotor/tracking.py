@@ -292,7 +292,7 @@ class ClosedLoop:
         target = counts + (self.desired if relative else self.encoder.count)
         pulses = _to_pulses(counts, self.ratio, move.target)
         sign = 1 if pulses > 0 else -1
-        if abs(pulses) > FARTHEST or (pulses and (not speed.rate or board.limits.blocks(sign))):
+        if abs(pulses) > FARTHEST or (pulses and (not speed.rate or board.blocked(sign))):
             return
         self.desired, self.commanded = target, (move, target)
         if pulses:
