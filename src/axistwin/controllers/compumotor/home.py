@@ -90,7 +90,6 @@ class Search:
         self._board, self._final, self._speed, self._mark = board, definition.final, speed, mark
         slow = Segment(definition.rate(move, speed.range), None)
         self._slow = Course(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
-        self._stops = board.stops
 
     def perform(self, start: int) -> Procedure:
         """All of it, beginning in this physical direction.  HOME is where it was unless the edge has been found."""
@@ -111,7 +110,7 @@ class Search:
     @property
     def _stopped(self) -> bool:
         """Whether the host has stopped or killed the motion since this began."""
-        return self._board.stops != self._stops
+        return self._board.motion.stopped
 
     def _sign(self, direction: int) -> int:
         return direction if self._board.pulses.cw_is_plus else -direction

@@ -129,6 +129,8 @@ class Motion:
     """The direction of a preset move, also when a correction has gone the other way since."""
     stopped: bool = False
     """Whether it was stopped or killed, so that nothing of it is still to come."""
+    at_limit: bool = False
+    """True if it has hit a limit."""
     streamed: bool = False
     """True if a stream has been performed since."""
 
@@ -280,7 +282,8 @@ def _perform_continuous(board: "Board", move: Move, speed: Speed) -> Procedure:
         return
     pulses.change(stopping(pulses.rate, speed))
     yield from _until(board, Phase.REST)
-    if speed.rate and not (board.motion.stopped or board.blocked(sign)):
+    ended = board.motion.stopped or board.motion.at_limit
+    if speed.rate and not (ended or board.blocked(sign)):
         pulses.start(continuous(speed), sign)
         yield from _until_performed(board, move)
 

@@ -38,9 +38,7 @@ def stop_motion(board: "Board") -> None:
     board.motion.stopped = True
     if board.streaming or board.loop.correcting or speed is None:
         kill_motion(board)
-        return
-    board.stops += 1
-    if pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
+    elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
         pulses.change(stopping(pulses.rate, speed))
 
 
@@ -63,7 +61,6 @@ def discontinue_singular(board: "Board") -> None:
 def kill_motion(board: "Board") -> None:
     """Commands 78h, 7Ch: no more pulses, at once, as at a limit."""
     board.motion.stopped = True
-    board.stops += 1
     board.stream.end()
     board.pulses.kill()
 
