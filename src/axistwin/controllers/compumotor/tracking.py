@@ -118,7 +118,6 @@ class ClosedLoop:
         """The power is gone."""
         if self._axis is not None:
             self._axis.on_push.remove(self._pushed)
-            self._axis = None
 
     # What is known
 
