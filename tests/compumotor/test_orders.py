@@ -68,3 +68,11 @@ def test_a_second_command_ready_while_the_idb_is_not_ready_is_no_command(bench, 
     rest(bench, board)
     assert told == [bytes([0x33, *i32(100)])]
     assert board.axes["motor"].position == 100
+
+
+def test_a_board_is_called_by_the_name_in_the_manual():
+    """Title page: "Model 1810/11 Motor Controller"; Description: the 1811 has the encoder interface."""
+    for model in ("1810", "1811"):
+        title = product(model).title.lower()
+        assert all(word in title for word in ("compumotor", model, "multibus", "motor controller"))
+        assert ("encoder" in title) is (model == "1811")
