@@ -151,6 +151,36 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
     assert position(bench, board, 0x82) == stands
 
 
+@pytest.mark.parametrize("opcode", [0x73, 0x77])
+@pytest.mark.parametrize(
+    ("velocity", "minus", "seconds", "held"),
+    [(20_000, 0, 0.05, 15_000), (5_000, 0, 0.025, 7_500), (10_000, 1, 0.05, 5_000), (10_000, 1, 0.15, -5_000)],
+    ids=["faster", "slower", "reversal, down", "reversal, up"],
+)
+def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode, velocity, minus, seconds, held):
+    """73h: "the velocity being output at the time the command is issued is the last velocity output"; from 10,000."""
+    cruise(bench, board)
+    tell(bench, board, 0x0F, 0, 2, 1)  # user bit 0: performing a SINGULAR command
+    if opcode == 0x77:
+        board.pins["trigger1"].drive(False)
+        tell(bench, board, 0x77, 1, 1, 0)
+    default(bench, board, velocity, 100_000)
+    tell(bench, board, 0x32, minus)
+    assert bench.run_until(lambda: ask(bench, board, 0x8D)[1] == 0, 1)  # the ramp has begun
+    bench.run(seconds - 0.005)
+    assert board.bus.read(CONTROL) & 1
+    if opcode == 0x77:
+        board.pins["trigger1"].drive(True)
+    else:
+        write(board, 0x73)
+    bench.run(0.001_5)
+    kept = board.axes["motor"].velocity
+    assert kept == pytest.approx(held, abs=700)
+    assert not board.bus.read(CONTROL) & 1
+    bench.run(1)
+    assert board.axes["motor"].velocity == kept
+
+
 # Start/stop velocity
 
 
@@ -177,6 +207,47 @@ def test_a_continuous_move_below_the_start_stop_velocity_ramps_down_to_it(bench,
     default(bench, board, 800, 100_000)
     tell(bench, board, 0x32, 0)
     assert levels(bench, board, 0.05) == [500, 800]
+
+
+@pytest.mark.parametrize("start_stop", [0, 1000])
+def test_a_continuous_move_above_the_start_stop_velocity_takes_no_other_level(bench, board, start_stop):
+    """Indexer mode: the ramp is "updated every two milliseconds", here by 200; from 2,000 to 3,000 and back."""
+    tell(bench, board, 0xD6, *i32(start_stop))
+    default(bench, board, 2000, 100_000)
+    tell(bench, board, 0x32, 0)
+    bench.run(0.1)
+    default(bench, board, 3000, 100_000)
+    tell(bench, board, 0x32, 0)
+    assert levels(bench, board, 0.05) == [2000, 2200, 2400, 2600, 2800, 3000]
+    default(bench, board, 2000, 100_000)
+    tell(bench, board, 0x32, 0)
+    assert levels(bench, board, 0.05) == [3000, 2800, 2600, 2400, 2200, 2000]
+
+
+def test_stop_ramps_down_to_the_start_stop_velocity(bench, board):
+    """D6h: "deceleration ends at the start/stop velocity"; at or below it, STOP is at once."""
+    tell(bench, board, 0xD6, *i32(1000))
+    default(bench, board, 2000, 100_000)
+    tell(bench, board, 0x32, 0)
+    bench.run(0.1)
+    write(board, 0x70)
+    assert levels(bench, board, 0.05) == [1800, 1600, 1400, 1200, 1000, 0]
+    for velocity in (1000, 500):
+        default(bench, board, velocity, 100_000)
+        tell(bench, board, 0x32, 0)
+        bench.run(0.1)
+        assert board.axes["motor"].velocity == velocity
+        write(board, 0x70)
+        assert levels(bench, board, 0.05) == [0]
+
+
+def test_a_preset_move_between_start_stop_velocities(bench, board):
+    """D6h: a ramp of 2 ms each at 1,000, 1,200 … 1,800 is 14 pulses up and 14 down; the rest runs at 2,000."""
+    tell(bench, board, 0xD6, *i32(1000))
+    default(bench, board, 2000, 100_000)
+    write(board, 0x33, *i32(228))
+    assert levels(bench, board, 0.15)[:13] == [0, 1000, 1200, 1400, 1600, 1800, 2000, 1800, 1600, 1400, 1200, 1000, 0]
+    assert board.axes["motor"].position == 228
 
 
 # Requests
