@@ -151,6 +151,30 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
     assert position(bench, board, 0x82) == stands
 
 
+@pytest.mark.parametrize("velocity", [20_000, 5_000])
+def test_stop_in_a_ramp_between_two_velocities_ends_at_zero(bench, board, velocity):
+    """70h: "the deceleration to zero is at the most recent acceleration", in a ramp down to another velocity too."""
+    cruise(bench, board)
+    default(bench, board, velocity, 100_000)
+    tell(bench, board, 0x32, 0)
+    bench.run(0.02)
+    tell(bench, board, 0x70)
+    assert ask(bench, board, 0x8F)[1] == 0xFF
+    bench.run(0.2)
+    assert board.axes["motor"].velocity == 0
+
+
+def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
+    """Indexer mode: a preset move ends on the pulse; what is already a deceleration to zero is not another one."""
+    default(bench, board, 10_000, 100_000)
+    tell(bench, board, 0x33, *i32(3_000))
+    assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 1)
+    tell(bench, board, 0x70)
+    rest(bench, board)
+    assert board.axes["motor"].position == 3_000
+    assert position(bench, board, 0x81) == 0
+
+
 @pytest.mark.parametrize("opcode", [0x73, 0x77])
 @pytest.mark.parametrize(
     ("velocity", "minus", "seconds", "held"),

@@ -10,7 +10,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.compumotor.courses import stopping
-from axistwin.controllers.compumotor.pulses import Phase
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 from axistwin.units import MS
@@ -38,7 +37,7 @@ def stop_motion(board: "Board") -> None:
     board.motion.stopped = True
     if board.streaming or board.loop.correcting or speed is None:
         kill_motion(board)
-    elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
+    elif not pulses.ending:
         pulses.change(stopping(pulses.rate, speed))
 
 
