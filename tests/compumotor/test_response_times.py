@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import US
 
 from .driving import cruise
-from .talking import tell
+from .talking import ask, default, i32, messages, tell
 
 
 def later(bench, ns):
@@ -50,3 +50,21 @@ def test_a_trigger_must_have_been_low_for_two_milliseconds(bench, board):
         pin.drive(True)
         bench.run(0.001)
         assert (board.axes["motor"].velocity == 0) is stopped
+
+
+@pytest.mark.parametrize("by", [0x78, "limit"])
+def test_nothing_of_a_killed_move_is_still_to_come(bench, board, by):
+    """78h: "immediately stopped"; A3h: no message "if constant, nonzero velocity is not reached"; one end of motion."""
+    for event in (0xA3, 0xA5):
+        tell(bench, board, event, 1)
+    default(bench, board, 10_000, 100_000)
+    tell(bench, board, 0x33, *i32(3_000))
+    bench.run(0.05)
+    if by == 0x78:
+        tell(bench, board, 0x78)
+    else:
+        board.pins["cw_limit"].drive(True)
+    assert messages(bench, board) == ["a5 00"]
+    bench.run(1)
+    assert ask(bench, board, 0x88)[1] & 0xF0 == 0
+    assert messages(bench, board) == []
