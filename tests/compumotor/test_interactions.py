@@ -3,7 +3,7 @@
 import pytest
 
 from .driving import continuous, cruise, listing, sequence
-from .streams import enter, velocities
+from .streams import distances, enter, velocities
 from .talking import CONTROL, FAIL, ask, default, i32, messages, position, ready, rest, tell, write
 
 # Limits
@@ -353,3 +353,36 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
     tell(bench, board, 0x40, 2)
     bench.run(0.5)
     assert board.axes["motor"].velocity == pytest.approx(16.667, abs=0.001)
+
+
+# What is decided elsewhere and nothing else touches
+
+
+@pytest.mark.parametrize("bits", [0, 5])
+def test_a_listing_leaves_the_user_bits_alone(bench, board, bits):
+    """08h to 0Ah set the user bits, nothing else does; 92h only makes waiting messages "be lost"."""
+    tell(bench, board, 0x08, bits)
+    tell(bench, board, 0x01, 1)
+    bench.run(0.01)  # the message is in the ODB
+    assert listing(bench, board, 1) == ["92 00"]
+    assert board.bus.read(CONTROL) & 7 == bits
+
+
+def test_a_loop_over_more_commands_than_follow_repeats_those_that_follow(bench, board):
+    """20h: "repeat the following X commands Y times", where fewer than X follow."""
+    sequence(bench, board, 1, (0x01, 1), (0x20, 5, 0, 3), (0x01, 2))
+    tell(bench, board, 0x41, 1)
+    assert messages(bench, board) == ["01 01", "01 02", "01 02", "01 02"]
+
+
+def test_a_marker_of_another_mode_does_not_hide_the_end_of_distances(bench, board):
+    """E3h: 8001h is "a special signal … to go to zero velocity"; EEh: 8000h is excluded in distance-time streaming."""
+    enter(bench, board, 0x52, 1, 4, rate=10)
+    for word in (0x8000, 0x8001):
+        tell(bench, board, 0xEE, *word.to_bytes(2, "big"), 0x09, 2, 0)
+    enter(bench, board, 0x53, 1, 4, rate=100)
+    distances(bench, board, 100, -0x8000, -0x7FFF)
+    tell(bench, board, 0x42)
+    bench.run(0.5)
+    assert board.bus.read(CONTROL) & 7 == 0
+    assert board.axes["motor"].position == 100 - 0x8000
