@@ -86,3 +86,24 @@ def test_an_1810_has_no_encoder(check):
 def test_a_conversation(check):
     (diagnostic,) = check("; model: 1811", "+1.1", "> 08 01", "> 08 09", "< 83", suffix="talk")
     assert diagnostic.startswith("4:6 error 09 is out of range")
+
+
+CLOSED_LOOP = "D4 01 00 00 00 61 A8 00 03 D0 90 00 00 00 0A"
+
+
+def test_a_closed_loop_move_needs_the_ratio(check):
+    """D4h: "this move may only be performed after the motor pulse to encoder pulse ratio has been defined"."""
+    ratio = "B0 61 A8 0F A0"
+    (diagnostic,) = check(CLOSED_LOOP, "40 01", ratio, "40 01")
+    assert diagnostic.startswith("2:1 error ignored: B0 (ratio) has not been given")
+    assert check(ratio, CLOSED_LOOP, "D9 01", "40 01", "D8", "41 01") == []
+    (diagnostic,) = check(ratio, CLOSED_LOOP, "D7 01", "40 01")
+    assert diagnostic.startswith("4:4 error move 1 is not defined here")
+
+
+def test_an_1810_performs_no_closed_loop_move(check):
+    """Addendum: the software "is identical", but there is no encoder; the option encoder_commands says what becomes."""
+    (diagnostic,) = check("B0 61 A8 0F A0", CLOSED_LOOP, "40 01", model="1810")
+    assert diagnostic.startswith("3:1 warning not performed: move 1 is a closed-loop move")
+    open_loop = "C8" + CLOSED_LOOP[2:]
+    assert check(CLOSED_LOOP, open_loop, "40 01", model="1810") == []

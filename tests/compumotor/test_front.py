@@ -10,7 +10,7 @@ from .driving import cruise
 from .talking import CONTROL, ENABLE, ready, tell, write
 
 STATUS, BOARD, MOVE, OUTPUTS = "Status byte", "Board", "Move status 88h", "Outputs"
-INPUTS, JOYSTICK = "Limits and triggers", "Joystick"
+INPUTS, JOYSTICK, LINES, ENCODER = "Limits and triggers", "Joystick", "Interrupt lines", "Encoder"
 
 
 def command(*values):
@@ -51,9 +51,9 @@ def accelerating(bench, board):
     bench.run(0.05)
 
 
-def at_a_pulse(bench, board):
+def at_a_pulse(bench, board, minus=0):
     """STEP is high for half a period of 546 kHz."""
-    cruise(bench, board)
+    cruise(bench, board, minus=minus)
     for _ in range(300):
         bench.clock.run_to(bench.now + US // 2)
         if board.terminals["step"].level:
@@ -89,6 +89,10 @@ SITUATIONS = {
     (OUTPUTS, "RPS"): command(0x12, 1),
     (OUTPUTS, "CW"): cruise,
     (OUTPUTS, "STEP"): at_a_pulse,
+    (OUTPUTS, "CW STEP"): at_a_pulse,
+    (OUTPUTS, "CCW STEP"): lambda bench, board: at_a_pulse(bench, board, minus=1),
+    (LINES, "JU18"): command(0x84),
+    (LINES, "JU19"): failed,
     (INPUTS, "CW"): drive("cw_limit", True),
     (INPUTS, "CCW"): drive("ccw_limit", True),
     (JOYSTICK, "REQ"): drive("remote_enable", False),
@@ -101,6 +105,7 @@ LIT_WHEN_READY = {
     (MOVE, "HOME"): drive("home", False),
     (OUTPUTS, "1"): command(0x0C, 1),
     (OUTPUTS, "2"): command(0x0C, 2),
+    (LINES, "JU20"): lambda bench, board: write(board, 0x00),
     **{(INPUTS, f"{n}"): drive(f"trigger{n}", False) for n in range(1, 7)},
     (JOYSTICK, "ZERO"): stick,
 }
@@ -123,7 +128,26 @@ def test_a_lamp_that_is_lit_when_it_is_ready_goes_out(bench, board, lamp):
 
 @pytest.mark.parametrize("model", ["1810", "1811"])
 def test_there_is_no_lamp_without_a_situation(model):
-    assert lamps(Bench().add(model)) == SITUATIONS.keys() | LIT_WHEN_READY.keys()
+    encoder = {(ENCODER, label) for label in ("Z", "STEP", "DIR")} if model == "1811" else set()
+    assert lamps(Bench().add(model)) == SITUATIONS.keys() | LIT_WHEN_READY.keys() | encoder
+
+
+def test_the_lamps_of_the_encoder(bench):
+    """Encoder connector: CH. Z once a revolution, a pulse of STEP OUT for each count, DIRECTION OUT."""
+    encoder = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}
+    board = ready(bench, motor={"encoder": encoder})
+    assert shown(board, ENCODER, "Z") is True  # the mark is at count 0
+    cruise(bench, board, velocity=5_000, minus=1)
+    assert [shown(board, ENCODER, label) for label in ("Z", "DIR")] == [False, False]
+    count = board.axes["motor"].encoder.count
+    while board.axes["motor"].encoder.count == count:
+        bench.clock.run_to(bench.now + 200)
+    assert shown(board, ENCODER, "STEP") is True
+    bench.clock.run_to(bench.now + 229)
+    assert shown(board, ENCODER, "STEP") is False
+    tell(bench, board, 0x78)
+    cruise(bench, board, velocity=5_000)
+    assert shown(board, ENCODER, "DIR") is True
 
 
 def test_the_status_byte_from_bit_7_to_bit_0_is_what_the_host_reads(bench, board):

@@ -77,8 +77,6 @@ class Board:
         """Absolute zero and HOME, in the pulse generator's count."""
         self.home_definition: HomeDefinition | None = None
         self.home_ns = max(1, _ns(options.home_ms, MS))
-        self.stops = 0
-        """How often the host has stopped or killed the motion."""
         # Modes and procedures
         self.mode, self.mode_parameters = INDEXER, b""
         self.sequences: Sequences = Sequences(options.buffer_bytes)
@@ -266,6 +264,10 @@ class Board:
         """Whether the motor is without current."""
         return self.shutdown.on
 
+    def blocked(self, sign: int) -> bool:
+        """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
+        return self.shut_down or self.limits.blocks(sign)
+
     @property
     def maintaining(self) -> bool:
         """Whether the position is maintained in a closed loop (18h)."""
@@ -332,6 +334,7 @@ class Board:
 
     def _limit_hit(self, sign: int) -> None:
         if sign == self.pulses.sign:
+            self.motion.at_limit = True
             self.stream.end()
         self.events.happened(Happening.PLUS_LIMIT if sign > 0 else Happening.MINUS_LIMIT, self.motion.begun)
 

@@ -10,7 +10,7 @@ from axistwin.controllers.compumotor.chapters.requests import move_bits
 from axistwin.controllers.compumotor.checker.program import check
 from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
-from axistwin.controllers.compumotor.front import FRONT
+from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
@@ -192,7 +192,7 @@ def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> 
         drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home",
         joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
-        front=FRONT,
+        front=FRONT_1811 if encoder else FRONT,
         check=partial(check, commands),
         rules=RULES,
         language=Words(commands),

@@ -12,7 +12,9 @@ MODES = {
     0x53: "53h distance-time streaming",
 }  # fmt: skip
 STATUS, INPUTS_OUTPUTS = "Programming: The Status Byte", "Specifications: Inputs and Outputs"
-AUXILIARY, JOYSTICK, DRIVER = (f"{INPUTS_OUTPUTS}, {name}" for name in ("Auxiliary", "Joystick", "Motor/Driver"))
+AUXILIARY, JOYSTICK, DRIVER, ENCODER = (
+    f"{INPUTS_OUTPUTS}, {name}" for name in ("Auxiliary", "Joystick", "Motor/Driver", "Encoder")
+)
 PHASES = {phase.name.lower(): phase.value for phase in Phase} | {"joystick": "moved by the joystick", "off": "no power"}
 
 FRONT = (
@@ -52,6 +54,15 @@ FRONT = (
         Lamp("RPS", "remote power shutdown", "shutdown", tone=Tone.WARNING, doc="The motor is without current."),
         Lamp("CW", "direction", "direction", doc="High: clockwise."),
         Lamp("STEP", "step", "step", doc="High for half a period after each pulse."),
+        Lamp("CW STEP", "clockwise step", "cw_step", lit=False, doc=(
+            "Low while STEP is high clockwise; open collector.")),
+        Lamp("CCW STEP", "counter-clockwise step", "ccw_step", lit=False, doc=(
+            "Low while STEP is high counter-clockwise; open collector.")),
+    ), row=True),
+    Group("Interrupt lines", "Installation: Multibus interrupts", (
+        Lamp("JU18", "message ready", "ju18", doc="The jumper's right side; no mask affects it."),
+        Lamp("JU20", "input ready", "ju20", doc="The jumper's right side; no mask affects it."),
+        Lamp("JU19", "controller failed", "ju19", tone=Tone.FAULT, doc="The jumper's right side; no mask affects it."),
     ), row=True),
     Group("Limits and triggers", AUXILIARY, (
         Lamp("CW", "clockwise limit", "cw_limit", tone=Tone.FAULT, doc="High: active."),
@@ -65,4 +76,13 @@ FRONT = (
         Lamp("ZERO", "at zero", "at_zero", doc="The joystick gives out no pulses."),
     ), row=True),
 )  # fmt: skip
-"""Group by group."""
+"""Group by group: an 1810."""
+FRONT_1811 = (
+    *FRONT,
+    Group("Encoder", ENCODER, (
+        Lamp("Z", "channel Z", "channel_z", doc="The encoder's mark, before JU16; 96h tells it behind JU16."),
+        Lamp("STEP", "encoder step", "encoder_step", doc="High for 229 ns after each count."),
+        Lamp("DIR", "encoder direction", "encoder_direction", doc="High: positive, unless JU17 inverts it."),
+    ), row=True),
+)  # fmt: skip
+"""An 1811: with the encoder interface."""

@@ -71,6 +71,7 @@ class Handshake:
         self._next_message_ns, self._most = next_message_ns, most
         self._messages: deque[bytes] = deque()
         self._loading = False
+        self._leaves: Event | None = None
         self._told: Event = clock.event()
         self._status = Status.MASKED
         self.on_reset: Callable[[], None] = lambda: None
@@ -149,9 +150,20 @@ class Handshake:
 
     # Messages
 
+    @property
+    def full(self) -> bool:
+        """True if the message queue has no room."""
+        return len(self._messages) >= self._most
+
+    def taken(self) -> Event:
+        """An event that happens when the next message leaves the queue."""
+        if self._leaves is None:
+            self._leaves = self.clock.event()
+        return self._leaves
+
     def send(self, message: bytes) -> None:
         """Queue a message, filled up to sixteen bytes; if the queue is full it is lost."""
-        if len(self._messages) >= self._most:
+        if self.full:
             return
         self._messages.append(message.ljust(LONGEST, b"\0"))
         if not self._loading and Status.MESSAGE_READY not in self._status:
@@ -167,6 +179,9 @@ class Handshake:
         self._loading = False
         if self._messages:
             message = self._messages.popleft()
+            if self._leaves is not None:
+                leaves, self._leaves = self._leaves, None
+                leaves.succeed()
             self.port.output.load(message)
             self.port.said(message)
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)

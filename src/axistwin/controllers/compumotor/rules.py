@@ -138,6 +138,13 @@ RULES = (
         "A trigger has one function at a time; the first one must be disabled.",
         "stop_on_trigger 1 on off\ninterrupt_on_trigger 1 on",
     ),
+    NO_ENCODER := Rule(
+        "CM307", "a closed-loop move of an 1810", W, DEFINE,
+        "An 1810 keeps the definition and performs nothing, for it has no encoder.  With the option "
+        "`encoder_commands=\"performed\"` it moves as if an encoder stayed at 0.",
+        "; model: 1810\n> D4 01 00 00 00 61 A8 00 03 D0 90 00 00 00 0A\n> 40 01",
+        suffix=".talk",
+    ),
     OTHER_MODE := Rule(
         "CM401", "data for another streaming mode", E, STREAM,
         "E0 is for mode 51, E1 for 52, E3 for 53.",

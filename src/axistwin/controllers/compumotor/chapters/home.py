@@ -90,7 +90,6 @@ class Search:
         self._board, self._final, self._speed, self._mark = board, definition.final, speed, mark
         slow = Segment(definition.rate(move, speed.range), None)
         self._slow = Course(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
-        self._stops = board.stops
 
     def perform(self, start: int) -> Procedure:
         """All of it, beginning in this physical direction.  HOME is where it was unless the edge has been found."""
@@ -111,7 +110,7 @@ class Search:
     @property
     def _stopped(self) -> bool:
         """Whether the host has stopped or killed the motion since this began."""
-        return self._board.stops != self._stops
+        return self._board.motion.stopped
 
     def _sign(self, direction: int) -> int:
         return direction if self._board.pulses.cw_is_plus else -direction
@@ -135,7 +134,7 @@ class Search:
         if distance and not self._stopped:
             yield self._board.occupy(self._board.start_ns)
             sign = 1 if distance > 0 else -1
-            if not self._board.limits.blocks(sign):
+            if not self._board.blocked(sign):
                 pulses.start(preset(self._speed, abs(distance)), sign)
                 yield from self._rest()
         return pulses.position == target and not self._stopped
@@ -151,7 +150,7 @@ class Search:
         """Move until the edge is seen: the position there, or None if the motion has ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
-        if self._stopped or board.limits.blocks(sign):
+        if self._stopped or board.blocked(sign):
             return None
         watch = EdgeWatch(board.clock, self._mark, self._mark.level_behind(direction))
         try:

@@ -71,12 +71,16 @@ class Move:
         return bytes([self.kind, number, self.xy]) + numbers + target
 
 
+NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
+"""Move zero after reset, and what is reported where no move has begun yet."""
+
+
 class Library:
     """The pre-defined moves.  The processor "crunches" them one after the other, when it finds time."""
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
-        self.default = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
+        self.default = NO_MOVE
         """Move zero (31h), which is not calculated in advance.  Without acceleration it is not defined."""
         self._moves: dict[int, Move] = {}
         self._ready_ns: dict[int, int] = {}
@@ -125,6 +129,8 @@ class Motion:
     """The direction of a preset move, also when a correction has gone the other way since."""
     stopped: bool = False
     """Whether it was stopped or killed, so that nothing of it is still to come."""
+    at_limit: bool = False
+    """True if it has hit a limit."""
     streamed: bool = False
     """True if a stream has been performed since."""
 
@@ -254,8 +260,8 @@ def preset_distance(board: "Board", move: Move) -> int:
 
 
 def excursion(board: "Board", move: Move, speed: Speed, sign: int, course: Course, end: int | None = None) -> Procedure:
-    """From zero velocity, until the move is no longer being performed.  Ignored at a limit in that direction."""
-    if board.limits.blocks(sign):
+    """From zero velocity, until the move is no longer being performed.  Ignored if blocked in that direction."""
+    if board.blocked(sign):
         return
     board.begin_move(move, speed, end)
     board.pulses.start(course, sign)
@@ -276,7 +282,8 @@ def _perform_continuous(board: "Board", move: Move, speed: Speed) -> Procedure:
         return
     pulses.change(stopping(pulses.rate, speed))
     yield from _until(board, Phase.REST)
-    if speed.rate and not (board.motion.stopped or board.limits.blocks(sign)):
+    ended = board.motion.stopped or board.motion.at_limit
+    if speed.rate and not (ended or board.blocked(sign)):
         pulses.start(continuous(speed), sign)
         yield from _until_performed(board, move)
 

@@ -67,10 +67,13 @@ def continuous(speed: Speed) -> Course:
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> Course:
     """From the present `rate`, given out in the range `before`, to another that is not zero, and on for ever."""
-    unit = max(before.resolution, speed.range.resolution)
+    unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
-    lowest = min(rate, speed.base)
-    ramp = _between(max(rate, speed.base) if speed.rate > rate else rate, max(speed.rate, lowest), speed, unit)
+    ramp: tuple[Segment, ...] = ()
+    if max(rate, speed.rate) > base:
+        ramp = _between(max(rate, base), max(speed.rate, base), speed, unit)
+        at_base = (Segment(base, UPDATE),) if min(rate, speed.rate) < base else ()
+        ramp = (*at_base, *ramp) if phase is Phase.ACCELERATING else (*ramp, *at_base)
     return Course(((phase, ramp), (Phase.CONSTANT, (Segment(speed.rate, None),))), speed.range.maximum)
 
 

@@ -96,6 +96,11 @@ class PulseGenerator:
         return self.phase is not Phase.REST
 
     @property
+    def ending(self) -> bool:
+        """True while the velocity decreases to zero."""
+        return self.phase is Phase.DECELERATING and self._course.timetable[-1][1] is Phase.REST
+
+    @property
     def physical(self) -> int:
         """+1 CW, -1 CCW: the present or most recent direction."""
         return self.sign if self.cw_is_plus else -self.sign

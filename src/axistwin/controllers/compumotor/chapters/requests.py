@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.compumotor.chapters import streaming
+from axistwin.controllers.compumotor.chapters.moves import NO_MOVE
 from axistwin.controllers.compumotor.chapters.pulses import Phase
 from axistwin.controllers.compumotor.chapters.ranges import VELOCITY_RANGES
 
@@ -57,17 +58,15 @@ def velocity(board: "Board") -> bytes:
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
-    move, rate = board.motion.move, board.pulses.rate
-    if move is None:
-        return bytes(5)
+    move, rate = board.motion.move or NO_MOVE, board.pulses.rate
     number = move.velocity if rate == move.rate else VELOCITY_RANGES[move.ranges[0]].number(rate)
     return bytes([move.xy]) + number.to_bytes(4, "big")
 
 
 def acceleration(board: "Board") -> bytes:
     """Command 86h: ranges and acceleration number of the present or most recent move."""
-    move = board.motion.move
-    return bytes(5) if move is None else bytes([move.xy]) + move.acceleration.to_bytes(4, "big")
+    move = board.motion.move or NO_MOVE
+    return bytes([move.xy]) + move.acceleration.to_bytes(4, "big")
 
 
 def status(board: "Board") -> bytes:

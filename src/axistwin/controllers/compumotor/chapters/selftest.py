@@ -23,10 +23,16 @@ def test_switch(board: "Board") -> None:
 
 
 def test(board: "Board") -> Procedure:
-    """One revolution of 25,000 pulses CCW at 5,000 Hz without a ramp, one CW; then the board monitor alarm."""
+    """One revolution of 25,000 pulses CCW at 5,000 Hz without a ramp, one CW; then the board monitor alarm.
+
+    A limit prevents the one in its direction: JU5 and JU6 must be installed if there are no switches.
+    """
     board.pulses.kill()
     for cw in (False, True):
-        board.pulses.start(ONE_TURN, +1 if cw is board.pulses.cw_is_plus else -1)
+        sign = +1 if cw is board.pulses.cw_is_plus else -1
+        if board.limits.blocks(sign):
+            continue
+        board.pulses.start(ONE_TURN, sign)
         while board.pulses.moving:
             yield board.pulses.changed()
     board.fail()

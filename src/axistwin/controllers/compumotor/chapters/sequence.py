@@ -1,5 +1,6 @@
 """Chapter Sequence buffers: commands 20h to 2Ch, 41h, 48h, 92h, D8h to DAh."""
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -275,12 +276,24 @@ def perform(board: "Board", number: int) -> None:
         board.sequencer.start(board, number, buffer)
 
 
-def list_commands(board: "Board", number: int) -> None:
+def list_commands(board: "Board", number: int) -> Procedure | None:
     """Command 92h: a message for each command of sequence 1 to 15, and one with the null command.
 
-    Messages that the host has not read are lost.
+    Messages that the host has not read are lost.  What finds the message queue full follows as the host reads; until
+    then 92h is in progress.
     """
     board.handshake.forget_messages()
-    for stored in board.sequences[number] or ():
-        board.send(0x92, stored.string)
-    board.send(0x92, b"")
+    left = deque([*(stored.string for stored in board.sequences[number] or ()), b""])
+    _list_while_there_is_room(board, left)
+    return _list_the_rest(board, left) if left else None
+
+
+def _list_the_rest(board: "Board", left: deque[bytes]) -> Procedure:
+    while left:
+        yield board.handshake.taken()
+        _list_while_there_is_room(board, left)
+
+
+def _list_while_there_is_room(board: "Board", left: deque[bytes]) -> None:
+    while left and not board.handshake.full:
+        board.send(0x92, left.popleft())

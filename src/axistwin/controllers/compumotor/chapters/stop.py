@@ -10,7 +10,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from axistwin.controllers.compumotor.chapters.profiles import stopping
-from axistwin.controllers.compumotor.chapters.pulses import Phase
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 from axistwin.units import MS
@@ -38,8 +37,7 @@ def stop_motion(board: "Board") -> None:
     board.motion.stopped = True
     if board.streaming or board.loop.correcting or speed is None:
         kill_motion(board)
-    elif pulses.phase in (Phase.ACCELERATING, Phase.CONSTANT):
-        board.stops += 1
+    elif not pulses.ending:
         pulses.change(stopping(pulses.rate, speed))
 
 
@@ -62,7 +60,6 @@ def discontinue_singular(board: "Board") -> None:
 def kill_motion(board: "Board") -> None:
     """Commands 78h, 7Ch: no more pulses, at once, as at a limit."""
     board.motion.stopped = True
-    board.stops += 1
     board.stream.end()
     board.pulses.kill()
 

@@ -234,7 +234,7 @@ class Stream:
         assert self.setting is not None
         if not rate:
             pulses.kill()
-        elif board.limits.blocks(sign) or board.shut_down:
+        elif board.blocked(sign):
             pulses.kill()
             return False
         else:

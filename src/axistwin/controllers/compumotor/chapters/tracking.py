@@ -118,7 +118,6 @@ class ClosedLoop:
         """The power is gone."""
         if self._axis is not None:
             self._axis.on_push.remove(self._pushed)
-            self._axis = None
 
     # What is known
 
@@ -292,7 +291,7 @@ class ClosedLoop:
         target = counts + (self.desired if relative else self.encoder.count)
         pulses = _to_pulses(counts, self.ratio, move.target)
         sign = 1 if pulses > 0 else -1
-        if abs(pulses) > FARTHEST or (pulses and (not speed.rate or board.limits.blocks(sign))):
+        if abs(pulses) > FARTHEST or (pulses and (not speed.rate or board.blocked(sign))):
             return
         self.desired, self.commanded = target, (move, target)
         if pulses:

@@ -12,7 +12,7 @@ from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor import rules
-from axistwin.controllers.compumotor.chapters.moves import Kind, Move
+from axistwin.controllers.compumotor.chapters.moves import CLOSED_LOOP, Kind, Move
 from axistwin.controllers.compumotor.chapters.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.compumotor.checker.texts import name_of
 from axistwin.controllers.compumotor.language import LONGEST, Accept, DontCare, Opcode
@@ -24,6 +24,7 @@ LOOPS = (0x20, 0x21)
 NEED_DEFAULT = {0x32: "move", 0x33: "move", 0x34: "move", 0x35: "move", 0x36: "move", 0x39: "search", 0x3A: "search"}
 NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
+RATIO, RESUME = 0xB0, 0x37
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
 """Streaming data, and the mode it is for."""
 END_OF_STREAM = -0x7FFF
@@ -44,7 +45,8 @@ class Given:
 class Known:
     """What the board knows after what it has been sent."""
 
-    moves: set[int] = field(default_factory=set)
+    moves: dict[int, int] = field(default_factory=dict)
+    """By number, the opcodes that define them."""
     sequences: dict[int, list[Given]] = field(default_factory=dict)
     defining: int | None = None
     begun: Given | None = None
@@ -187,7 +189,7 @@ class _Checker:
             case 0xDA:
                 known.sequences.pop(values[0], None)
             case 0xD7:
-                known.moves.discard(values[0])
+                known.moves.pop(values[0], None)
             case 0x41:
                 self._perform_sequence(given)
             case 0x50:
@@ -203,19 +205,30 @@ class _Checker:
         """A command as it is performed, from the host or from a sequence."""
         opcode, values, known = given.command.opcode, given.values, self.known
         if opcode in DEFINITIONS:
-            known.moves.add(values[0])
+            known.moves[values[0]] = opcode
         elif opcode in LOOP_PARAMETERS:
             known.loop.add(opcode)
         elif opcode == 0x31:
             known.default = any(values[1:])
         elif opcode == 0x38:
             known.home = True
-        elif opcode == 0x40 and values[0] not in known.moves:
-            self._say(rules.NO_MOVE, given.sent[1:2], f"move {values[0]} is not defined here", given.command.chapter)
+        elif opcode == 0x40:
+            self._perform_move(given)
         elif opcode in NEED_DEFAULT:
             self._needs(given)
         elif 0x74 <= opcode <= 0x7F or opcode == 0xAC:
             self._trigger(given)
+
+    def _perform_move(self, given: Given) -> None:
+        number, known = given.values[0], self.known
+        if number not in known.moves:
+            self._say(rules.NO_MOVE, given.sent[1:2], f"move {number} is not defined here", given.command.chapter)
+        elif known.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
+            what = f"not performed: move {number} is a closed-loop move, and an 1810 has no encoder"
+            self._about(rules.NO_ENCODER, given, what, given.command.chapter)
+        elif known.moves[number] in CLOSED_LOOP and RATIO not in known.loop:
+            what = f"ignored: B0 (ratio) has not been given, and move {number} is a closed-loop move"
+            self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
 
     def _needs(self, given: Given) -> None:
         opcode, known = given.command.opcode, self.known

@@ -1,0 +1,204 @@
+"""Options of a board, the figures of which the manual gives only an "about", and units of what a host sends."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench import product
+from axistwin.errors import UsageError
+from axistwin.units import MS
+
+from .talking import CONTROL, ENABLE, INPUT_READY, MESSAGE, ask, message, messages, ready, tell, write
+
+TIMES = (
+    "initialisation_s", "drain_ms", "reply_ms", "start_ms", "calculation_ms", "step_ms", "next_message_ms", "limit_us",
+    "trigger1_us", "trigger6_us", "trigger1_hold_us", "trigger6_hold_us", "home_ms", "marker_ms",
+)  # fmt: skip
+SWITCHES = ("test_switch", "invert_z", "invert_encoder", "high_impedance")
+BAD = [
+    *((name, value) for name in TIMES for value in (-0.001, -1, 60_000.5, 60_001, "1", None, True)),
+    *((name, value) for name in SWITCHES for value in (0, 1, "yes", None)),
+    *(("buffer_bytes", value) for value in (15, 0x1_0000, 600.0, "600", False)),
+    *((name, value) for name in ("command_queue", "message_queue") for value in (0, 1001, 1.0, "1", True)),
+    ("step_ms", 0),
+    ("interrupts", ("message",)),
+    ("interrupts", ("message_ready", "nothing")),
+    ("interrupt_command", "nowhere"),
+    ("encoder_commands", "some"),
+    ("stop_after_stream", "kill"),
+    *(("part_number", text) for text in ("94-003657-01", "94-003657-01ABC", "94-003657-01Å")),
+]
+
+
+@pytest.mark.parametrize(("name", "value"), BAD)
+def test_a_bad_value_is_refused_in_one_line_that_names_the_option(name, value):
+    with pytest.raises(UsageError) as caught:
+        Bench().add("1811", **{name: value})
+    assert name in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+GOOD = [
+    *((name, value) for name in TIMES if name != "step_ms" for value in (0, 0.5, 60_000)),
+    *((name, value) for name in SWITCHES for value in (True, False)),
+    *(("buffer_bytes", value) for value in (16, 0xFFFF)),
+    *((name, value) for name in ("command_queue", "message_queue") for value in (1, 1000)),
+    ("step_ms", 0.001), ("step_ms", 60_000),
+    ("interrupts", ()), ("interrupts", ("message_ready", "input_ready", "failed")),
+    ("part_number", "94-003657-01A"), ("part_number", "94-003657-01AB"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), GOOD)
+@pytest.mark.parametrize("model", ["1810", "1811"])
+def test_the_ends_of_the_ranges_are_taken(model, name, value):
+    Bench().add(model, **{name: value})
+
+
+def test_a_message_says_between_what_a_number_must_lie():
+    for name, span in (
+        ("drain_ms", "from 0 to 60000"),
+        ("buffer_bytes", "16 to 65535"),
+        ("message_queue", "1 to 1000"),
+    ):
+        with pytest.raises(UsageError, match=span):
+            Bench().add("1811", **{name: -1})
+    with pytest.raises(UsageError, match="above 0"):
+        Bench().add("1811", step_ms=0)
+    for name, known in (("encoder_commands", "kept, performed, ignored"), ("interrupt_command", "everywhere, printed")):
+        with pytest.raises(UsageError, match=known):
+            Bench().add("1811", **{name: "x"})
+    with pytest.raises(UsageError, match="message_ready, input_ready, failed"):
+        Bench().add("1811", interrupts=("x",))
+
+
+# Figures that the manual gives
+
+
+def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
+    """Writing commands: "Commands are placed into a command buffer internal to the Motor Controller"."""
+    board = ready(bench, reply_ms=10_000.0)
+    tell(bench, board, 0x84)  # keeps the processor busy for ten seconds
+    for _ in range(16):
+        tell(bench, board, 0x09, 0)
+    write(board, 0x09, 1)  # the board has drained it, and has no place for it
+    bench.run(1)
+    assert not board.bus.read(CONTROL) & INPUT_READY
+    bench.run(10)
+    assert board.bus.read(CONTROL) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
+
+
+def test_a_command_queue_of_one(bench):
+    board = ready(bench, reply_ms=10_000.0, command_queue=1)
+    tell(bench, board, 0x84)
+    tell(bench, board, 0x09, 0)
+    write(board, 0x09, 1)
+    bench.run(1)
+    assert not board.bus.read(CONTROL) & INPUT_READY
+
+
+def test_messages_wait_up_to_the_queue_and_further_ones_are_lost(bench):
+    """Reading responses: "waiting to send additional messages"; here two wait behind the one in the ODB."""
+    board = ready(bench, message_queue=2)
+    for identifier in range(5):
+        tell(bench, board, 0x01, identifier + 1)
+        bench.run(0.01)
+    assert messages(bench, board) == ["01 01", "01 02", "01 03"]
+
+
+def test_by_default_sixty_four_messages_wait(bench, board):
+    for identifier in range(70):
+        tell(bench, board, 0x01, identifier)
+        bench.run(0.005)
+    assert len(messages(bench, board)) == 65
+
+
+@pytest.mark.parametrize("ms", [0.0, 1.0, 7.0])
+def test_the_next_message_comes_after_the_first_has_been_taken(bench, ms):
+    """Reading responses: after CB bit 7, "if the Motor Controller has been waiting ... it will do so then"."""
+    board = ready(bench, next_message_ms=ms)
+    for identifier in (1, 2):
+        tell(bench, board, 0x01, identifier)
+    bench.run(0.02)
+    assert message(bench, board)[:2] == b"\x01\x01"
+    taken = bench.now
+    assert bench.run_until(lambda: board.bus.read(CONTROL) & MESSAGE, 1)
+    assert bench.now - taken == ms * MS
+
+
+@pytest.mark.parametrize("size", [16, 100, 0xFFFF])
+def test_the_memory_is_as_large_as_the_option_says(bench, size):
+    """E2h: four bytes, the first two "always zero"."""
+    board = ready(bench, buffer_bytes=size)
+    assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
+    tell(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
+    assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
+
+
+@pytest.mark.parametrize(
+    ("sources", "byte"),
+    [
+        ((), 0x08),
+        (("message_ready",), 0x88),
+        (("failed",), 0x08),
+        (("input_ready",), 0x98),
+        (("input_ready", "failed"), 0x98),
+    ],
+)
+def test_only_what_a_jumper_connects_interrupts(bench, sources, byte):
+    """Interrupts: MR by JU18, IR by JU20, CF by JU19; SB bit 7 tells that one has occurred."""
+    board = bench.add("1811", interrupts=sources)
+    bench.run(1.01)
+    board.bus.write(CONTROL, ENABLE)
+    write(board, 0x01, 9, control=ENABLE)
+    bench.run(0.02)
+    assert board.bus.read(CONTROL) == byte | INPUT_READY | MESSAGE
+    assert board.bus.interrupt is bool(byte & 0x80)
+
+
+# Units
+
+
+@pytest.mark.parametrize(
+    ("opcode", "units"),
+    [
+        (0xB1, ["pulses/rev"]), (0xB2, ["motor steps"]), (0xB5, ["encoder pulses"]), (0xD6, ["pulses/s"]),
+        (0xB3, ["units of range"]), (0x31, ["units of range"] * 2),
+        *((opcode, ["units of range"] * 2 + ["pulses"]) for opcode in (0xC8, 0xCB)),
+        *((opcode, ["units of range"] * 2 + ["encoder pulses"]) for opcode in (0xD4, 0xD5)),
+        (0xCE, ["units of range"] * 2),
+        (0xE0, ["effective clock/65536", "pulses"] * 3), (0xE1, ["effective clock/65536"] * 7), (0xE3, ["pulses"] * 7),
+        *((opcode, ["bytes"]) for opcode in (0x51,)), *((opcode, ["bytes", "ms"]) for opcode in (0x52, 0x53)),
+    ],
+)  # fmt: skip
+def test_the_units_in_which_a_command_is_given(opcode, units):
+    """C8h: velocity "units", distance in pulses; B1h: pulses of one revolution; B2h: motor steps; D6h: pulses per
+    second; E0h: V / 65,536 of the effective clock; 51h: alarm in bytes, update rate in milliseconds.
+    """
+    command = product("1811").commands.get(opcode)
+    assert [field.unit for field in command.parameters if field.unit] == units
+
+
+@pytest.mark.parametrize(
+    ("code", "good", "bad"),
+    [
+        ("E3", ("01" + "00" * 14, "07" + "FF" * 14), ("00" * 15, "08" + "00" * 14, "01" + "00" * 13)),
+        ("E0", ("00" * 12, "FF" * 12), ("00" * 11,)),
+        ("E1", ("00" * 14, "FF" * 14), ("00" * 13,)),
+        ("B0", ("00010001", "FFFFFFFF"), ("00000001", "00010000", "000100")),
+        ("B1", ("00000000", "0000FFFF"), ("00010000", "FFFFFFFF")),
+        ("B2", ("00000000", "7FFFFFFF"), ("80000000", "FFFFFFFF")),
+        ("B3", ("01000000000000", "03FF5F7FFFFFFF"), ("00" * 7, "04" + "00" * 6, "01006000000000", "01000080000000")),
+        ("B4", ("00000000", "0000FFFF"), ("00010000", "FFFFFFFF")),
+        ("B5", ("00000000", "FFFFFFFF"), ("000000",)),
+        ("31", ("00" * 10, "FF52" + "7FFFFFFF" * 2), ("0060" + "00" * 8, "0003" + "00" * 8, "000080" + "00" * 7)),
+        *((code, ("00", "01", "FF"), ("", "0001")) for code in ("12", "13", "14", "18", "19", "28", "32", "39", "3A")),
+        *((f"A{n:X}", ("00", "01", "FF"), ("", "0001")) for n in range(12)),
+        *((code, ("010000", "06FFFF"), ("000000", "020000", "050000", "070000")) for code in ("76", "77", "7D")),
+        *((code, ("", "00"), ("01",)) for code in ("10", "11", "30", "37", "42", "48", "50", "70", "80", "AF")),
+    ],
+)  # fmt: skip
+def test_parameter_bytes_are_in_the_correct_range(code, good, bad):
+    """Command definitions: the bytes above each text, such as "01 -> 07, number of significant distance values"."""
+    command = product("1811").commands.get(int(code, 16))
+    assert all(command.decode(bytes.fromhex(text)) is not None for text in good)
+    assert [text for text in bad if command.decode(bytes.fromhex(text)) is not None] == []

@@ -1,0 +1,98 @@
+"""Addendum: what is defined while the motor moves, or has an error already, counts from then on."""
+
+import pytest
+
+from .talking import default, i32, messages, position, ready, rest, tell
+from .tracking import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
+
+
+def machine(bench, *commands):
+    """An 1811 with an encoder of 4,000 counts on a motor of 25,000 pulses, and these commands."""
+    board = ready(bench, motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25_000}})
+    for command in commands:
+        tell(bench, board, *command)
+    default(bench, board, 5_000, AT_ONCE)
+    return board
+
+
+@pytest.mark.parametrize("last", [RATIO, RESOLUTION, SIGMA, TEETH], ids=["B0", "B1", "B2", "B4"])
+@pytest.mark.parametrize("termination", [0, 1])
+def test_a_stall_is_watched_for_as_soon_as_all_four_are_defined(bench, last, termination):
+    """19h: "after the motor to encoder resolution, the motor resolution, the backlash sigma, and the number of rotor
+    teeth have been defined the indexer will watch for stall detect on ALL moves"; one tooth is 500 pulses, 100 ms.
+    """
+    board = machine(bench, *(command for command in (RATIO, RESOLUTION, SIGMA, TEETH) if command is not last))
+    tell(bench, board, 0xA6, 1)
+    tell(bench, board, 0x19, termination)
+    board.axes["motor"].jam()
+    tell(bench, board, 0x33, *i32(2_000))
+    bench.run(0.2)  # the motor has been stalled for more than a tooth, and nobody knows
+    assert board.axes["motor"].velocity
+    tell(bench, board, *last)
+    bench.run(0.002_1)
+    assert (board.axes["motor"].velocity == 0) is bool(termination)
+    assert messages(bench, board) == ["a6 00"]
+
+
+@pytest.mark.parametrize("last", [RATIO, LAW, (0x18, 1)], ids=["B0", "B3", "18"])
+def test_an_error_is_corrected_as_soon_as_all_is_defined(bench, last):
+    """B3h: "No position maintenance will be performed until all of these parameters have been supplied"."""
+    board = machine(bench, *(command for command in (RATIO, LAW, (0x18, 1)) if command is not last))
+    board.axes["motor"].encoder.displace(10)
+    bench.run(0.1)
+    assert number(bench, board, 0x99) == -10
+    tell(bench, board, *last)
+    rest(bench, board)
+    assert number(bench, board, 0x99) == 0
+
+
+def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
+    """B3h: "These parameters may be changed at any time", also in a correction: K x 100 counts, 10 and then 20."""
+    board = tracked(bench)
+    board.axes["motor"].jam()  # the error stays
+    tell(bench, board, 0x18, 1)
+    tell(bench, board, 0xB3, 1, 10, 0x00, *i32(50_000))
+    board.axes["motor"].encoder.displace(-100)
+    bench.run(0.01)
+    assert board.axes["motor"].velocity == 1_000
+    tell(bench, board, 0xB3, 1, 20, 0x00, *i32(50_000))
+    bench.run(0.01)
+    assert board.axes["motor"].velocity == 2_000
+    tell(bench, board, 0xB3, 1, 0, 0x00, *i32(50_000))
+    bench.run(0.01)
+    assert board.axes["motor"].velocity == 0  # "if 0 is chosen no correction will take place"
+
+
+@pytest.mark.parametrize(("counts", "pulses"), [(1, 1), (-1, -1), (3, 2), (-3, -2), (2, 1), (-2, -1)])
+def test_half_a_motor_pulse_goes_away_from_where_the_move_begins(bench, counts, pulses):
+    """B0h: one motor pulse for two encoder pulses; an odd number of them ends on a half."""
+    board = machine(bench, *ALL, (0xB0, 0, 1, 0, 2))
+    tell(bench, board, 0x35, *i32(counts))
+    rest(bench, board)
+    assert position(bench, board) == pulses
+
+
+def test_the_deadband_may_be_defined_while_it_is_shown(bench):
+    """B5h: "whenever the encoder is within 5 encoder pulses": of an error of 5, then of 4."""
+    board = tracked(bench)
+    tell(bench, board, 0x0F, 0, 0x80, 1)
+    board.axes["motor"].encoder.displace(5)
+    for deadband, shown in ((5, 1), (4, 0), (0xFFFF, 1), (0, 0)):
+        tell(bench, board, 0xB5, 0xFF, 0xFF, *deadband.to_bytes(2, "big"))
+        assert board.bus.read(1) & 1 == shown
+    board.axes["motor"].encoder.displace(-5)
+    assert board.bus.read(1) & 1 == 1
+
+
+def test_a_push_after_power_has_gone_and_come_is_counted_once(bench):
+    """Reset: "encoder counts are zero"; the board that had power before counts nothing any more."""
+    board = tracked(bench)
+    board.power_cycle()
+    bench.run(1.01)
+    board.axes["motor"].encoder.displace(7)
+    assert number(bench, board, 0x9A) == 7
+    board.power(False)
+    board.axes["motor"].encoder.displace(7)
+    board.power(True)
+    bench.run(1.01)
+    assert number(bench, board, 0x9A) == 0

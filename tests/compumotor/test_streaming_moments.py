@@ -1,0 +1,89 @@
+"""Streaming at its edges: when it begins, the width of its pulses, power that goes while it is performed."""
+
+import pytest
+
+from axistwin.units import MS
+
+from .streams import distances, enter, pairs, velocities
+from .talking import CONTROL, RESET, ask, messages, ready, tell, write
+
+MODES = {
+    0x51: lambda bench, board: pairs(bench, board, (0x1000, 500), (0x2000, 500), (0x1000, 500)),
+    0x52: lambda bench, board: velocities(bench, board, 0x1000, 0x2000, 0x1000, 0x2000, 0x1000, 0x2000, 0x1000),
+    0x53: lambda bench, board: distances(bench, board, 500, 1000, 500, 1000, 500, 1000, 500),
+}
+
+
+def streaming(bench, board, mode, **options):
+    enter(bench, board, mode, 1, 16, rate=None if mode == 0x51 else 10, **options)
+    MODES[mode](bench, board)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("start_ms", [3, 0, 20])
+def test_the_first_velocity_comes_as_a_calculated_move_does(bench, mode, start_ms):
+    """Pre-defined moves: "within five milliseconds of receipt": 1 ms to read the command, 3 ms until it begins."""
+    board = ready(bench, start_ms=start_ms)
+    streaming(bench, board, mode)
+    written = bench.now
+    write(board, 0x42)
+    assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
+    assert bench.now - written == (1 + start_ms) * MS
+
+
+@pytest.mark.parametrize(("divisor", "width_ns"), [(1, 228), (4, 915), (16, 3_662)])
+@pytest.mark.parametrize("mode", [0x52, 0x53])
+def test_a_pulse_is_half_a_period_of_the_highest_frequency_wide(bench, board, mode, divisor, width_ns):
+    """STEP: "always one half the period of the maximum frequency out", which is half of the effective clock: 229 ns
+    at 2.18 MHz; for 4.369 MHz/16 it is 1/273,067 s.
+    """
+    enter(bench, board, mode, 1, divisor, rate=100)
+    velocities(bench, board, 16) if mode == 0x52 else distances(bench, board, 50)
+    tell(bench, board, 0x42)
+    bench.run(0.05)
+    while not board.pins["step"].level:
+        bench.clock.run_to(bench.now + 200)
+    rise = int(board.axes["motor"].pulse_times()[-1])
+    bench.clock.run_to(rise + width_ns - 2)
+    assert board.pins["step"].level
+    bench.clock.run_to(rise + width_ns + 2)
+    assert not board.pins["step"].level
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("way", ["power", "reset", "test"])
+def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
+    """Control byte: reset is "equivalent to cycling power"; S1: it "will stop whatever it is doing"."""
+    streaming(bench, board, mode)
+    tell(bench, board, 0x42)
+    bench.run(0.005)
+    assert board.axes["motor"].velocity
+    if way == "test":
+        tell(bench, board, 0xFF)
+        bench.run(10.1)
+        assert len(board.axes["motor"].pulse_times(bench.now - 10_050 * MS)) == pytest.approx(50_000, abs=300)
+        return
+    if way == "power":
+        board.power(False)
+    else:
+        board.bus.write(CONTROL, RESET)
+    stands = board.axes["motor"].position
+    bench.run(2)
+    assert board.axes["motor"].position == stands
+
+
+@pytest.mark.parametrize("seconds", [0.001, 0.002])
+def test_the_command_of_a_marker_does_not_outlive_its_board(bench, board, seconds):
+    """EEh: a command takes "two to four milliseconds to execute"; here the reset comes before it has been."""
+    enter(bench, board, 0x52, 1, 16, rate=10)
+    tell(bench, board, 0xEE, 0xFF, 0xFF, 0x09, 0x02, 0)
+    tell(bench, board, 0xEE, 0xFF, 0xFE, 0x94, 0, 0)
+    velocities(bench, board, 0xFFFE, 0x1000, 0xFFFF, 0x2000, 0x1000, 0, 0)
+    tell(bench, board, 0x42)
+    assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
+    bench.run(seconds)
+    board.bus.write(CONTROL, RESET)
+    bench.run(1.1)
+    assert board.bus.read(CONTROL) == 0x50
+    assert messages(bench, board) == []
+    assert ask(bench, board, 0x90)[1] == 0x50
