@@ -452,6 +452,7 @@ def campaign(
 ) -> Verdict:
     """So many mutated files of each kind, the same for the same seed."""
     verdict = Verdict()
+    _warm_up()
     with tempfile.TemporaryDirectory() as name:
         directory = Path(name)
         bases, there = Bases(directory), acts(directory)
@@ -473,6 +474,15 @@ def campaign(
                 for what, act in there[kind].items():
                     _one(verdict, kind, f"{what} of number {number}", act, path, keep, bound_s)
     return verdict
+
+
+def _warm_up() -> None:
+    """Run a motor and its program once: compiling the kernels takes seconds, and no file is to blame for them."""
+    bench = Bench()
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.5)
+    motor.serial.write(b"UCI UDI ZS LOAD a=1 P=9 A=9 V=9999 G END \xff\xffRUN ")
+    bench.run(0.5)
 
 
 def _one(verdict: Verdict, kind: str, what: str, act: Act, path: Path, keep: Path | None, bound_s: float) -> None:
