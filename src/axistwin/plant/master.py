@@ -82,7 +82,7 @@ class Master:
         self.plugged = False
         """True from the first run on: until then nothing is wired to A and B."""
         self.by_hand = ByHand(clock)
-        """Reports how a person turns it: `master`, counts and seconds."""
+        """Reports how a person turns it: `master`, counts and seconds; or an axis that it sits on, and the ratio."""
         self.before_change: list[Callable[[], None]] = []
         """Called before its course changes, while `at` still tells the old one."""
         self.on_change: list[Callable[[], None]] = []
@@ -142,6 +142,7 @@ class Master:
         Raises UsageError if that axis is its own motor's, or follows that one: nobody would move first.
         """
         self._check_no_circle(axis)
+        self.by_hand.tell("master", axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unwatch()
         self._ratio = Fraction(ratio)

@@ -5,6 +5,7 @@ What the bench does by itself (the script of a scene, a fault) is not reported: 
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from axistwin.sim.clock import Clock
 
@@ -33,7 +34,7 @@ class ByHand:
         self._watchers.append(watcher)
         return lambda: self._watchers.remove(watcher)
 
-    def tell(self, act: str, *values: float) -> None:
+    def tell(self, act: str, *values: Any) -> None:
         """A person does this now, unless the bench does it by itself."""
         if not self._clock.by_itself:
             for watcher in tuple(self._watchers):
