@@ -14,7 +14,7 @@ from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.layers import Layers
 from axistwin.plant.master import Followed, Master
-from axistwin.sim.by_hand import ByHand
+from axistwin.sim.by_hand import ByHand, check_counts
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -138,6 +138,7 @@ class EncoderView:
 
     def displace(self, counts: int) -> None:
         """Somebody turns the shaft by so many counts; it stays there until the motor moves it back."""
+        check_counts(counts, "displace")
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:

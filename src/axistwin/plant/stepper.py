@@ -13,7 +13,7 @@ from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.layers import Layers
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
-from axistwin.sim.by_hand import ByHand
+from axistwin.sim.by_hand import ByHand, check_counts
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import SensedPin
 
@@ -40,6 +40,7 @@ class EncoderView:
 
     def displace(self, counts: int) -> None:
         """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
+        check_counts(counts, "displace")
         self._axis.by_hand.tell("push", counts)
         self._encoder.displace(counts)
         self._moved()

@@ -7,9 +7,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from axistwin.errors import UsageError
+from axistwin.numbers import shortened
 from axistwin.sim.clock import Clock
 
+MOST_COUNTS = 1 << 53
+"""Pulses or counts that a person moves something by."""
 Watcher = Callable[..., object]
+
+
+def check_counts(counts: object, act: str) -> None:
+    """Raises UsageError if a person cannot move anything by so many counts."""
+    if type(counts) is not int:
+        raise UsageError(f"{act}({counts!r}): give a whole number of counts")
+    if abs(counts) > MOST_COUNTS:
+        raise UsageError(f"{act}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS} counts, e.g. 4000")
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shorte
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.by_hand import MOST_COUNTS
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.host_acts import HostAct
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
@@ -35,8 +36,6 @@ _READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
 _WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
 MOST_AT_ONCE = 256
 """Times that a register is read."""
-MOST_COUNTS = 1 << 53
-"""Pulses or counts that a person moves something by."""
 _SITS = re.compile(r"on (?P<axis>[^ ]+)(?: times (?P<above>-?\d{1,18})/(?P<below>\d{1,18}))?", re.ASCII)
 _RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
 

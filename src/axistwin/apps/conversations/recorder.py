@@ -42,8 +42,8 @@ class Recorder:
 
     `add` is given each of them; None: they are kept in `acts`, which grows with what is said.  `grain_ns`: times are
     told in whole multiples of it.  `raw`: the controller gets characters only, so that what the host does with its line
-    else is no act, but a comment.  `relayed`: the controller is a real one, which characters reach when they do, so that
-    what holds them back here is no act.
+    else is no act, but a comment.  `relayed`: the controller is a real one, which characters reach when they do; what
+    holds them back here is no act.
     """
 
     def __init__(
