@@ -12,6 +12,7 @@ from axistwin.apps.conversations.player import play
 from axistwin.apps.conversations.recorder import recording
 from axistwin.apps.scenes.hosting import loader
 from axistwin.apps.scenes.scene import Scene
+from axistwin.errors import UsageError
 from axistwin.sim.by_hand import by_itself
 from axistwin.sim.serial_port import Flow
 
@@ -319,3 +320,19 @@ def test_what_a_scene_s_host_sets_up_is_not_recorded():
     with recording(bench) as recorder, by_itself(bench.clock):
         motor.serial.held = True
     assert not any(isinstance(act, Do) for act in recorder.acts)
+
+
+@pytest.mark.parametrize("model", ["if1", "smartmotor"])
+def test_what_is_refused_is_neither_done_nor_recorded(model):
+    bench = Bench()
+    controller = bench.add(model)
+    (axis, *_) = controller.axes.values()
+    with recording(bench) as recorder:
+        for torque in (float("nan"), float("inf"), -1001.0):
+            with pytest.raises(UsageError, match="give a number from -1000 to 1000"):
+                axis.load(torque)
+        with pytest.raises(UsageError):
+            axis.encoder.displace(10**30)
+        controller.power_cycle()
+        bench.run(1)
+    assert {act.target for act in recorder.acts if isinstance(act, Do)} == {"power"}

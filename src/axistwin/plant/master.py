@@ -133,11 +133,12 @@ class Master:
         check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
+        duration_ns = to_ns(seconds)
         self.by_hand.tell("master", counts, seconds)
         count = self.count
         self._unwatch()
         self._unwatch = lambda: None
-        self._change(Run(self.clock.now, count, counts, to_ns(seconds)), None)
+        self._change(Run(self.clock.now, count, counts, duration_ns), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
         """From now on it sits on the shaft of this axis, and counts `ratio` for each of that axis's units.

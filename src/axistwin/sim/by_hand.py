@@ -13,6 +13,8 @@ from axistwin.sim.clock import Clock
 
 MOST_COUNTS = 1 << 53
 """Pulses or counts that a person moves something by."""
+MOST_TORQUE = 1000.0
+"""N·m on a shaft from outside."""
 Watcher = Callable[..., object]
 
 
@@ -22,6 +24,12 @@ def check_counts(counts: object, act: str) -> None:
         raise UsageError(f"{act}({counts!r}): give a whole number of counts")
     if abs(counts) > MOST_COUNTS:
         raise UsageError(f"{act}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS} counts, e.g. 4000")
+
+
+def check_torque(newton_metres: float) -> None:
+    """Raises UsageError if a person cannot load a shaft like that."""
+    if not -MOST_TORQUE <= newton_metres <= MOST_TORQUE:
+        raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
 
 
 @contextmanager
