@@ -5,9 +5,8 @@ Every file is `quick` unless it is slow: if only quick tests are asked for, slow
 
 import os
 import sys
-from pathlib import Path
-
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest

@@ -56,6 +56,8 @@ class FileStore:
         self._image = self.found
         self._unwritten: bytes | None = None  # what should be in the file in the place of the image
         self._writes = self._failures = 0
+        self._counted = 0
+        """Failures that have been told with a count."""
         self._given_up = False
 
     def __str__(self) -> str:
@@ -68,7 +70,7 @@ class FileStore:
     def save(self, contents: bytes) -> None:
         """Write a new file beside the old one, make sure it is on the disk, and let it take the old one's place.
 
-        Where that fails the contents stay in RAM, which is told the first time.
+        Where that fails the contents stay in RAM, which is told the first time after each end.
         """
         if self._given_up:
             return
@@ -78,7 +80,7 @@ class FileStore:
         except OSError as error:
             self._failures += 1
             self._unwritten = contents
-            if self._failures == 1:
+            if self._failures == self._counted + 1:
                 told = (
                     f"{self.path} cannot be written: {reason(error)}: the memory is in RAM only until the power is off"
                 )
@@ -87,14 +89,14 @@ class FileStore:
     def end(self) -> None:
         """The power is off, or the program ends: what could not be written is tried once more, and then forgotten.
 
-        How many writes have failed is told.
+        How many writes have failed is told, of all since this store was made.
         """
         if self._unwritten is not None:
             with suppress(OSError):
                 self._write(self._unwritten)
-        if self._failures:
+        if self._failures > self._counted:
             _log.warning("%s", f"{self.path}: {self._failures} of {self._writes} writes failed: {self._outcome}")
-        self._unwritten, self._writes, self._failures = None, 0, 0
+        self._unwritten, self._counted = None, self._failures
 
     @property
     def _outcome(self) -> str:
@@ -117,7 +119,7 @@ class FileStore:
         except OSError as error:
             do = "remove" if self.found is None else "write"
             raise AxistwinError(f"cannot {do} {self.path}: {reason(error)}") from None
-        self._given_up, self._unwritten, self._failures = True, None, 0
+        self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:
         """The file's contents; None: there is no file yet.  Raises UsageError if there is something else."""

@@ -1,5 +1,8 @@
 """What is recorded can be played, and is the same to the nanosecond."""
 
+from fractions import Fraction
+
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -8,7 +11,11 @@ from axistwin.bench.acts import Do, Expect, Hear
 from axistwin.conversations.conversation import Conversation, parse, write
 from axistwin.conversations.player import play
 from axistwin.conversations.recorder import recording
+from axistwin.errors import UsageError
+from axistwin.scenes.hosting import loader
 from axistwin.scenes.scene import Scene
+from axistwin.sim.by_hand import by_itself
+from axistwin.sim.serial_port import Flow
 
 
 def replayed(conversation: Conversation) -> object:
@@ -238,3 +245,95 @@ def test_what_a_scene_does_by_itself_is_left_to_the_scene():
     assert not [act for act in recorder.conversation().acts if isinstance(act, Do) and act.target != "input1"]
     assert play(parse(write(recorder.conversation().acts)), again) is None
     assert again["if1"].axes["X"].encoder.count == 40
+
+
+# What is done to the host's end of a line, and to encoders
+
+
+def _again(recorder, models):
+    """Another bench, on which what has been recorded has been played."""
+    bench = Bench()
+    for name, model in models.items():
+        bench.add(model, name)
+    assert play(parse(write(recorder.acts, recorder.codec), "again.talk"), bench) is None
+    return bench
+
+
+def test_an_encoder_put_on_an_axis_by_hand_sits_there_again():
+    motors = {"a": "smartmotor", "b": "smartmotor"}
+    bench = Bench()
+    for name, model in motors.items():
+        bench.add(model, name)
+    with recording(bench) as recorder:
+        bench.run(0.5)
+        bench["a"].serial.write(b"UCI UDI ZS A=100 V=400000 MP P=4000 G ")
+        bench["b"].serial.write(b"UCI UDI ZS MF4 ")
+        bench.run(0.1)
+        bench["b"].master.follow(bench["a"].axes["shaft"], Fraction(3, 2))
+        bench.run(1)
+    assert Do("master", "on a.shaft times 3/2", controller="b") in recorder.acts
+    again = _again(recorder, motors)
+    assert again.now == bench.now
+    assert again["b"].master.count == bench["b"].master.count != 0
+    assert again["b"].axes["shaft"].position == bench["b"].axes["shaft"].position != 0
+
+
+def test_a_program_loaded_while_recording_is_loaded_again():
+    bench = Bench()
+    motor = bench.add("smartmotor", "motor")
+    with recording(bench) as recorder:
+        bench.run(0.5)
+        loader(bench, lambda file: "a=1 WHILE a<5 a=a+1 LOOP PRINT(a,#13) END\n")("motor", "count.sms")()
+        bench.run(0.1)
+        assert motor.serial.read().endswith(b"5\r")
+    again = _again(recorder, {"motor": "smartmotor"})
+    assert again.now == bench.now
+    assert again["motor"].programs == bench["motor"].programs
+
+
+@pytest.mark.parametrize(
+    ("settle", "written"),
+    [
+        (lambda port: port.drop_pending(), "drop pending"),
+        (lambda port: setattr(port, "held", True), "hold high"),
+        (lambda port: setattr(port, "flow", Flow.X_ON_X_OFF), "flow xon"),
+        (lambda port: setattr(port, "instant", True), "instant high"),
+    ],
+)
+def test_what_a_host_sets_up_is_recorded_at_its_time(settle, written):
+    bench = Bench()
+    motor = bench.add("smartmotor", "motor")
+    with recording(bench) as recorder:
+        bench.run(0.5)
+        motor.serial.write(b"Ra Ra Ra Ra ")
+        bench.run(0.004)
+        settle(motor.serial)
+        bench.run(0.1)
+        said = motor.serial.read()
+    assert f"\n! {written}\n" in write(recorder.acts, recorder.codec)
+    again = _again(recorder, {"motor": "smartmotor"})
+    assert again["motor"].serial.read() == said
+
+
+def test_what_a_scene_s_host_sets_up_is_not_recorded():
+    bench = Bench()
+    motor = bench.add("smartmotor", "motor")
+    with recording(bench) as recorder, by_itself(bench.clock):
+        motor.serial.held = True
+    assert not any(isinstance(act, Do) for act in recorder.acts)
+
+
+@pytest.mark.parametrize("model", ["if1", "smartmotor"])
+def test_what_is_refused_is_neither_done_nor_recorded(model):
+    bench = Bench()
+    controller = bench.add(model)
+    (axis, *_) = controller.axes.values()
+    with recording(bench) as recorder:
+        for torque in (float("nan"), float("inf"), -1001.0):
+            with pytest.raises(UsageError, match="give a number from -1000 to 1000"):
+                axis.load(torque)
+        with pytest.raises(UsageError):
+            axis.encoder.displace(10**30)
+        controller.power_cycle()
+        bench.run(1)
+    assert {act.target for act in recorder.acts if isinstance(act, Do)} == {"power"}

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.plant.master import Master, Run
 from axistwin.sim.clock import Clock
@@ -102,3 +103,20 @@ def test_its_ratio_is_told(clock):
     assert master.ratio == 1
     master.follow(Shaft, Fraction(2000, 400))
     assert master.ratio == 5
+
+
+@pytest.mark.parametrize("counts", [10**30, -(10**18), 1.5, True])
+def test_counts_that_no_encoder_has_are_refused(counts):
+    motor = Bench().add("smartmotor")
+    with pytest.raises(UsageError, match=r"^move\("):
+        motor.master.move(counts, 1)
+    with pytest.raises(UsageError, match=r"^displace\("):
+        motor.axes["shaft"].encoder.displace(counts)
+
+
+@pytest.mark.parametrize("ratio", [10**17, -1_000_001, float("nan"), float("inf")])
+def test_a_ratio_that_no_gear_has_is_refused(ratio):
+    bench = Bench()
+    leader, follower = bench.add("smartmotor", "a"), bench.add("smartmotor", "b")
+    with pytest.raises(UsageError, match=r"^invalid ratio .*: expected -1000000 to 1000000, e\.g\. 3/2$"):
+        follower.master.follow(leader.axes["shaft"], ratio)

@@ -56,6 +56,14 @@ def test_a_short_campaign(capsys):
     assert capsys.readouterr().out == "passed: 60 combinations, seed 7: 0 raised or were not the same again\n"
 
 
+def test_the_switch_is_turned_again_by_what_turning_it_changes():
+    """One turn after the other, in the order in which they are asked for: off, off, on, off, on."""
+    power = (("power", "cycle"), ("power", "cycle"), ("power", "off"))
+    case = campaign.Case("if1", 1, 6, "inside", power)
+    assert campaign.play(case)[-2] is True
+    assert campaign.wrong(case) == ""
+
+
 WORKS = {
     "run": "XG$", "wait": "H1X5$", "pulse": "P1,50$", "index": "X900$", "sequence": ":XG:P1,20:H1A:$",
     "conversation": ":%:X5:$", "interpolation": "X400/Y90@500$",

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import FASTEST_BAUD, Break, UartFormat
+from axistwin.sim.levels import Levels, Space
 from axistwin.sim.serial import MANY, Uart
 from axistwin.sim.wirings import Pair, join
 
@@ -186,3 +187,11 @@ def test_a_format_that_no_uart_has_is_refused(values, message):
     with pytest.raises(UsageError) as refused:
         UartFormat(**values)
     assert str(refused.value).startswith(message)
+
+
+def test_a_break_of_years_costs_no_more_than_its_samples():
+    """A character of 10 samples inside a space of 31 years, at 12 Mbaud: no number is as long as the break."""
+    wire = Levels()
+    wire._spaces.append(Space(0, 10**18, 1, True))
+    assert wire.sample(0, 83, 1, 10) == 0
+    assert len(wire) == 1

@@ -6,7 +6,10 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.controllers.smartmotor.language import program
+from axistwin.controllers.smartmotor.language.language import Statement, read
 from axistwin.errors import UsageError
+from axistwin.units import S
 
 from .talking import ACKNOWLEDGE, END, ask, clear, load, ready, send, tell, upload
 
@@ -304,3 +307,86 @@ def test_a_spoilt_state_file_is_told_with_its_name(bench, tmp_path, contents):
     (tmp_path / "smartmotor.json").write_text(contents)
     with pytest.raises(UsageError, match=r"smartmotor\.json is not the memory of a SmartMotor \(.*\): delete it"):
         bench.add("smartmotor", state=tmp_path)
+
+
+LONG = "".join(f"a=a+{number}\n" for number in range(3600))
+"""A program that fills the memory of 32 KB."""
+
+
+def _most_in_one_step(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Statements that are read in the step with the most of them, until nothing more happens for a second."""
+    count, most, quiet_ns = 0, 0, bench.now + S
+
+    def counted(text: str) -> Statement:
+        nonlocal count
+        count += 1
+        return read(text)
+
+    monkeypatch.setattr(program, "read", counted)
+    while (due := bench.clock.next_event_ns()) is not None and due < quiet_ns:
+        before = count
+        bench.clock.step()
+        most = max(most, count - before)
+    monkeypatch.undo()
+    assert count >= 3600
+    return most
+
+
+def test_a_long_program_is_compiled_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench()
+    motor = bench.add("smartmotor")
+    bench.run(0.5)
+    motor.serial.write(b"UCI UDI ZS LOAD ")
+    bench.run(0.1)
+    assert motor.serial.read() == b"\x06"
+    motor.serial.write(LONG.encode())
+    bench.run(len(LONG) * 10 / 9600 + 0.01)
+    motor.serial.write(b"\xff\xff")
+    assert _most_in_one_step(bench, monkeypatch) == program.PIECE
+    motor.serial.read()
+    motor.serial.write(b"RUN RCKS\r")
+    bench.run(0.1)
+    assert motor.serial.read().endswith(b"P\r")
+
+
+def test_a_long_program_is_compiled_in_pieces_when_the_power_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench()
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.5)
+    motor.serial.write(b"UCI UDI ZS LOAD " + LONG.encode() + b"\xff\xff")
+    motor.power_cycle()
+    assert _most_in_one_step(bench, monkeypatch) == program.PIECE
+
+
+def test_a_program_that_is_not_compiled_yet_can_be_run_in_the_same_nanosecond() -> None:
+    bench = Bench()
+    motor = bench.add("smartmotor", line="instant")
+    bench.run(0.5)
+    motor.serial.write(b"UCI UDI ZS LOAD C5 a=7 END\n" + LONG.encode() + b"\xff\xffGOSUB5 ")
+    bench.run(0.1)
+    motor.serial.read()
+    motor.serial.write(b"Ra\r")
+    bench.run(0.1)
+    assert motor.serial.read() == b"7\r"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "SWITCH a\n" + "CASE 1\n" * 2000 + "ENDS\n",
+        "IF a\n" + "ELSEIF a\n" * 2000 + "ENDIF\n",
+        "WHILE 1\n" * 2000 + "BREAK\n" * 2000,
+        "IF a\nELSE\n" + "ELSE\n" * 2000 + "ENDIF\n",
+    ],
+)
+def test_blocks_cost_the_same_for_each_of_their_parts(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    count, word = 0, program.word
+
+    def counted(statement: Statement) -> str:
+        nonlocal count
+        count += 1
+        return word(statement)
+
+    monkeypatch.setattr(program, "word", counted)
+    program.Program.compile(text)
+    assert count < 8 * text.count("\n")

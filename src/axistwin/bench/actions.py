@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from decimal import Decimal, localcontext
+from fractions import Fraction
 from functools import partial
 
 from axistwin.bench.bench import Bench, Controller, line_format
@@ -16,7 +17,9 @@ from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shorte
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.by_hand import MOST_COUNTS
 from axistwin.sim.frames import UartFormat
+from axistwin.sim.host_acts import HostAct
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import Flow, SerialPort
@@ -25,7 +28,7 @@ from axistwin.units import to_ns
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 FAULT_ACTS = ("fault", "mend")
 BUS_ACTS = ("init", "read", "write")
-LINE_ACTS = ("dtr", "rts", "break", "line", "flow", "hold", "drop")
+LINE_ACTS = ("dtr", "rts", "break", "line", "flow", "hold", "drop", "instant")
 ATTRIBUTES = ("position", "pulses", "velocity", "encoder")
 SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature")
 _VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V", re.ASCII)
@@ -33,8 +36,7 @@ _READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
 _WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
 MOST_AT_ONCE = 256
 """Times that a register is read."""
-MOST_COUNTS = 1 << 53
-"""Pulses or counts that a person moves something by."""
+_SITS = re.compile(r"on (?P<axis>[^ ]+)(?: times (?P<above>-?\d{1,18})/(?P<below>\d{1,18}))?", re.ASCII)
 _RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
 
 Value = bool | int | float | Decimal
@@ -122,6 +124,16 @@ def in_words(target: str, *values: float) -> str:
     return level_name(bool(value)) if target == "power" or target.endswith(".jam") else _exact(value)
 
 
+def setting_words(act: HostAct) -> str:
+    """What follows `! kind` for a setting of the host's end of a line."""
+    match act.kind:
+        case "flow":
+            return str(act.value.value)
+        case "drop":
+            return "pending"
+    return level_name(act.value)
+
+
 def _exact(value: float) -> str:
     """Without an exponent."""
     return f"{Decimal(repr(value)):f}"
@@ -188,10 +200,25 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
     """The temperature around a motor, and its external encoder: `ambient 40`, `master 4000 in 2`."""
     if target == "ambient":
         return partial(setattr, controller, "ambient", _real(value))
+    if sits := _SITS.fullmatch(value):
+        return _sitting(controller, sits)
     found = _RUN.fullmatch(value)
     if found is None:
-        raise ProgramError(f"{value!r} is no run of an encoder: write counts and seconds, like 4000 in 2")
+        ways = "write counts and seconds, like 4000 in 2, or an axis, like on table.X times 3/2"
+        raise ProgramError(f"{value!r} is no run of an encoder: {ways}")
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
+
+
+def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
+    """`master on table.X times 3/2`: it is put on the shaft of an axis."""
+    assert controller.bench is not None, "a controller that is talked to stands on a bench"
+    name, _, axis = sits["axis"].rpartition(".")
+    if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
+        raise ProgramError(f"no axis {sits['axis']!r} here: write the controller and its axis, like table.X")
+    above, below = int(sits["above"] or 1), int(sits["below"] or 1)
+    if below == 0:
+        raise ProgramError(f"{above}/0 is no ratio: write one like 3/2")
+    return partial(controller.master.follow, controller.bench[name].axes[axis], Fraction(above, below))
 
 
 def _line_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
@@ -226,6 +253,8 @@ def port_action(port: SerialPort, target: str, value: str) -> Callable[[], objec
             return partial(setattr, port, "flow", _flow(value))
         case "hold":
             return partial(setattr, port, "held", _level(value))
+        case "instant":
+            return partial(setattr, port, "instant", _level(value))
         case "drop":
             return _dropping(port, value)
     return partial(setattr, port.host, "format", _line(value, port))

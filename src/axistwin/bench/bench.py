@@ -1,6 +1,7 @@
 """A bench: a world with its own clock, and the controllers and machines on it.  Seconds outside, nanoseconds inside."""
 
 import re
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
@@ -85,6 +86,8 @@ class Controller:
         self.by_hand = ByHand(next(iter(self.pins.values())).clock)
         """Reports what a person does to it: `power`."""
         self.powered = False
+        self._turns: deque[bool] = deque()
+        """Turns of the power switch that are being carried out, in order."""
         """Whether it has been switched on."""
         self.given: Mapping[str, Any] = {}
         """The options it was added with; where it keeps its state is not among them."""
@@ -230,6 +233,18 @@ class Controller:
         self.power(True)
 
     def _switch(self, on: bool) -> None:
+        """Turn the switch.  Who turns it again because of what changes meanwhile does so when it has been turned."""
+        self._turns.append(on)
+        if len(self._turns) > 1:
+            return
+        try:
+            while self._turns:
+                self._turn(self._turns[0])
+                self._turns.popleft()
+        finally:
+            self._turns.clear()
+
+    def _turn(self, on: bool) -> None:
         self.powered = on
         self._device.power(on)
         if not on:

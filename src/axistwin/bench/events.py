@@ -6,10 +6,12 @@
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
+from typing import Any
 
 from axistwin.bench import endpoints
-from axistwin.bench.actions import in_words, lead_in_words, on_a_bus
+from axistwin.bench.actions import in_words, lead_in_words, on_a_bus, setting_words
 from axistwin.bench.bench import Bench, Controller
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
@@ -94,7 +96,17 @@ class Handled:
     value: str
 
 
-Event = Said | Heard | Changed | Turned | Broke | Failed | Handled
+@dataclass(frozen=True, slots=True)
+class Arranged:
+    """The host's end of a line has been set up otherwise: `! act value` does it in a conversation."""
+
+    time_ns: int
+    controller: str
+    act: str
+    value: str
+
+
+Event = Said | Heard | Changed | Turned | Broke | Failed | Handled | Arranged
 Sink = Callable[[Event], None]
 
 
@@ -134,6 +146,13 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
     def at_axis(name: str, act: str, *values: float) -> None:
         handled(act if act == "ambient" else f"{name}.{act}", *values)
 
+    def at_master(target: str, what: Any, how: Any) -> None:
+        if isinstance(how, Fraction):
+            on = f"on {_name_of(bench, what)} times {how.numerator}/{how.denominator}"
+            sink(Handled(bench.now, controller.name, target, on))
+        else:
+            handled(target, what, how)
+
     for name, pin in controller.pins.items():
         stack.callback(pin.watch_lead(partial(led, name, pin)))
     stack.callback(controller.by_hand.watch(handled))
@@ -142,7 +161,12 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
     for name, axis in controller.axes.items():
         stack.callback(axis.by_hand.watch(partial(at_axis, name)))
         if isinstance(axis, ServoAxis):
-            stack.callback(axis.master.by_hand.watch(handled))
+            stack.callback(axis.master.by_hand.watch(at_master))
+
+
+def _name_of(bench: Bench, axis: object) -> str:
+    there = ((f"{it.name}.{name}", each) for it in bench.controllers.values() for name, each in it.axes.items())
+    return next((name for name, each in there if each is axis), "another bench")
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
@@ -166,6 +190,7 @@ def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
     stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(port.watch_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_words(act)))))
     stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
     stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
 

@@ -83,7 +83,7 @@ def record(
     relay = Relay(device, name, fmt)
     try:
         headers = _headers(device, model, fmt, on_for)
-        with recording_to(relay.bench, path, headers, grain_ns=GRAIN_NS, raw=relay.raw) as recorder:
+        with recording_to(relay.bench, path, headers, grain_ns=GRAIN_NS, raw=relay.raw, relayed=True) as recorder:
             _record_lines(relay, name, recorder)
             code = asyncio.run(_relay(relay, name, urls or [parse(ANY_PORT)], Flow(flow), recorder, path))
     finally:

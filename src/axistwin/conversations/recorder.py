@@ -16,7 +16,7 @@ from axistwin.bench import Bench, endpoints, line_format
 from axistwin.bench.actions import level_name
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec
-from axistwin.bench.events import Broke, Changed, Event, Failed, Handled, Heard, Said, observing
+from axistwin.bench.events import Arranged, Broke, Changed, Event, Failed, Handled, Heard, Said, observing
 from axistwin.conversations.conversation import Conversation, write
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
@@ -42,7 +42,8 @@ class Recorder:
 
     `add` is given each of them; None: they are kept in `acts`, which grows with what is said.  `grain_ns`: times are
     told in whole multiples of it.  `raw`: the controller gets characters only, so that what the host does with its line
-    else is no act, but a comment.
+    else is no act, but a comment.  `relayed`: the controller is a real one, which characters reach when they do; what
+    holds them back here is no act.
     """
 
     def __init__(
@@ -53,8 +54,9 @@ class Recorder:
         *,
         grain_ns: int = 1,
         raw: bool = False,
+        relayed: bool = False,
     ) -> None:
-        self.bench, self.grain_ns, self.raw = bench, grain_ns, raw
+        self.bench, self.grain_ns, self.raw, self.relayed = bench, grain_ns, raw, relayed
         self.acts: list[Act] = []
         self._add = add or self.acts.append
         for key, value in headers.items():
@@ -83,6 +85,10 @@ class Recorder:
                 self._act(event.time_ns, event.controller, self._with_the_line(event.controller, "break", seconds))
             case Failed():
                 self._done(event.time_ns, event.controller, event.act, event.words)
+            case Arranged() if not self.relayed:
+                self._act(
+                    event.time_ns, event.controller, self._with_the_line(event.controller, event.act, event.value)
+                )
             case Handled():
                 self._done(event.time_ns, event.controller, event.act, event.value)
             case Changed():
@@ -259,7 +265,13 @@ def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterato
 
 @contextmanager
 def recording_to(
-    bench: Bench, path: Path, headers: Mapping[str, str] | None = None, *, grain_ns: int = 1, raw: bool = False
+    bench: Bench,
+    path: Path,
+    headers: Mapping[str, str] | None = None,
+    *,
+    grain_ns: int = 1,
+    raw: bool = False,
+    relayed: bool = False,
 ) -> Iterator[Recorder]:
     """Record into the file at `path`, act by act.  Raises UsageError if it cannot be written.
 
@@ -268,7 +280,7 @@ def recording_to(
     file = TalkFile(path)
     try:
         headers = _headers(bench) if headers is None else headers
-        recorder = Recorder(bench, headers, file.add, grain_ns=grain_ns, raw=raw)
+        recorder = Recorder(bench, headers, file.add, grain_ns=grain_ns, raw=raw, relayed=relayed)
         file.codec = recorder.codec
         with observing(bench, recorder.take):
             yield recorder

@@ -7,9 +7,13 @@ from math import floor
 from typing import Protocol
 
 from axistwin.errors import UsageError
-from axistwin.sim.by_hand import ByHand
+from axistwin.numbers import shortened
+from axistwin.sim.by_hand import ByHand, check_counts
 from axistwin.sim.clock import Clock
 from axistwin.units import to_ns
+
+MOST_RATIO = 1_000_000
+"""Counts for each unit of the axis that an encoder sits on."""
 
 
 class Followed(Protocol):
@@ -82,7 +86,7 @@ class Master:
         self.plugged = False
         """True from the first run on: until then nothing is wired to A and B."""
         self.by_hand = ByHand(clock)
-        """Reports how a person turns it: `master`, counts and seconds."""
+        """Reports how a person turns it: `master`, counts and seconds; or an axis that it sits on, and the ratio."""
         self.before_change: list[Callable[[], None]] = []
         """Called before its course changes, while `at` still tells the old one."""
         self.on_change: list[Callable[[], None]] = []
@@ -126,22 +130,26 @@ class Master:
 
         What is left of a run before is not done any more.  Raises UsageError for a negative time.
         """
-        if type(counts) is not int:
-            raise UsageError(f"move({counts!r}, …): give a whole number of counts")
+        check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
+        duration_ns = to_ns(seconds)
         self.by_hand.tell("master", counts, seconds)
         count = self.count
         self._unwatch()
         self._unwatch = lambda: None
-        self._change(Run(self.clock.now, count, counts, to_ns(seconds)), None)
+        self._change(Run(self.clock.now, count, counts, duration_ns), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
         """From now on it sits on the shaft of this axis, and counts `ratio` for each of that axis's units.
 
-        Raises UsageError if that axis is its own motor's, or follows that one: nobody would move first.
+        Raises UsageError if that axis is its own motor's, or follows that one: nobody would move first; and for a ratio
+        beyond a million.
         """
+        if not -MOST_RATIO <= ratio <= MOST_RATIO:
+            raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
         self._check_no_circle(axis)
+        self.by_hand.tell("master", axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unwatch()
         self._ratio = Fraction(ratio)

@@ -14,7 +14,7 @@ from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.layers import Layers
 from axistwin.plant.master import Followed, Master
-from axistwin.sim.by_hand import ByHand
+from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
 
 if TYPE_CHECKING:
@@ -138,6 +138,7 @@ class EncoderView:
 
     def displace(self, counts: int) -> None:
         """Somebody turns the shaft by so many counts; it stays there until the motor moves it back."""
+        check_counts(counts, "displace")
         self._axis.push(counts)
 
     def miscount(self, of: int, out_of: int) -> None:
@@ -312,6 +313,7 @@ class ServoAxis:
 
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
+        check_torque(newton_metres)
         self.by_hand.tell("load", newton_metres)
         self._outside.set(float(newton_metres))
 

@@ -13,7 +13,7 @@ from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.layers import Layers
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
-from axistwin.sim.by_hand import ByHand
+from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import SensedPin
 
@@ -40,6 +40,7 @@ class EncoderView:
 
     def displace(self, counts: int) -> None:
         """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
+        check_counts(counts, "displace")
         self._axis.by_hand.tell("push", counts)
         self._encoder.displace(counts)
         self._moved()
@@ -286,6 +287,7 @@ class StepperAxis:
 
     def load(self, newton_metres: float) -> None:
         """A torque on the shaft from outside; positive turns it in the positive direction."""
+        check_torque(newton_metres)
         self.by_hand.tell("load", newton_metres)
         self._outside.set(newton_metres)
 

@@ -74,7 +74,7 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: the samples in between
             if first >= count:
                 break
-            last = (space.end * per - since + width - 1) // width
+            last = min(count, (space.end * per - since + width - 1) // width)  # a break may go on for hours
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
             forgotten += last <= count - 2

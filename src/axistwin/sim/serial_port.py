@@ -127,6 +127,7 @@ class SerialPort:
         self._hearers: list[Callable[[int, LineError], None]] = []
         self._break_watchers: list[Callable[[float], None]] = []
         self._listeners: list[Callable[[bytes], None]] = []
+        self._setting_watchers: list[Callable[[HostAct], None]] = []
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
@@ -177,6 +178,8 @@ class SerialPort:
         self._doing("flow", flow, self._set_flow)
 
     def _set_flow(self, flow: Flow) -> None:
+        if flow is not self._flow or self._stopped:
+            self._tell_setting("flow", flow)
         self._flow, self._stopped = flow, False
         self._settle()
 
@@ -190,12 +193,19 @@ class SerialPort:
         self._doing("hold", on, self._hold)
 
     def _hold(self, on: bool) -> None:
+        if on is not self._held:
+            self._tell_setting("hold", on)
         self._held = on
         self._settle()
 
     def drop_pending(self) -> None:
         """Forget what is queued and has not left yet."""
-        self._doing("drop", None, lambda _: self._uart.queue.clear())
+        self._doing("drop", None, self._drop)
+
+    def _drop(self, _: None) -> None:
+        if self._uart.queue:
+            self._tell_setting("drop", None)
+        self._uart.queue.clear()
 
     @property
     def pending(self) -> int:
@@ -209,6 +219,8 @@ class SerialPort:
 
     @instant.setter
     def instant(self, on: bool) -> None:
+        if on is not self.instant:
+            self._tell_setting("instant", on)
         self.to_device.instant = self.from_device.instant = on
 
     @property
@@ -235,6 +247,19 @@ class SerialPort:
         """Call `listener(data)` with what the host writes, when it is queued.  Returns what ends the listening."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
+
+    def watch_settings(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `watcher(act)` before each `flow`, `hold`, `drop` and `instant` that changes something, for recordings.
+
+        Also within another act; not what the bench does by itself.  Returns what ends the watching.
+        """
+        self._setting_watchers.append(watcher)
+        return lambda: self._setting_watchers.remove(watcher)
+
+    def _tell_setting(self, kind: str, value: object) -> None:
+        if not self.clock.by_itself:
+            for watcher in tuple(self._setting_watchers):
+                watcher(HostAct(kind, value))
 
     def watch_host(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
         """Call `watcher(act)` before everything that is done from the host's side.  Returns what ends the watching.

@@ -76,7 +76,8 @@ class Lines:
         """This processor has its power on now; its program is not running yet."""
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
-        self._attend()
+        if self.progress.wanted is None or self.progress.wanted:
+            self._attend()
 
     def listings(self) -> Mapping[str, Listing]:
         """The program; also without power, when nothing of it runs."""

@@ -7,6 +7,7 @@ the very sample in which it happens.
 from array import array
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from axistwin.controllers.product import Store
 from axistwin.controllers.smartmotor.chapters import brakes, faults, flow, io, limits, modes
@@ -106,7 +107,7 @@ from axistwin.controllers.smartmotor.kernel.state import (
     F,
 )
 from axistwin.controllers.smartmotor.language.language import Statement, command
-from axistwin.controllers.smartmotor.language.program import Program
+from axistwin.controllers.smartmotor.language.program import Compilation, Program
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.serial import program_store
 from axistwin.controllers.smartmotor.serial.channel import Channel, ChannelError
@@ -171,7 +172,8 @@ class Motor:
         self._set_defaults()
         self._take_machine()
         self.nonvolatile = Nonvolatile.load(self.store)
-        self.program = Program.compile("")
+        self._compilation: Compilation | None = None
+        self._program = Program.compile("")
         first, second = fittings.uarts
         self.channels = Channel(self, 0, first), Channel(self, 1, second)
         self._inputs = Inputs(self)
@@ -254,14 +256,37 @@ class Motor:
         """Edges of the external encoder so far, exactly now."""
         return self._inputs.edges()
 
-    def set_program(self, program: Program) -> None:
-        """Another program is in the memory; the one that was running has ended."""
+    @property
+    def program(self) -> Program:
+        """The program in the memory.  What of it has not been compiled yet is compiled now."""
+        if self._compilation is not None:
+            self._compiled(self._compilation.result())
+        return self._program
+
+    def set_program(self, text: str) -> None:
+        """Another program is in the memory; the one that was running has ended.
+
+        It is compiled in this nanosecond, in pieces: a long one is no single step of the simulation.
+        """
         flow.end(self)
+        self._compilation = Compilation(text)
+        self._compile(self._compilation)
+
+    def _compile(self, compilation: Compilation) -> None:
+        if compilation is not self._compilation:
+            return  # it is complete, or there is another one
+        if compilation.go_on():
+            self._compiled(compilation.result())
+        else:
+            self.clock.call_later(0, partial(self._compile, compilation))
+
+    def _compiled(self, program: Program) -> None:
+        self._compilation = None
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
         """The program is this one from now on; if it is running, its place in it is known."""
-        self.program = program
+        self._program = program
         self.core.code = array("q", program.code)
 
     def settle(self) -> None:

@@ -19,9 +19,14 @@ JUMPING = ("IF", "ELSEIF", "ELSE", "WHILE", "LOOP", "SWITCH", "CASE", "DEFAULT",
 WORDS = {(word[0], word[3:]): word for word in JUMPING}
 END_OF_TEXT = b"\xff"
 
+HEADER = 28
+"""Characters of a header and its line end, before the label table."""
+
 _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 _word = re.compile(r'(?:"[^"\n]*(?:"|(?=\n)|$)|[^ \t\n"])+')
 _line_end = re.compile(r"[\r\n\0]+")
+_flow = re.compile(rf'"[^"\n]*"?|(?<![^ \t\n])(?:C\d{{1,3}}|ENDIF|ENDS|{"|".join(JUMPING)})(?![^ \t\n])', re.ASCII)
+"""A label or a word of program flow; or what stands between quotes, so that none is found there."""
 _label = re.compile(r"C(\d{1,3})", re.ASCII)
 _jump = re.compile(r"\$([A-Z])[0-9A-F]{4}(.*)")
 _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]{10}\n?")
@@ -46,7 +51,11 @@ def labels(text: str) -> dict[int, int]:
 def sums(text: str) -> tuple[int, int]:
     """What RCKS reports: the sums of the bytes of the label addresses and of the text, 24 bits each."""
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
-    return addresses & 0xFFFFFF, sum(text.encode("latin-1")) & 0xFFFFFF
+    return addresses & 0xFFFFFF, _sum(text)
+
+
+def _sum(text: str) -> int:
+    return sum(text.encode("latin-1")) & 0xFFFFFF
 
 
 @dataclass
@@ -64,7 +73,7 @@ class _Block:
 def encode(text: str) -> bytes:
     """The image of a text, as UP sends it."""
     targets = dict(_targets(text))
-    program = _word.sub(lambda match: _with_target(match, targets), text)
+    program = _flow.sub(lambda match: _with_target(match, targets), text)
     table = "".join(f"{number:04X}{place:04X}" for number, place in labels(text).items())
     header, body = sums(text)
     head = f"$4{len(table) // 8:03X}{body:06X}{len(text):06X}{header:06X}0000"
@@ -73,17 +82,59 @@ def encode(text: str) -> bytes:
 
 def decode(data: bytes) -> tuple[str, bool]:
     """The text of what has been loaded, an image or plain source, and whether it is intact by its header."""
-    content = data.split(END_OF_TEXT, 1)[0].decode("latin-1")
-    match = _header.match(content)
-    if match is None:
-        return _readable(strip(content)), True
-    count, body, length = (int(digits, 16) for digits in match.groups())
-    text = _readable(strip(content[match.end() + 8 * count :]))
-    return text, (body, length) == (sums(text)[1], len(text))
+    decoder = Decoder()
+    decoder.feed(data)
+    return decoder.result()
+
+
+class Decoder:
+    """Decodes a program line by line while it is received, so that little is left to do at its end."""
+
+    def __init__(self) -> None:
+        self._lines: list[str] = []
+        self._rest = ""
+        """What has come and is no whole line, or may still belong to the header."""
+        self._header: tuple[int, int] | None = None
+        self._begun = self._ended = False
+
+    def feed(self, data: bytes) -> None:
+        """Take the next bytes.  What stands behind the end of the text is ignored."""
+        if self._ended:
+            return
+        text, ended, _ = data.partition(END_OF_TEXT)
+        self._ended = bool(ended)
+        self._rest += text.decode("latin-1")
+        if self._begin(whole=self._ended):
+            self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
+
+    def result(self) -> tuple[str, bool]:
+        """The whole text, and whether it is intact by its header."""
+        self._begin(whole=True)
+        self._decode(len(self._rest))
+        text = "".join(self._lines)
+        return text, self._header is None or self._header == (_sum(text), len(text))
+
+    def _begin(self, *, whole: bool) -> bool:
+        """Leave out header and label table as soon as they are there, or all has come.  Returns True when done."""
+        if self._begun or (len(self._rest) < HEADER and not whole):
+            return self._begun
+        match = _header.match(self._rest)
+        if match is None:
+            self._begun = True
+            return True
+        count, body, length = (int(digits, 16) for digits in match.groups())
+        begin = match.end() + 8 * count
+        if len(self._rest) >= begin or whole:
+            self._begun, self._header, self._rest = True, (body, length), self._rest[begin:]
+        return self._begun
+
+    def _decode(self, end: int) -> None:
+        lines, self._rest = self._rest[:end], self._rest[end:]
+        self._lines.append(_readable(strip(lines)))
 
 
 def _readable(text: str) -> str:
-    return _word.sub(lambda match: _without_target(match[0]), text)
+    return _word.sub(lambda match: _without_target(match[0]), text) if "$" in text else text
 
 
 def _without_target(word: str) -> str:
@@ -97,25 +148,27 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Each word of a text: its place, itself, and the place behind it."""
-    for match in _word.finditer(text):
+    """Each label and word of program flow in a text: its place, itself, and the place behind it."""
+    for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
     """The place of each word that jumps, and where to.  A word without its counterpart jumps nowhere."""
     blocks: list[_Block] = []
+    left: list[_Block] = []  # by BREAK
     for place, word, behind in _words(text):
         if word in ("IF", "WHILE", "SWITCH"):
             blocks.append(_Block(word, place, place))
+            if word != "IF":
+                left.append(blocks[-1])
         elif word == "BREAK":
-            around = [block for block in blocks if block.word != "IF"]
-            if around:
-                around[-1].leaving.append(place)
+            if left:
+                left[-1].leaving.append(place)
         elif blocks and word in PARTS[blocks[-1].word]:
             yield from _part(blocks[-1], place, word, behind)
-            if word in ENDS:
-                blocks.pop()
+            if word in ENDS and blocks.pop().word != "IF":
+                left.pop()
 
 
 PARTS = {"IF": ("ELSEIF", "ELSE", "ENDIF"), "WHILE": ("LOOP",), "SWITCH": ("CASE", "DEFAULT", "ENDS")}

@@ -50,7 +50,9 @@ def _extended(text: str, begin: int, end: int) -> int:
     if text[begin:end] in BEFORE_EXPRESSION:
         match = _next_word.match(text, end)
         return match.end() if match else end
-    while begins_list(text[begin:end]) and not text.endswith(".", begin, end):
+    if not begins_list(text[begin:end]):
+        return end
+    while not text.endswith(".", begin, end):
         match = _next_word.match(text, end)
         if match is None:
             break

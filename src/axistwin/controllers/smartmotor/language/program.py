@@ -9,7 +9,7 @@ that is no expression sets Bs and does not hold.
 """
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -21,13 +21,17 @@ from axistwin.controllers.smartmotor.language.expressions import Expression, Pro
 from axistwin.controllers.smartmotor.language.forms import Form
 from axistwin.controllers.smartmotor.language.language import WITHOUT_VALUE, Elements, Statement, read
 
-__all__ = ["Place", "Program", "Statement"]
+__all__ = ["Compilation", "Place", "Program", "Statement"]
 
 OPENS = {"ENDIF": "IF", "LOOP": "WHILE", "ENDS": "SWITCH"}
 """What ends a block, and what begins it."""
 PARTS = {"ELSEIF": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
+OTHERWISE = frozenset({"ELSE", "DEFAULT"})
+"""Parts that a block has once: nothing of an IF comes behind its ELSE."""
 SILENT = frozenset({"ENDIF", "ENDS"})
 """Statements that take no time."""
+PIECE = 64
+"""Statements, or parts of blocks, that are read, matched or written in one piece of a compilation."""
 
 
 class Place(NamedTuple):
@@ -46,7 +50,14 @@ class _Block:
     begin: int
     parts: list[int] = field(default_factory=list)
     breaks: list[int] = field(default_factory=list)
+    otherwise: str = ""
+    """ELSE or DEFAULT, once the block has one."""
     end: int = -1
+
+    def after(self, number: int) -> int:
+        """The next part of the block after this statement, or the end of the block."""
+        at = bisect_right(self.parts, number)
+        return self.parts[at] if at < len(self.parts) else self.end
 
 
 @dataclass(frozen=True)
@@ -69,15 +80,7 @@ class Program:
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
         """A program from its source text.  Never fails: what cannot be understood sets Bs when it is reached."""
-        source = text if isinstance(text, str) else text.decode("latin-1")
-        lines = lexer.line_begins(source)
-        places = tuple(_place(lines, begin, end) for begin, end in lexer.statements(source))
-        statements = [read(source[place.begin : place.end]) for place in places]
-        blocks = _Matcher(statements).match()
-        writer = _Writer(statements, blocks, announces)
-        code, begins = writer.write(), tuple(writer.begins)
-        heads = tuple(writer.heads)
-        return cls(source, code, tuple(statements), writer.labels, places, begins, heads, announces)
+        return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
         """The same program that tells of these statements; the same things stand at its `heads`, one by one."""
@@ -96,6 +99,47 @@ class Program:
         """What is wrong: offset in the text, and what."""
         found = zip(self.places, self.statements, strict=True)
         return [(place.begin + s.problem.position, s.problem) for place, s in found if s.problem is not None]
+
+
+class Compilation:
+    """A program that is being compiled, piece by piece, so that no piece takes long however long the program is."""
+
+    def __init__(self, text: str, announces: frozenset[int] = frozenset()) -> None:
+        self._pieces = _pieces(text, announces)
+        self._program: Program | None = None
+
+    def go_on(self) -> bool:
+        """Compile one more piece.  Returns True if the program is complete."""
+        if self._program is None:
+            try:
+                next(self._pieces)
+            except StopIteration as end:
+                self._program = end.value
+        return self._program is not None
+
+    def result(self) -> Program:
+        """Compile what is left.  Returns the program."""
+        while not self.go_on():
+            pass
+        assert self._program is not None
+        return self._program
+
+
+def _pieces(source: str, announces: frozenset[int]) -> Generator[None, None, Program]:
+    lines = lexer.line_begins(source)
+    places: list[Place] = []
+    statements: list[Statement] = []
+    for begin, end in lexer.statements(source):
+        places.append(_place(lines, begin, end))
+        statements.append(read(source[begin:end]))
+        if len(statements) % PIECE == 0:
+            yield
+    matcher = _Matcher(statements)
+    yield from matcher.match()
+    writer = _Writer(statements, matcher.blocks, announces)
+    yield from writer.write()
+    begins, heads = tuple(writer.begins), tuple(writer.heads)
+    return Program(source, writer.code, tuple(statements), writer.labels, tuple(places), begins, heads, announces)
 
 
 def _place(lines: Sequence[int], begin: int, end: int) -> Place:
@@ -117,24 +161,34 @@ class _Matcher:
 
     def __init__(self, statements: list[Statement]) -> None:
         self.statements = statements
-        self._open: list[_Block] = []
-        self._blocks: dict[int, _Block] = {}
-
-    def match(self) -> dict[int, _Block]:
+        self.blocks: dict[int, _Block] = {}
         """The block to which a statement belongs, by its number."""
+        self._open: list[_Block] = []
+        self._left: list[_Block] = []
+        """The open blocks that BREAK leaves."""
+        self._broken = 0
+
+    def match(self) -> Iterator[None]:
+        """Find all blocks, in pieces."""
         for number, statement in enumerate(self.statements):
             keyword = word(statement)
             if keyword in OPENS.values():
-                self._open.append(_Block(number))
+                self._begin(_Block(number), keyword)
             elif keyword in OPENS:
                 self._close(number, OPENS[keyword])
             elif keyword in PARTS:
                 self._part(number, PARTS[keyword])
             elif keyword == "BREAK":
                 self._break(number)
+            if number % PIECE == PIECE - 1:
+                yield
         for block in self._open:
-            self._abandon(block)
-        return self._blocks
+            yield from self._abandon(block)
+
+    def _begin(self, block: _Block, keyword: str) -> None:
+        self._open.append(block)
+        if keyword != "IF":
+            self._left.append(block)
 
     def _keyword(self, block: _Block) -> str:
         return word(self.statements[block.begin])
@@ -149,9 +203,11 @@ class _Matcher:
             self._break_off(number, self._left_over(keyword))
             return
         self._open.pop()
+        if keyword != "IF":
+            self._left.pop()
         block.end = number
         for member in (block.begin, *block.parts, *block.breaks, number):
-            self._blocks[member] = block
+            self.blocks[member] = block
 
     def _left_over(self, keyword: str) -> str:
         if not self._open:
@@ -163,30 +219,27 @@ class _Matcher:
         block = self._inner(keyword)
         if block is None:
             self._break_off(number, self._left_over(keyword))
-        elif last := self._late(number, block):
-            self._break_off(number, f"it stands behind {last}")
+        elif block.otherwise and (keyword == "IF" or word(self.statements[number]) == block.otherwise):
+            self._break_off(number, f"it stands behind {block.otherwise}")
         else:
             block.parts.append(number)
-
-    def _late(self, number: int, block: _Block) -> str:
-        """Nothing of an IF comes behind its ELSE, and DEFAULT stands once: behind what this stands and may not."""
-        before = {word(self.statements[part]) for part in block.parts}
-        second = "DEFAULT" in before and word(self.statements[number]) == "DEFAULT"
-        return "ELSE" if "ELSE" in before else "DEFAULT" if second else ""
+            if word(self.statements[number]) in OTHERWISE:
+                block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
         """BREAK leaves the innermost SWITCH or WHILE."""
-        left = [block for block in self._open if self._keyword(block) != "IF"]
-        if left:
-            left[-1].breaks.append(number)
+        if self._left:
+            self._left[-1].breaks.append(number)
         else:
             self._break_off(number, "it leaves a SWITCH or a WHILE, and stands in none")
 
-    def _abandon(self, block: _Block) -> None:
+    def _abandon(self, block: _Block) -> Iterator[None]:
         ending = next(end for end, begin in OPENS.items() if begin == self._keyword(block))
-        self._break_off(block.begin, f"{ending} is missing")
-        for member in (*block.parts, *block.breaks):
+        for member in (block.begin, *block.parts, *block.breaks):
             self._break_off(member, f"{ending} is missing")
+            self._broken += 1
+            if self._broken % PIECE == 0:
+                yield
 
     def _break_off(self, number: int, why: str) -> None:
         statement = self.statements[number]
@@ -208,7 +261,7 @@ class _Writer:
         self.heads: list[int] = []
         self._entries: list[int] = []
         """Where it begins for what comes from elsewhere in its block."""
-        self._code: list[int] = []
+        self.code: list[int] = []
         self._last = -1, -1
         """Operation and number of the head that was written last."""
         self._jumps: list[tuple[int, int]] = []
@@ -216,27 +269,28 @@ class _Writer:
         self._calls: list[tuple[int, int, int, int]] = []
         """The same for a label: the word, the label, and where the statement begins and ends."""
 
-    def write(self) -> list[int]:
-        """The code of all statements, and of the end of the program."""
+    def write(self) -> Iterator[None]:
+        """Write the code of all statements, and of the end of the program, in pieces."""
         for number, statement in enumerate(self.statements):
-            self.begins.append(len(self._code))
-            self._entries.append(len(self._code))
-            self._statement(number, statement)
+            self.begins.append(len(self.code))
+            self._entries.append(len(self.code))
+            yield from self._statement(number, statement) or ()
+            if number % PIECE == PIECE - 1:
+                yield
         self._head(ops.S_END, len(self.statements))
         for at, number in self._jumps:
-            self._code[at] = self._entries[number]
+            self.code[at] = self._entries[number]
         for call in self._calls:
             self._find_label(*call)
-        return self._code
 
     def _head(self, operation: int, number: int) -> int:
         """Begin a statement, for the time being with itself as its target.  Returns the place of the target."""
-        self.heads.append(len(self._code))
+        self.heads.append(len(self.code))
         if number in self._announces and not self._within(number):
-            self._code += (ops.S_FETCH, ~number, len(self._code) + ops.HEAD)
+            self.code += (ops.S_FETCH, ~number, len(self.code) + ops.HEAD)
         self._last = operation, number
-        self._code += (operation, number, len(self._code))
-        return len(self._code) - 1
+        self.code += (operation, number, len(self.code))
+        return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
         """Whether a statement that has been announced goes straight on here."""
@@ -247,23 +301,24 @@ class _Writer:
         target = self._head(operation, number)
         for part in statement.operands if statement else ():
             if isinstance(part, Expression | Elements):
-                self._code += part.code
+                self.code += part.code
             elif isinstance(part, int):
-                self._code.append(part)
-        self._code[target] = len(self._code)
+                self.code.append(part)
+        self.code[target] = len(self.code)
 
-    def _statement(self, number: int, statement: Statement) -> None:
+    def _statement(self, number: int, statement: Statement) -> Iterator[None] | None:
         keyword, form = word(statement), statement.command.form if statement.command else None
         if keyword in _OPERATIONS:
             self._fetch(number, statement)
             self._simple(_OPERATIONS[keyword], number, statement)
         elif keyword in _WRITERS:
-            _WRITERS[keyword](self, number, statement)
+            return _WRITERS[keyword](self, number, statement)
         elif keyword and form in (Form.VARIABLE, Form.ARRAY):
             self._fetch(number, statement)
             self._simple(ops.S_LET if form is Form.VARIABLE else ops.S_ELEMENT, number, statement)
         elif keyword not in SILENT:
             self._simple(ops.S_TRAP, number)
+        return None
 
     def _fetch(self, number: int, statement: Statement) -> None:
         if any(part.fetches for part in statement.computed):
@@ -275,77 +330,79 @@ class _Writer:
     # Program flow
 
     def _label(self, _: int, statement: Statement) -> None:
-        self.labels.setdefault(digits(statement), len(self._code))
+        self.labels.setdefault(digits(statement), len(self.code))
 
     def _goto(self, number: int, statement: Statement) -> None:
         target = self._head(ops.S_JUMP, number)
-        self._calls.append((target, digits(statement), target - 2, len(self._code)))
+        self._calls.append((target, digits(statement), target - 2, len(self.code)))
 
     def _gosub(self, number: int, statement: Statement) -> None:
         target = self._head(ops.S_GOSUB, number)
-        self._code.append(target - 2)
-        self._code[target] = len(self._code)
-        self._calls.append((target + 1, digits(statement), target - 2, len(self._code)))
+        self.code.append(target - 2)
+        self.code[target] = len(self.code)
+        self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
         """Without its label, a GOTO or GOSUB is a statement that sets Bs."""
         if label in self.labels:
-            self._code[at] = self.labels[label]
+            self.code[at] = self.labels[label]
         else:
-            self._code[begin], self._code[begin + 2] = ops.S_TRAP, end
+            self.code[begin], self.code[begin + 2] = ops.S_TRAP, end
 
     def _condition(self, number: int, statement: Statement) -> None:
         """IF, ELSEIF, WHILE: to the next part of the block if it does not hold."""
         block = self.blocks[number]
         if number != block.begin:
             self._jump(number, block.end)
-            self._entries[number] = len(self._code)
+            self._entries[number] = len(self.code)
         self._fetch(number, statement)
         target = self._head(ops.S_IF, number)
-        self._code += statement.computed[0].code
-        self._jumps.append((target, next(part for part in (*block.parts, block.end) if part > number)))
+        self.code += statement.computed[0].code
+        self._jumps.append((target, block.after(number)))
 
     def _else(self, number: int, _: Statement) -> None:
         self._jump(number, self.blocks[number].end)
-        self._entries[number] = len(self._code)
+        self._entries[number] = len(self.code)
 
     def _loop(self, number: int, _: Statement) -> None:
         self._jump(number, self.blocks[number].begin)
-        self._entries[number] = len(self._code)
+        self._entries[number] = len(self.code)
 
     def _break(self, number: int, _: Statement) -> None:
         self._jump(number, self.blocks[number].end)
 
-    def _switch(self, number: int, statement: Statement) -> None:
+    def _switch(self, number: int, statement: Statement) -> Iterator[None]:
         """The tests of all CASEs stand here, in their order; if none holds, DEFAULT, or what is behind ENDS."""
         block = self.blocks[number]
         cases = [part for part in block.parts if word(self.statements[part]) == "CASE"]
-        otherwise = next((part for part in block.parts if part not in cases), block.end)
+        otherwise = next((part for part in block.parts if word(self.statements[part]) != "CASE"), block.end)
         self._fetch(number, statement)
         self._jumps.append((self._head(ops.S_SWITCH, number), otherwise))
-        self._code += statement.computed[0].code
+        self.code += statement.computed[0].code
         if cases:
-            self._cases(cases, otherwise)
+            yield from self._cases(cases, otherwise)
         else:
             self._jump(number, otherwise)
 
-    def _cases(self, cases: Sequence[int], otherwise: int) -> None:
-        for case, following in zip(cases, (*cases[1:], None), strict=True):
+    def _cases(self, cases: Sequence[int], otherwise: int) -> Iterator[None]:
+        for count, (case, following) in enumerate(zip(cases, (*cases[1:], None), strict=True), 1):
             target = self._case(case)
             if following is None:
                 self._jumps.append((target, otherwise))
             else:
-                self._code[target] = len(self._code)
+                self.code[target] = len(self.code)
+            if count % PIECE == 0:
+                yield
 
     def _case(self, case: int) -> int:
         """A comparison with a constant; what is no constant sets Bs, and nothing is equal to it."""
         if self.statements[case].problem is not None:
             target = self._head(ops.S_IF, case)
-            self._code += WITHOUT_VALUE.code
+            self.code += WITHOUT_VALUE.code
             return target
         target = self._head(ops.S_CASE, case)
-        self._code += (digits(self.statements[case]), 0)
-        self._jumps.append((len(self._code) - 1, case))
+        self.code += (digits(self.statements[case]), 0)
+        self._jumps.append((len(self.code) - 1, case))
         return target
 
     def _nothing(self, _: int, __: Statement) -> None:
@@ -368,7 +425,7 @@ _OPERATIONS = {
     "WAIT=": ops.S_WAIT,
     "TWAIT": ops.S_TWAIT,
 }
-_WRITERS: dict[str, Callable[[_Writer, int, Statement], None]] = {
+_WRITERS: dict[str, Callable[[_Writer, int, Statement], Iterator[None] | None]] = {
     "Cn": _Writer._label,
     "GOTOn": _Writer._goto,
     "GOSUBn": _Writer._gosub,

@@ -23,6 +23,8 @@ __all__ = ["Nonvolatile"]
 
 ACKNOWLEDGE, END = 0x06, 0xFF
 UPLOAD_BLOCK = 8
+DECODED_AT_ONCE = 256
+"""Bytes of a download that are decoded in one step."""
 GIVE_UP_NS = 5 * S
 """A download of which nothing has come for so long is over."""
 SECOND_END_NS = 50 * MS
@@ -34,7 +36,8 @@ class Download:
 
     def __init__(self, motor: "Motor", channel: Channel) -> None:
         self.motor, self.channel = motor, channel
-        self._text = bytearray()
+        self._decoder = image.Decoder()
+        self._size, self._fresh = 0, bytearray()  # bytes of the text so far, and those that are not decoded yet
         self._complete = False  # FF has come; what stands behind it is a compiler's note
         self._count, self._last = 0, 0
         self._sound = True
@@ -47,14 +50,24 @@ class Download:
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
-        if len(self._text) == self.motor.options.program_bytes:  # of a program that is too long, the rest is ignored
+        if self._size == self.motor.options.program_bytes:  # of a program that is too long, the rest is ignored
             self._sound &= self._complete
         elif not self._complete:
-            self._text.append(byte)
+            self._keep(byte)
         if ended:
             self._finish()
         elif self._count % self.motor.options.load_block == 0:
             self._answer(byte)
+
+    def _keep(self, byte: int) -> None:
+        self._size += 1
+        self._fresh.append(byte)
+        if len(self._fresh) == DECODED_AT_ONCE:
+            self._decode()
+
+    def _decode(self) -> None:
+        self._decoder.feed(bytes(self._fresh))
+        self._fresh.clear()
 
     def spoil(self) -> None:
         """A byte has come with a line error."""
@@ -101,7 +114,8 @@ class Download:
     def _finish(self) -> None:
         self.channel.resume()
         memory = self.motor.nonvolatile
-        memory.program, intact = image.decode(bytes(self._text))
+        self._decode()
+        memory.program, intact = self._decoder.result()
         memory.broken = not (self._sound and intact)
         memory.locked = False
         memory.save(self.motor.store)
@@ -141,7 +155,7 @@ def power_up(motor: "Motor") -> None:
     """Look at what is in the program memory: Bk is set and there is no program if it is not sound."""
     broken = motor.nonvolatile.broken
     motor.i[BK] = broken
-    motor.set_program(motor.program.compile("" if broken else motor.nonvolatile.program))
+    motor.set_program("" if broken else motor.nonvolatile.program)
 
 
 def boot(motor: "Motor") -> None:
