@@ -16,6 +16,7 @@ import click
 from axistwin.apps import served as what_is
 from axistwin.apps.ending import ending, fail
 from axistwin.apps.served import Ports
+from axistwin.apps.sparing import Sparing
 from axistwin.apps.target import read_options
 from axistwin.bench import Bench, product
 from axistwin.errors import MissingExtraError, UsageError
@@ -241,6 +242,8 @@ def _tell_hints(bench: Bench) -> None:
 def _talk() -> None:
     """What happens on the ports is told on stderr."""
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(Sparing())
 
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:

@@ -40,9 +40,12 @@ class Visit:
         return self.look.bench
 
     def frame(self):
-        """The view is brought up to date."""
+        """The view is brought up to date; what has come into view is built."""
         with self.user.client:
             self._refresh()
+            while self.look.unbuilt:
+                self.look.unbuilt.pop()()
+                self._refresh()
 
     def run(self, seconds):
         """Virtual time passes, and then there is a frame."""

@@ -1,7 +1,6 @@
 """The panel on its own port, in the event loop that paces the bench."""
 
 import asyncio
-import gc
 import secrets
 import socket
 from contextlib import AbstractContextManager, nullcontext
@@ -14,6 +13,7 @@ from nicegui import app, ui
 
 from axistwin.apps.panel.gate import Gate, is_loopback
 from axistwin.apps.panel.look import Common, Look
+from axistwin.apps.panel.memory import Memory
 from axistwin.apps.panel.page import page, rehearse
 from axistwin.apps.panel.people import People, Person
 from axistwin.apps.panel.talk import Talk
@@ -82,8 +82,7 @@ class Panel:
             await asyncio.sleep(LOOK_S)
         host, port = sock.getsockname()[:2]
         rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
-        gc.collect()
-        gc.freeze()  # what there is now stays: to look through it again and again would keep hosts waiting
+        self.common(Memory).keep()
         token = "" if self.address.token is None else f"?token={self.address.token}"
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
 
