@@ -37,6 +37,7 @@ class Memory:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
+        gc.collect(1)  # what was made for a moment only; the older ones are collected by themselves
         gc.freeze()
 
 
