@@ -106,6 +106,7 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
+            oldest.outbox.message_history.clear()  # it will be loaded again
             _released(elements)
 
     def _forget(self, client: Client) -> None:

@@ -87,6 +87,7 @@ class _Scope:
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
+        self._client.on_delete(self._views.clear)  # they refer to the card
 
     def refresh(self) -> None:
         """The controls, and the picture if it is another."""
