@@ -164,7 +164,6 @@ def test_a_tab_is_built_apart_from_the_frames_and_pauses_every_few_elements(mode
                 monkeypatch.undo()
         count()
         assert max(made) <= MOST_ELEMENTS
-        assert tab == "Pins" or sum(made) > 5
 
     show(bench_of(model), lambda look: together(*views(look)), play)
 

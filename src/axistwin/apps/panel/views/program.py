@@ -14,6 +14,7 @@ from nicegui.events import GenericEventArguments, UploadEventArguments
 
 from axistwin.apps.conversations import partners
 from axistwin.apps.panel.look import Look, Refresh
+from axistwin.apps.panel.turns import breathe
 from axistwin.apps.panel.views.drawn.listing import Lines
 from axistwin.apps.scenes.hosting import KINDS
 from axistwin.bench import FAMILIES, Controller
@@ -48,6 +49,7 @@ class _View:
                 self._follow = ui.checkbox("follow", value=self._follows, on_change=self._set_follow).props("dense")
                 self._follow.mark(f"{name} follow")
             self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
+            breathe()
             self._none = ui.label("Nothing is stored.").classes("quiet")
             self._buttons()
 
@@ -137,6 +139,7 @@ class _View:
                     for order in controller.product.orders(which):
                         self._order(order)
             load = _Loading(self.look, self.name)
+            breathe()
             ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")
             cycle = ui.button("Off and on", icon="power_settings_new", on_click=self._power_cycle).props(_FLAT)
             cycle.mark(f"{self.name} power-cycle").tooltip("Switch it off and on again; what it keeps is what it keeps")
@@ -168,8 +171,10 @@ class _Loading:
                 on_upload=self._come, on_rejected=self._refuse,
             )  # fmt: skip
             self._upload.props(f'accept="{suffix}" flat bordered').classes("upload").mark(f"{name} file")
+            breathe()
             self._file = ui.input("called", value=f"program{suffix}").props("dense").mark(f"{name} called")
             self._text = ui.textarea("or its text").props("outlined").classes("pasted").mark(f"{name} text")
+            breathe()
             with ui.row():
                 shown = f"() => emit(document.getElementById('{self._text.html_id}').value.length)"
                 ui.button("Load").on("click", self._load, js_handler=shown).mark(f"{name} loading")
