@@ -15,6 +15,7 @@ Kinds = dict[str, Callable[[], Refresh]]
 def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
     """These, with the one open that this person looked at last."""
     made: dict[str, Refresh | None] = {}
+    drawn = False
     setting = f"tab {name}"
     wanted = str(look.person.settings.get(setting, ""))
     first = wanted if wanted in kinds else next(iter(kinds))
@@ -28,7 +29,9 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
 
     def build(kind: str) -> None:
         with panels[kind]:
-            made[kind] = kinds[kind]()
+            view = made[kind] = kinds[kind]()
+        if kind == str(bar.value) and drawn:
+            view()
 
     def keep(kind: str) -> None:
         look.person.settings[setting] = kind
@@ -39,6 +42,8 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
         build(first)
 
     def refresh() -> None:
+        nonlocal drawn
+        drawn = True
         kind = str(bar.value)
         if kind not in made:  # the page is drawn by now, and a terminal finds its size
             made[kind] = None
