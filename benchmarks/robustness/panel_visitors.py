@@ -36,8 +36,8 @@ ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005
 P99_MS, PAGES_MB = 20.0, 64.0
 """A host waits less long in 99 of 100 polls; so much memory visitors leave behind at most."""
-TURN_MS = 5.0
-"""A piece of a page that is being built."""
+TURN_MS, SEARCH_MS = 5.0, 50.0
+"""A piece of a page that is being built; the longest search for garbage."""
 
 
 class Turns:
@@ -176,6 +176,7 @@ async def main(scene: str, seed: int, visits: int) -> bool:
     kept = sum(len(client.elements) > 50 for client in Client.instances.values())
     await panel.close()
     p99, longest = percentile(waits, 0.99), max(waits)
+    longest_search = max(measured.collected_ms, default=0.0)
     print(f"seed {seed}: {visits} visits, {frames} frames, {len(waits)} polls (without visitors p99 "
           f"{percentile(alone, 0.99):.1f} ms); all in ms of processor time")  # fmt: skip
     print(
@@ -186,10 +187,11 @@ async def main(scene: str, seed: int, visits: int) -> bool:
     print(f"{len(pieces)} pieces of pages: p99 {percentile(pieces, 0.99):.1f}, longest {max(pieces):.1f}"
           f" (goal: p99 < {TURN_MS:g})")  # fmt: skip
     print(f"collections of garbage: {sum(ms > TURN_MS for ms in measured.collected_ms)} of more than {TURN_MS:g},"
-          f" longest {max(measured.collected_ms, default=0.0):.0f} (told, not judged)")  # fmt: skip
+          f" longest {longest_search:.1f} (goal: < {SEARCH_MS:g})")  # fmt: skip
     print(f"{left_mb:.0f} MB are left behind (goal < {PAGES_MB:g}); {kept} pages are kept (goal <= {KEPT})")
     print(f"who fetches a page {'does not drive' if nobody else 'DRIVES'}")
-    good = nobody and p99 < P99_MS and percentile(pieces, 0.99) < TURN_MS and left_mb < PAGES_MB and kept <= KEPT
+    quick = p99 < P99_MS and percentile(pieces, 0.99) < TURN_MS and longest_search < SEARCH_MS
+    good = nobody and quick and left_mb < PAGES_MB and kept <= KEPT
     print("held" if good else "BROKEN")
     return good
 

@@ -1,8 +1,14 @@
-"""A view on a page as NiceGUI simulates one: no web server, no browser, and as many frames as one asks for."""
+"""Views on pages as NiceGUI simulates them: no web server, no browser, and as many frames as a test asks for.
+
+NiceGUI is started once in a process, and so is the event loop.  Each test has a page, a bench and a session of its own.
+"""
 
 import asyncio
+from contextlib import AsyncExitStack
 from inspect import isawaitable
 
+from nicegui import Client
+from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Bench
@@ -34,9 +40,12 @@ class Visit:
         return self.look.bench
 
     def frame(self):
-        """The view is brought up to date."""
+        """The view is brought up to date; what has come into view is built."""
         with self.user.client:
             self._refresh()
+            while self.look.unbuilt:
+                self.look.unbuilt.pop()()
+                self._refresh()
 
     def run(self, seconds):
         """Virtual time passes, and then there is a frame."""
@@ -89,18 +98,70 @@ class Visit:
         return self.user.notify.messages
 
 
+class Stage:
+    """NiceGUI in simulation: started with the first visit, ended by `close`, started again with the next visit."""
+
+    def __init__(self):
+        self._runner = self._ending = self._http = None
+        self._root = None
+
+    def play(self, root, played):
+        """Return what `await played(user)` returns, at a site whose pages `root()` makes.
+
+        Afterwards its pages are deleted and its tasks are cancelled.
+        """
+        if self._runner is None:
+            self._runner, self._ending = asyncio.Runner(), AsyncExitStack()
+            self._runner.run(self._begin())
+        self._root = root
+        return self._runner.run(self._played(played))
+
+    def close(self):
+        """End NiceGUI, and the event loop."""
+        if self._runner is not None:
+            self._runner.run(self._ending.aclose())
+            self._runner.close()
+            self._runner = None
+
+    async def _begin(self):
+        user = await self._ending.enter_async_context(user_simulation(lambda: self._root()))
+        self._http = user.http_client
+
+    async def _played(self, played):
+        before, kept = asyncio.all_tasks(), set(Client.instances)
+        try:
+            return await played(User(self._http))
+        finally:
+            for name in set(Client.instances) - kept:
+                Client.instances[name].delete()
+            tasks = asyncio.all_tasks() - before
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+
+stage = Stage()
+"""The one of this process."""
+
+
 def show(build, view, play):
-    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives.  It may be asynchronous."""
+    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives.  It may be asynchronous.
 
-    async def simulated():
-        session, people = Session(build, None), People()
-        look, made = Look(Common(session), people, people["somebody"]), []
-        async with user_simulation(lambda: made.append(view(look))) as user:
-            await user.open("/")
-            visit = Visit(user, look, made[-1])
-            visit.frame()
-            played = play(visit)
-            if isawaitable(played):
-                await played
+    Returns what `play` returns.
+    """
+    people = People()
+    return show_to(Look(Common(Session(build, None)), people, people["somebody"]), view, play)
 
-    asyncio.run(simulated())
+
+def show_to(look, view, play):
+    """The same for the visitor of `look`."""
+    made = []
+
+    async def played(user):
+        await user.open("/")
+        visit = Visit(user, look, made[-1])
+        visit.frame()
+        found = play(visit)
+        return await found if isawaitable(found) else found
+
+    return stage.play(lambda: made.append(view(look)), played)

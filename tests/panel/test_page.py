@@ -56,6 +56,7 @@ def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
         visit.press("if1-input2-high")
         assert visit.bench["if1"].pins["input2"].level
         visit.user.find("Terminal").click()
+        visit.frame()
         type_into(visit, "say-if1", "(")
         visit.run(0.5)
         assert said(visit) == b"(\r"

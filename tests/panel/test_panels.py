@@ -8,6 +8,8 @@ from axistwin import Bench
 from axistwin.panel.web import Address, Panel
 from axistwin.sessions.session import Session
 
+from .showing import stage
+
 
 async def title_of_a_panel(title):
     session = Session(Bench)
@@ -25,4 +27,5 @@ def test_two_panels_in_a_row_each_with_its_own_bench():
     async def both():
         return [await title_of_a_panel(title) for title in ("one", "two")]
 
+    stage.close()  # NiceGUI is there once in a process
     assert asyncio.run(both()) == ["VIRTUAL: one", "VIRTUAL: two"]

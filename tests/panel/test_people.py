@@ -3,8 +3,6 @@
 import asyncio
 from functools import partial
 
-from nicegui.testing.user_simulation import user_simulation
-
 from axistwin.panel import page as page_module
 from axistwin.panel import people
 from axistwin.panel.look import Common, Look
@@ -12,7 +10,7 @@ from axistwin.panel.page import Visits, page
 from axistwin.panel.people import People
 from axistwin.sessions.session import Session
 
-from .showing import bench_of
+from .showing import bench_of, stage
 
 
 def test_the_first_to_come_drives_and_comes_back_as_the_driver():
@@ -131,43 +129,40 @@ def test_somebody_is_there_as_long_as_a_page_is_connected():
     """A page that has lost its connection waits for it for a while; its visitor is away at once."""
     visited = Visited("a")
 
-    async def play():
-        async with user_simulation(partial(page, visited.enter)) as user:
-            await user.open("/")
-            await visited.until(lambda: visited.people.there)
-            there = visited.people["a"].pages
-            await disconnect(user.client)
-            return there, visited.people["a"].pages
+    async def play(user):
+        await user.open("/")
+        await visited.until(lambda: visited.people.there)
+        there = visited.people["a"].pages
+        await disconnect(user.client)
+        return there, visited.people["a"].pages
 
-    assert asyncio.run(play()) == (1, 0)
+    assert stage.play(partial(page, visited.enter), play) == (1, 0)
 
 
 def test_who_only_fetches_the_page_is_nobody_and_does_not_drive():
     visited = Visited("a")
 
-    async def play():
-        async with user_simulation(partial(page, visited.enter)) as user:
-            answer = await user.http_client.get("/")
-            for _ in range(100):
-                await asyncio.sleep(0)
-            return answer.status_code, visited.entered, visited.people.driver
+    async def play(user):
+        answer = await user.http_client.get("/")
+        for _ in range(100):
+            await asyncio.sleep(0)
+        return answer.status_code, visited.entered, visited.people.driver
 
-    assert asyncio.run(play()) == (200, 0, None)
+    assert stage.play(partial(page, visited.enter), play) == (200, 0, None)
 
 
 def test_of_many_pages_that_are_left_the_latest_are_kept_whole(monkeypatch):
     monkeypatch.setattr(page_module, "KEPT", 2)
     visited = Visited("aaaa")
 
-    async def play():
+    async def play(user):
         left = []
-        async with user_simulation(partial(page, visited.enter)) as user:
-            for number in range(4):
-                await user.open("/")
-                await visited.until(lambda number=number: visited.people["a"].pages and len(user.client.elements) > 100)
-                left.append(user.client)
-                async with visited.common(Visits).building:  # it is built by then
-                    await disconnect(user.client)
-            return [len(client.elements) > 100 for client in left]
+        for number in range(4):
+            await user.open("/")
+            await visited.until(lambda number=number: visited.people["a"].pages and len(user.client.elements) > 100)
+            left.append(user.client)
+            async with visited.common(Visits).building:  # it is built by then
+                await disconnect(user.client)
+        return [len(client.elements) > 100 for client in left]
 
-    assert asyncio.run(play()) == [False, False, True, True]
+    assert stage.play(partial(page, visited.enter), play) == [False, False, True, True]

@@ -1,10 +1,8 @@
 """The oscilloscope on the page, in NiceGUI's simulation of one: each of its controls, used once."""
 
-import asyncio
 import json
 
 import pytest
-from nicegui.testing.user_simulation import user_simulation
 
 from axistwin.panel.look import Common, Look
 from axistwin.panel.people import People
@@ -13,7 +11,7 @@ from axistwin.panel.views.scope import Scopes, scope
 from axistwin.sessions.session import Session
 from axistwin.units import S
 
-from .showing import bench_of, show
+from .showing import bench_of, show, show_to
 
 
 def screen_of(visit) -> Screen:
@@ -236,20 +234,15 @@ def test_a_picture_is_sent_when_there_is_another_one_and_somebody_can_see_it(mon
 
 
 def test_it_is_as_it_was_when_somebody_comes_back_and_others_have_their_own():
-    session, people = Session(bench_of("if1"), None), People()
-    common, made = Common(session), []
+    people, common = People(), Common(Session(bench_of("if1"), None))
 
-    async def visited(who):
-        async with user_simulation(lambda: made.append(scope(Look(common, people, people[who])))) as user:
-            await user.open("/")
-            with user.client:
-                made[-1]()
-            return user.find(marker="scope-signals").elements.pop().value
+    def visited(who):
+        return show_to(Look(common, people, people[who]), scope, lambda visit: visit.found("scope-signals").value)
 
-    asyncio.run(visited("one"))
+    visited("one")
     people["one"].settings["scope"].show(("if1.led",))
-    assert asyncio.run(visited("one")) == "if1.led"
-    assert asyncio.run(visited("other")).startswith("if1.X.velocity")
+    assert visited("one") == "if1.led"
+    assert visited("other").startswith("if1.X.velocity")
     assert "if1.led" in common(Scopes).recorder.record.tracks
 
 
@@ -258,17 +251,10 @@ def test_it_is_as_it_was_when_somebody_comes_back_and_others_have_their_own():
     [("seen.csv", b"# axistwin:"), ("all.vcd", b"$comment"), ("all.parquet", b"PAR1"), ("seen.svg", b"<?xml")],
 )
 def test_it_is_saved_as_a_file(mark, begins):
-    session, people = Session(bench_of("if1"), None), People()
-    look, made = Look(Common(session), people, people["somebody"]), []
+    async def play(visit):
+        visit.run(1.5)
+        visit.press(f"scope-save-{mark}")
+        answer = await visit.user.download.next(timeout=10)
+        return answer.content
 
-    async def simulated():
-        async with user_simulation(lambda: made.append(scope(look))) as user:
-            await user.open("/")
-            session.bench.run(1.5)
-            with user.client:
-                made[-1]()
-            user.find(marker=f"scope-save-{mark}").click()
-            answer = await user.download.next(timeout=10)
-            return answer.content
-
-    assert asyncio.run(simulated()).startswith(begins)
+    assert show(bench_of("if1"), scope, play).startswith(begins)

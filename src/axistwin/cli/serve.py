@@ -18,6 +18,7 @@ from axistwin.bench.options import read_options
 from axistwin.cli import served as what_is
 from axistwin.cli.ending import ending, fail
 from axistwin.cli.served import Ports
+from axistwin.cli.sparing import Sparing
 from axistwin.errors import MissingExtraError, UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
@@ -241,6 +242,8 @@ def _tell_hints(bench: Bench) -> None:
 def _talk() -> None:
     """What happens on the ports is told on stderr."""
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
+    for handler in logging.getLogger().handlers:
+        handler.addFilter(Sparing())
 
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:

@@ -65,6 +65,8 @@ class Look:
 
     def __init__(self, common: Common, people: People, person: Person) -> None:
         self.session, self.common, self.people, self.person = common.session, common, people, person
+        self.unbuilt: list[Refresh] = []
+        """What builds parts of the page that have come into view; the page calls each once, before its next frame."""
 
     @property
     def bench(self) -> Bench:

@@ -11,6 +11,7 @@ from nicegui import Client, background_tasks, ui
 
 from axistwin.bench import endpoints
 from axistwin.panel.look import Look, Refresh, careful
+from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
 from axistwin.panel.views.clock import clock
@@ -52,6 +53,7 @@ async def page(enter: Callable[[], Look]) -> None:
         ui.add_head_html(f"<script>{_text('views', script)}</script>")
     ui.add_css(_text("panel.css"))
     client = ui.context.client
+    client.on_delete(lambda: _released(list(client.elements.values())))
     await client.connected()  # or until it is clear that it never will be
     if client.is_deleted:
         return
@@ -60,6 +62,7 @@ async def page(enter: Callable[[], Look]) -> None:
     visits.begin(client, look.person)
     async with visits.building:
         made = await in_turns(partial(_built, client, look))
+        look.common(Memory).keep()
     client.run_javascript(BUILT)
     visits.shown(client, background_tasks.create(_keep_showing(client, look, made), name="panel"))
 
@@ -101,13 +104,21 @@ class Visits:
         if len(self._left) > KEPT:
             oldest = next(iter(self._left))
             self._forget(oldest)
-            oldest.layout.clear()  # and all that is on it
+            elements = list(oldest.layout.descendants())
+            oldest.layout.clear()
+            oldest.outbox.message_history.clear()  # it will be loaded again
+            _released(elements)
 
     def _forget(self, client: Client) -> None:
         self._left.pop(client, None)
         frames = self._frames.pop(client, None)
         if frames is not None:
             frames.cancel()
+
+
+def _released(elements: list[ui.element]) -> None:
+    """Once they have been removed."""
+    background_tasks.create(release(elements), name="panel")
 
 
 def rehearse(look: Look, request: Request) -> None:
@@ -199,6 +210,7 @@ async def _keep_showing(client: Client, look: Look, made: list[Refresh]) -> None
             began_s = loop.time()
             with client:
                 await _show(look, made)
+                await _complete(look)
                 await _drawn(client)
             await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
     finally:
@@ -216,6 +228,15 @@ async def _show(look: Look, made: list[Refresh]) -> None:
             look.session.pacer.look(view)
         else:
             view()
+
+
+async def _complete(look: Look) -> None:
+    """Build what has come into view, in pieces."""
+    while look.unbuilt:
+        build = careful(look.unbuilt.pop())
+        async with look.common(Visits).building:
+            await in_turns(build)
+            look.common(Memory).keep()
 
 
 def _tell(client: Client, words: str) -> None:

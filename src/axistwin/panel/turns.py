@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
-TURN_S = 0.002
+TURN_S = 0.0015
 """After so long a piece ends, at the next `breathe`."""
 _here = threading.local()
 

@@ -1,7 +1,6 @@
 """The panel on its own port, in the event loop that paces the bench."""
 
 import asyncio
-import gc
 import secrets
 import socket
 from contextlib import AbstractContextManager, nullcontext
@@ -17,6 +16,7 @@ from axistwin.links.urls import LOOPBACK
 from axistwin.numbers import NumberError, shortened, whole
 from axistwin.panel.gate import Gate, is_loopback
 from axistwin.panel.look import Common, Look
+from axistwin.panel.memory import Memory
 from axistwin.panel.page import page, rehearse
 from axistwin.panel.people import People, Person
 from axistwin.panel.talk import Talk
@@ -82,8 +82,7 @@ class Panel:
             await asyncio.sleep(LOOK_S)
         host, port = sock.getsockname()[:2]
         rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
-        gc.collect()
-        gc.freeze()  # what there is now stays: to look through it again and again would keep hosts waiting
+        self.common(Memory).keep()
         token = "" if self.address.token is None else f"?token={self.address.token}"
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
 

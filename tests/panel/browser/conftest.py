@@ -24,14 +24,13 @@ SCENES = ("drill", "winder", "cut-to-length")
 
 
 def pytest_collection_modifyitems(items):
-    """The first test of a machine starts a program, and browsers are slow where much else is going on.
-
-    Now and then one loses a click while a page is being changed; then the test has another try, from the beginning.
-    """
+    """Tests in a browser come last.  The first one of a machine starts a program, which may take long."""
     for item in items:
         if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.timeout(300))
-            item.add_marker(pytest.mark.flaky(reruns=2))
+            item.add_marker(pytest.mark.xdist_group("browser"))  # one server and one browser for all of them
+    items.sort(key=lambda item: item.get_closest_marker("browser") is not None)
 
 
 @pytest.fixture(scope="package")

@@ -79,7 +79,8 @@ class Screen:
 
     def show(self, names: Sequence[str]) -> None:
         """These.  Raises UsageError for too many, or for one that there is not."""
-        choose(list(self.recorder.signals.values()), names)
+        signals = self.recorder.signals
+        choose(list(signals.values()), [name for name in names if name not in signals])
         if len(names) > MOST_SHOWN:
             raise UsageError(f"{len(names)} signals are too many for one screen: choose {MOST_SHOWN} or fewer")
         self.recorder.want(self, names)

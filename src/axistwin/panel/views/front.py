@@ -50,13 +50,17 @@ def generic(controller: Controller) -> tuple[Group, ...]:
     return tuple(group for group in groups if group.items)
 
 
+NOTHING = object()
+"""Shown by an item that has not been shown yet."""
+
+
 class _Source:
     """A terminal or a register, and the items that show it."""
 
     def __init__(self, look: Look, who: str, name: str) -> None:
         self._look, self._who, self._name = look, who, name
         self._terminal = name in look.bench[who].terminals
-        self._known: int | str | object | None = self  # nothing has been shown yet
+        self._known: int | str | object | None = NOTHING
         self.shows: list[Show] = []
 
     def refresh(self) -> None:

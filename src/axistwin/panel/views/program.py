@@ -16,6 +16,7 @@ from axistwin.bench import FAMILIES, Controller, endpoints
 from axistwin.controllers.product import Listing, Order
 from axistwin.panel.drawings.listing import Lines
 from axistwin.panel.look import Look, Refresh
+from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
 MOST_BYTES = 1 << 18
@@ -47,6 +48,7 @@ class _View:
                 self._follow = ui.checkbox("follow", value=self._follows, on_change=self._set_follow).props("dense")
                 self._follow.mark(f"{name} follow")
             self._lines = Lines(self._toggle).mark(f"{name} listing").props(f'data-test="listing {name}"')
+            breathe()
             self._none = ui.label("Nothing is stored.").classes("quiet")
             self._buttons()
 
@@ -136,6 +138,7 @@ class _View:
                     for order in controller.product.orders(which):
                         self._order(order)
             load = _Loading(self.look, self.name)
+            breathe()
             ui.button("Load\u2026", icon="upload_file", on_click=load.open).props(_FLAT).mark(f"{self.name} load")
             cycle = ui.button("Off and on", icon="power_settings_new", on_click=self._power_cycle).props(_FLAT)
             cycle.mark(f"{self.name} power-cycle").tooltip("Switch it off and on again; what it keeps is what it keeps")
@@ -167,8 +170,10 @@ class _Loading:
                 on_upload=self._come, on_rejected=self._refuse,
             )  # fmt: skip
             self._upload.props(f'accept="{suffix}" flat bordered').classes("upload").mark(f"{name} file")
+            breathe()
             self._file = ui.input("called", value=f"program{suffix}").props("dense").mark(f"{name} called")
             self._text = ui.textarea("or its text").props("outlined").classes("pasted").mark(f"{name} text")
+            breathe()
             with ui.row():
                 shown = f"() => emit(document.getElementById('{self._text.html_id}').value.length)"
                 ui.button("Load").on("click", self._load, js_handler=shown).mark(f"{name} loading")

@@ -60,8 +60,8 @@ def scope(look: Look) -> Refresh:
     """An oscilloscope for whoever looks."""
     all_ = look.common(Scopes)
     screen = all_.come(look.person)
-    ui.context.client.on_delete(lambda: all_.go(screen))
     breathe()
+    ui.context.client.on_delete(lambda: all_.go(screen))
     with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
         return _Scope(screen, all_).refresh
 
@@ -84,8 +84,10 @@ class _Scope:
         ui.label(HELP).classes("hint")
         breathe()
         self._views.append(controls.readout(self))
+        breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
+        self._client.on_delete(self._views.clear)  # they refer to the card
 
     def refresh(self) -> None:
         """The controls, and the picture if it is another."""

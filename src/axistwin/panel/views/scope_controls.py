@@ -126,6 +126,7 @@ def choice(card: Card) -> Refresh:
         wanted.props("dense data-test=scope-signals").classes("scope-wanted").mark("scope-signals")
         breathe()
         ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
+        breathe()
         with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
             _list(card)
     shown: list[tuple[str, ...]] = []
@@ -177,6 +178,7 @@ def trigger(card: Card) -> Refresh:
     with ui.row().classes("scope-row"):
         mode = ui.select(list(MODES), label="Trigger", value=set_.mode)
         mode.props("dense options-dense").mark("scope-trigger")
+        breathe()
         signal = ui.select(_names(screen), label="on", value=set_.signal)
         signal.props("dense options-dense").classes("scope-on").mark("scope-trigger-signal")
         slope = ui.select(list(SLOPES), label="edge", value=set_.slope)
@@ -267,8 +269,10 @@ def readout(card: Card) -> Refresh:
             step.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
         snap = ui.switch("to edges", value=screen.cursors.snap).props("dense").mark("scope-snap")
         refresh_snap = kept(snap, screen.cursors, "snap")
+        breathe()
         ui.button("Clear", on_click=lambda: clear_cursors(screen)).props("dense flat no-caps").mark("scope-clear")
         times = ui.label().classes("scope-times").mark("scope-times")
+    breathe()
     table = ui.table(columns=COLUMNS, rows=[], row_key="name").props(
         "dense flat hide-pagination :rows-per-page-options=[0]"
     )

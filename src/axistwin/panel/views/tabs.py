@@ -1,10 +1,12 @@
 """Views behind tabs: each is made when it is first looked at, and brought up to date while it is looked at."""
 
 from collections.abc import Callable
+from functools import partial
 
 from nicegui import ui
 
 from axistwin.panel.look import Look, Refresh
+from axistwin.panel.turns import breathe
 
 Kinds = dict[str, Callable[[], Refresh]]
 """Views by the words on their tabs."""
@@ -12,29 +14,41 @@ Kinds = dict[str, Callable[[], Refresh]]
 
 def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
     """These, with the one open that this person looked at last."""
-    made: dict[str, Refresh] = {}
+    made: dict[str, Refresh | None] = {}
+    drawn = False
     setting = f"tab {name}"
     wanted = str(look.person.settings.get(setting, ""))
     first = wanted if wanted in kinds else next(iter(kinds))
     with ui.tabs().props("dense no-caps align=left outside-arrows mobile-arrows").classes("tabs") as bar:
         for kind in kinds:
             ui.tab(kind).props(f'data-test="tab {name} {kind}"')
+    breathe()
     with ui.tab_panels(bar, value=first, animated=False).classes("tab-panels"):
         panels = {kind: ui.tab_panel(kind) for kind in kinds}
+    breathe()
 
-    def show(kind: str) -> None:
+    def build(kind: str) -> None:
+        with panels[kind]:
+            view = made[kind] = kinds[kind]()
+        if kind == str(bar.value) and drawn:
+            view()
+
+    def keep(kind: str) -> None:
         look.person.settings[setting] = kind
-        if kind not in made:
-            with panels[kind]:
-                made[kind] = kinds[kind]()
 
-    bar.on_value_change(lambda event: show(event.value))
+    bar.on_value_change(lambda event: keep(event.value))
     if first != wanted:
-        show(first)
+        keep(first)
+        build(first)
 
     def refresh() -> None:
-        if str(bar.value) not in made:  # the page is drawn by now, and a terminal finds its size
-            show(str(bar.value))
-        made[str(bar.value)]()
+        nonlocal drawn
+        drawn = True
+        kind = str(bar.value)
+        if kind not in made:  # the page is drawn by now, and a terminal finds its size
+            made[kind] = None
+            look.unbuilt.append(partial(build, kind))
+        elif view := made[kind]:
+            view()
 
     return refresh

@@ -1,0 +1,74 @@
+"""Pages that are left are freed without a search for garbage, and such searches pass over pages."""
+
+import asyncio
+import gc
+import weakref
+from functools import partial
+
+from axistwin.panel.look import Common, Look
+from axistwin.panel.memory import AT_A_TIME, Memory, release
+from axistwin.panel.page import Visits, page, views
+from axistwin.panel.people import People
+from axistwin.sessions.session import Session
+
+from .showing import bench_of, show, stage
+
+
+def test_a_page_that_is_deleted_is_freed_by_counting_references():
+    """Of its elements hardly any is left, although nothing has been collected."""
+    people, common = People(), Common(Session(bench_of("if1"), None))
+    left = []
+
+    async def play(user):
+        await user.open("/")
+        while len(user.client.elements) < 300 or common(Visits).building.locked():
+            await asyncio.sleep(0)
+        left.extend(weakref.ref(element) for element in user.client.elements.values())
+        user.client.delete()
+        user.client = None
+        for _ in range(100):
+            await asyncio.sleep(0)
+
+    gc.disable()
+    try:
+        stage.play(partial(page, lambda: Look(common, people, people["a"])), play)
+        assert len(left) > 300
+        assert sum(each() is not None for each in left) <= 10  # cycles of NiceGUI's own
+    finally:
+        gc.enable()
+
+
+def test_the_loop_has_its_turn_between_a_few_elements():
+    def play(visit):
+        elements = list(visit.user.client.elements.values())
+        visit.user.client.layout.clear()
+        turns = 0
+        for step in iter(partial(next, release(elements).__await__(), "end"), "end"):
+            assert step is None
+            turns += 1
+        assert turns == -(-len(elements) // AT_A_TIME)
+
+    def whole(look):
+        made = list(views(look))
+        return lambda: [view() for view in made]
+
+    show(bench_of("if1"), whole, play)
+
+
+def test_what_is_kept_is_no_longer_searched_and_a_replaced_bench_is_freed_first():
+    session = Session(bench_of("if1"), None)
+    memory = Memory(session)
+    try:
+        memory.keep()
+        assert gc.get_freeze_count() > 0
+        marked = [["a page"]]
+        assert any(each is marked for each in gc.get_objects())
+        memory.keep()
+        assert not any(each is marked for each in gc.get_objects())
+        old = weakref.ref(session.bench)
+        memory._session = Session(bench_of("if1"), None)
+        del session
+        memory.keep()
+        assert old() is None
+    finally:
+        gc.unfreeze()
