@@ -43,8 +43,8 @@ def other(tmp_path):
     """Another process that has a controller in `tmp_path / "state"`."""
     program = tmp_path / "machine.py"
     program.write_text(MACHINE)
-    command = [sys.executable, program, tmp_path / "state", "--token", "secret"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=ENV) as process:
+    command = [sys.executable, program, "state", "--token", "secret"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=ENV, cwd=tmp_path) as process:
         assert process.stdout is not None and process.stdout.readline() == b"up\n"
         yield process
         process.kill()
@@ -87,7 +87,7 @@ def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
     with pytest.raises(UsageError) as told:
         Bench().add("smartmotor", state=tmp_path / "state")
     assert str(told.value) == (
-        f"state directory {tmp_path / 'state'} is in use by process {other.pid} (machine.py {tmp_path / 'state'}): "
+        f"state directory {tmp_path / 'state'} is in use by process {other.pid} (machine.py state): "
         "end that one, or choose another directory"
     )
 

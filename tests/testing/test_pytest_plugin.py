@@ -95,7 +95,7 @@ def test_it(host, axistwin_twin):
     talk, trace = Path("out", "test_it0", "axistwin.talk"), Path("out", "test_it0", "axistwin.csv")
     assert code == 1
     assert f"kept: {talk}\nkept: {trace}\n" in told
-    assert "; model: if1\n+1.5\n> (\n< U\\r\n" in (tmp_path / talk).read_text()
+    assert "; model: if1\n! flow dtr\n+1.5\n> (\n< U\\r\n" in (tmp_path / talk).read_text()
     assert "if1.led" in (tmp_path / trace).read_text()
 
 
@@ -120,7 +120,7 @@ def test_who_does_not_use_it_does_not_pay_for_it(run):
 def test_it():
     import sys
     loaded = {name for name in sys.modules if name.partition(".")[0] in ("axistwin", "simpy", "pydantic", "click")}
-    assert loaded - {"simpy"} == {"axistwin", "axistwin.testing.pytest_plugin"}
+    assert loaded - {"simpy"} == {"axistwin", "axistwin.testing", "axistwin.testing.pytest_plugin", "axistwin.version"}
 ''')  # fmt: skip
     assert code == 0, told
 

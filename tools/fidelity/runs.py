@@ -114,5 +114,5 @@ def _specific(asked: dict[str, list[str]], sizes: dict[str, int]) -> dict[str, l
 
 def main() -> None:
     """Run pytest with the collector: FILE TEST ..."""
-    words = ["-q", "--no-header", "--no-summary", "--tb=no", "-p", "no:cacheprovider", "-p", "no:xdist"]
+    words = ["-q", "--no-header", "--no-summary", "--tb=no", "-p", "no:cacheprovider", "-n0"]
     sys.exit(pytest.main([*words, *sys.argv[2:]], plugins=[Collector(Path(sys.argv[1]))]))

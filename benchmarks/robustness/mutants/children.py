@@ -26,7 +26,7 @@ SLACK_S, FACTOR = 2.0, 8
 """A test that takes so many times its usual processor time, and some seconds, does not end any more."""
 OPTIONS = (
     "-q", "--no-header", "--no-summary", "-p", "no:cacheprovider", "--tb=no",
-    "-W", "ignore::pytest.PytestAssertRewriteWarning", "-o", "timeout=0",
+    "-W", "ignore::pytest.PytestAssertRewriteWarning", "-o", "timeout=0", "-o", "addopts=--import-mode=importlib",
 )  # fmt: skip
 
 settings.register_profile(
