@@ -23,7 +23,9 @@ from axistwin.fault_injection import places
 from axistwin.fault_injection.places import Find, Machine, Spot, World
 from axistwin.numbers import whole
 from axistwin.plant.axes import MOST_POSITION, Axis
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
+from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
     from axistwin.fault_injection.injector import Faults
@@ -118,7 +120,7 @@ def _hears(wish: _Wish) -> Arm:
     if port is None:
         board = wish.spot(places.controllers(wish.world), "controller").machine
         return _messages(board.bus.listen, _hexadecimal(wish))
-    return _characters(port.to_device.receiver.hearers, _written(wish))
+    return _characters(port.to_device.receiver.received, _written(wish))
 
 
 def _says(wish: _Wish) -> Arm:
@@ -126,7 +128,7 @@ def _says(wish: _Wish) -> Arm:
     if port is None:
         board = wish.spot(places.controllers(wish.world), "controller").machine
         return _messages(board.bus.hear, _hexadecimal(wish))
-    return _characters(port.from_device.receiver.hearers, _written(wish))
+    return _characters(port.from_device.receiver.received, _written(wish))
 
 
 def _port(wish: _Wish) -> Any:
@@ -137,18 +139,17 @@ def _port(wish: _Wish) -> Any:
     return wish.spot(places.lines(wish.world), "serial line").port
 
 
-def _characters(hearers: list[Callable[..., None]], pattern: bytes) -> Arm:
+def _characters(received: Signal[int, LineError], pattern: bytes) -> Arm:
     def arm(happens: Callable[[], None]) -> Unwatch:
         latest = bytearray()
 
-        def heard(byte: int, _: object) -> None:
+        def take(byte: int, _: LineError) -> None:
             latest.append(byte)
             del latest[: -len(pattern)]
             if latest == pattern:
                 happens()
 
-        hearers.append(heard)
-        return lambda: hearers.remove(heard)
+        return received.subscribe(take)
 
     return arm
 

@@ -1,19 +1,18 @@
-"""What a person does at a machine, reported to those who record it.
+"""Actions of a person at a machine, reported so that they can be recorded.
 
-What the bench does by itself (the script of a scene, a fault) is not reported: it happens again without them.
+Actions of the bench itself (a scene's script, a fault) are not reported: they happen again in every run.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from axistwin.sim.clock import Clock
-
-Watcher = Callable[..., object]
+from axistwin.sim.signal import Signal
 
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """What is done to machines meanwhile, the bench does by itself."""
+    """Attribute all actions at machines to the bench itself, so that they are not reported."""
     within, clock.by_itself = clock.by_itself, True
     try:
         yield
@@ -22,19 +21,17 @@ def by_itself(clock: Clock) -> Iterator[None]:
 
 
 class ByHand:
-    """Reports what a person does at one thing: the name of the act, and its values."""
+    """Reports the actions of a person at one machine part: the name of the action and its values."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._watchers: list[Watcher] = []
+        self._begins: Signal[...] = Signal()
 
-    def watch(self, watcher: Watcher) -> Callable[[], None]:
-        """Call `watcher(act, *values)` before each act.  Returns what ends the watching."""
-        self._watchers.append(watcher)
-        return lambda: self._watchers.remove(watcher)
+    def watch(self, callback: Callable[..., object]) -> Callable[[], None]:
+        """Call `callback(act, *values)` before each action.  Return an unsubscribe function."""
+        return self._begins.subscribe(callback)
 
     def tell(self, act: str, *values: float) -> None:
-        """A person does this now, unless the bench does it by itself."""
+        """Report an action, unless the bench itself performs it."""
         if not self._clock.by_itself:
-            for watcher in tuple(self._watchers):
-                watcher(act, *values)
+            self._begins.emit(act, *values)

@@ -153,7 +153,7 @@ class Tracer:
         self._stack = ExitStack()
         for begin in self._begin:
             begin(self._stack)
-        self._stack.callback(self.bench.clock.look_on(self._look))
+        self._stack.callback(self.bench.clock.subscribe(self._look))
         return self
 
     def __exit__(self, *_: object) -> None:
