@@ -137,7 +137,7 @@ def test_a_master_on_another_axis(scene):
         text, f_if1="+1\nX1000$\n+4\nX-$\n", k_sms="UCI UDI\nZS\nMF4\nMFMUL=2\nMFDIV=1\nMFR\nG\nEND\n"
     ).build()
     positions = []
-    bench["if1"].axes["X"].on_motion.append(lambda: positions.append(bench["knife"].axes["shaft"].position))
+    bench["if1"].axes["X"].on_motion.subscribe(lambda: positions.append(bench["knife"].axes["shaft"].position))
     bench.run(15)
     assert bench["knife"].master.count == 0
     assert positions == [0, 5000]
@@ -162,14 +162,14 @@ def test_a_master_on_another_axis(scene):
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n', "6:1: if1 raises no flag 'Q': there are"),
         (
             '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
-            "5:1: fault flip: probability=0.5 leaves it to chance, which",
+            "5:1: fault flip: probability=0.5 is random: expected a seed",
         ),
         ('[[fault]]\nkind = "lose"\nat = 1e300\n', "5:1: at: 1e+300 s is too long: give less than 292 years"),
         ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: give seconds, 0 or more"),
         ('[[fault]]\nkind = "push"\non = "X"\nduration = 1\ncounts = 3\n', "5:1: axis X has no encoder: add one with"),
         ('[[fault]]\nkind = "encoder_dead"\non = "X"\n', "5:1: axis X has no encoder: add one with"),
-        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: that is for SmartMotors"),
-        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break happens at once: leave out `duration`"),
+        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: expected a SmartMotor"),
+        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break ends at once: leave out `duration`"),
         ('[[fault]]\nkind = "lose"\nname = "a"\n' * 2, "8:1: there is a fault 'a' already: mend it, or choose another"),
         (SHAFT + "{ limit = [0, 1] }", "5:16: axis shaft has no option 'limit': it takes limits, motor, load"),
         (SHAFT + "{ limits = [0] }", "5:16: axis shaft: limits=[0]: give two positions"),
@@ -209,7 +209,7 @@ def test_what_is_wrong_is_told_with_its_place(scene, text, message):
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 is over: it is 2 s"),
+        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 has passed: the time is 2 s"),
         ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' here: there are none"),
     ],
 )

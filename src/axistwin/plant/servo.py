@@ -1,6 +1,6 @@
-"""Data sheets of servo motors with their amplifier and encoder, and of what hangs on the shaft.
+"""Data sheets of servo motors with their amplifier and encoder, and of their loads.
 
-The figures of the presets are those of small brushless servo motors of such sizes.  Others can be given by name.
+The presets have typical figures of small brushless servo motors of these sizes.  Other figures can be given by name.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from typing import Any
 from axistwin.errors import UsageError
 
 MOST = 1e6
-"""No figure of a data sheet is larger."""
+"""Upper limit of all figures of a data sheet."""
 TUNING = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
 MOST_TUNING = 65535
 
@@ -20,9 +20,9 @@ MOST_TUNING = 65535
 class ServoMotor:
     """A brushless servo motor, its amplifier, encoder and tuning.  All figures are at the shaft.
 
-    Above 0, except frictions, brake, inductance and tuning, which may be 0; `counts_per_rev` is 2000 or 4000.  Volts
-    per rad/s of back-EMF and N·m per A are the same figure.  Inductance divided by resistance is the windings' time
-    constant, 0.5 to 2 ms in motors of these sizes.
+    Figures are above 0, except frictions, brake, inductance and tuning, which may be 0; `counts_per_rev` is 2000 or
+    4000.  The back-EMF in V per rad/s equals the torque constant in N·m per A.  Inductance divided by resistance is the
+    windings' time constant, 0.5 to 2 ms in motors of these sizes.
     """
 
     torque_constant_nm_per_a: float
@@ -32,7 +32,7 @@ class ServoMotor:
     viscous_friction_nm_s: float  # per rad/s
     counts_per_rev: int  # after quadrature
     supply_voltage_v: float
-    peak_current_a: float  # the amplifier lets no more through
+    peak_current_a: float  # amplifier limit
     continuous_current_a: float  # RMS
     winding_to_housing_k_per_w: float
     housing_to_ambient_k_per_w: float
@@ -59,7 +59,7 @@ class ServoMotor:
 
     @property
     def tuning(self) -> tuple[int, ...]:
-        """KP KI KD KL KS KV KA KG as it leaves the factory."""
+        """Factory values of KP KI KD KL KS KV KA KG."""
         return tuple(getattr(self, name) for name in TUNING)
 
     @property
@@ -74,7 +74,7 @@ MAY_BE_0 = "friction", "brake", "inductance"
 
 @dataclass(frozen=True)
 class ServoLoad:
-    """What hangs on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
+    """The load on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
 
     inertia_kg_m2: float = 0.0
     coulomb_friction_nm: float = 0.0
@@ -87,7 +87,7 @@ class ServoLoad:
 
 
 def _check(what: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """A finite number from `low` (None: above 0) to `high`."""
+    """Raise UsageError unless `value` is a finite number from `low` (None: above 0) to `high`."""
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
         raise UsageError(f"{what}={value!r}: give a {'whole ' if whole else ''}number")
@@ -148,7 +148,9 @@ SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 
 def servo_motor(given: object) -> ServoMotor:
-    """A data sheet by its name, or by values: a mapping of what differs from `model`, by default frame23."""
+    """Return a data sheet by its name, or from a mapping of the figures that differ from `model`,
+    by default frame23.
+    """
     if isinstance(given, ServoMotor):
         return given
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
@@ -160,7 +162,7 @@ def servo_motor(given: object) -> ServoMotor:
 
 
 def servo_load(given: object = None) -> ServoLoad:
-    """What hangs on the shaft, by values; None: nothing."""
+    """Return the load on the shaft from its values; None: no load."""
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):
