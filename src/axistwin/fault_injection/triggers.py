@@ -1,16 +1,16 @@
-r"""What a fault may wait for, as a sentence.
+r"""Triggers: events that a fault may wait for, as sentences.
 
-    table.X passes 1000         an axis comes to a position, or jumps over it: on that very pulse or sample
+    table.X passes 1000         an axis reaches a position or jumps over it; exact to the pulse or sample
     table.X passes 1000 up      in the positive direction only, or down
     table.output1 rises         an edge on a pin; falls, changes
     table hears X1000           the device has received these characters; a board on a bus, this command in hex
-    table says U\r              the host has received these
+    table says U\r              the host has received these characters
     motor raises Be             a fault flag of the device; the names are its manual's
     motor runs 12               line 12 of its program begins, or step 12 of its sequence; they count from 1
     board runs 3:2              command 2 of sequence 3
     cable begins                another fault, by its name; ends
 
-Names need not have the controller's before them where it is clear whose they are.
+The controller's name may be left out where it is clear.
 """
 
 import re
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 Unwatch = Callable[[], object]
 Arm = Callable[[Callable[[], None]], Unwatch]
-"""Calls what it is given each time it happens; returns what ends that."""
+"""Calls a function each time the event occurs; returns an unsubscribe function."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
 _POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?", re.ASCII)
@@ -42,16 +42,16 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
 def other_fault(text: str | None) -> str | None:
-    """The name of the fault that this sentence waits for, if it is one."""
+    """Return the name of the fault that this sentence waits for; None: it waits for something else."""
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
 
 
 def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
-    """What this sentence waits for.  Raises UsageError if there is no such thing."""
+    """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in _VERBS:
-        raise UsageError(f"when={text!r}: write it like 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
+        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
     return _VERBS[found["verb"]](_Wish(world, faults, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -66,7 +66,7 @@ class _Wish:
         return places.find(places.names(found, self.here), self.who, thing)
 
     def wrong(self, example: str) -> UsageError:
-        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: write it like {example!r}")
+        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: expected e.g. {example!r}")
 
 
 def _passes(wish: _Wish) -> Arm:
@@ -81,7 +81,7 @@ def _passes(wish: _Wish) -> Arm:
 
 
 class _Passing:
-    """Looks whenever the axis leaves or enters a position; it has passed when it comes from one side and reaches it."""
+    """Detects that the axis passes a position: it comes from one side and reaches or crosses the position."""
 
     def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
         self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
@@ -132,7 +132,7 @@ def _says(wish: _Wish) -> Arm:
 
 
 def _port(wish: _Wish) -> Any:
-    """The host's end of the line; None: it is a board on a bus."""
+    """Return the host's end of the line; None: the controller is a board on a bus."""
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
@@ -185,7 +185,7 @@ def _raises(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     alarms = machine.alarms
     if alarms is None or (wish.what and wish.what not in alarms.names):
-        there = f"there are {', '.join(alarms.names)}" if alarms else "it tells none"
+        there = f"there are {', '.join(alarms.names)}" if alarms else "it has none"
         raise UsageError(f"{machine.name} raises no flag {wish.what!r}: {there}")
     return lambda happens: alarms.watch(lambda name: happens() if wish.what in ("", name) else None)
 
@@ -194,7 +194,7 @@ def _runs(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     names = machine.product.programs
     if not names:
-        raise UsageError(f"{machine.name} runs nothing by itself: a {machine.product.model} keeps no programs")
+        raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores none")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
@@ -204,7 +204,7 @@ def _runs(wish: _Wish) -> Arm:
 
 
 def _program(machine: Machine, number: str | None) -> str:
-    """The one that is meant; where there are several, their names end in their numbers."""
+    """Return the program of this number; the names of several programs end in their numbers."""
     names = machine.product.programs
     found = next((name for name in names if number is None or name.split()[-1] == number), None)
     if found is None:
@@ -213,17 +213,17 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """It need not be there yet, but it must be possible."""
+    """Raise UsageError for an impossible line.  A line that is not stored yet is possible."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
-        raise UsageError(f"{machine.name} runs no line {line}: they count from 1" + (f" to {most}" if most else ""))
+        raise UsageError(f"{machine.name} runs no line {line}: lines count from 1" + (f" to {most}" if most else ""))
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         raise UsageError(f"{machine.name} never runs line {line}: {_silence(listing, line)}")
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Why a line never runs, and the next one that does."""
+    """Return the reason why a line never runs, and the next line that does."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"
