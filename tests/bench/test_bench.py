@@ -30,7 +30,7 @@ def test_time_is_nanoseconds_inside_and_seconds_outside():
 def test_running_no_time_is_allowed_and_backwards_is_not():
     bench = Bench()
     bench.run(0)
-    with pytest.raises(UsageError, match="time runs forwards only"):
+    with pytest.raises(UsageError, match="negative time"):
         bench.run(-1)
 
 
@@ -57,7 +57,7 @@ def test_virtual_time_ends_before_64_bits_of_nanoseconds_do():
 @pytest.mark.parametrize("seconds", [1e10, float("inf"), float("nan"), 10**400])
 def test_a_time_that_no_bench_will_ever_see_is_refused(seconds):
     for late in (lambda: Bench().run(seconds), lambda: Bench().run_until(lambda: False, seconds)):
-        with pytest.raises(UsageError, match="is too long: give less than 292 years"):
+        with pytest.raises(UsageError, match="is too long: expected less than 292 years"):
             late()
 
 

@@ -397,5 +397,5 @@ def test_somebody_at_the_joystick_in_a_conversation(board, rate):
 
 
 def test_there_is_a_joystick_only_where_one_can_be_connected(bench):
-    with pytest.raises(ProgramError, match="nothing called 'joystick'"):
+    with pytest.raises(ProgramError, match="unknown name 'joystick'"):
         action(bench.add("if1"), "joystick", "5")

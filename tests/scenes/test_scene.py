@@ -206,11 +206,11 @@ WRONG = {
     ),
     "a delay for ever": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = inf"),
-        "6:1: inf s is too long: give less than 292 years",
+        "6:1: inf s is too long: expected less than 292 years",
     ),
     "a script after the end of time": (
         controllers("if1", more="[[script]]\nat = 1e300\ndo = 'power off'"),
-        "4:1: 1e+300 s is too long: give less than 292 years",
+        "4:1: 1e+300 s is too long: expected less than 292 years",
     ),
     "a history of everything": (
         controllers("if1", more=f"history = {10**30}"),
