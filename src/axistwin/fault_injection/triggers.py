@@ -115,20 +115,14 @@ def _edge(wish: _Wish) -> Arm:
     return arm
 
 
-def _hears(wish: _Wish) -> Arm:
-    port = _port(wish)
+def _receives(wish: _Wish) -> Arm:
+    """The device receives characters or a command ("hears"), or its host does ("says")."""
+    hears, port = wish.verb == "hears", _port(wish)
     if port is None:
-        board = wish.spot(places.controllers(wish.world), "controller").machine
-        return _messages(board.bus.listen, _hexadecimal(wish))
-    return _characters(port.to_device.receiver.received, _written(wish))
-
-
-def _says(wish: _Wish) -> Arm:
-    port = _port(wish)
-    if port is None:
-        board = wish.spot(places.controllers(wish.world), "controller").machine
-        return _messages(board.bus.hear, _hexadecimal(wish))
-    return _characters(port.from_device.receiver.received, _written(wish))
+        bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
+        return _messages(bus.listen if hears else bus.hear, _hexadecimal(wish))
+    line = port.to_device if hears else port.from_device
+    return _characters(line.receiver.received, _written(wish))
 
 
 def _port(wish: _Wish) -> Any:
@@ -239,6 +233,6 @@ def _other_fault(wish: _Wish) -> Arm:
 
 
 _VERBS: dict[str, Callable[[_Wish], Arm]] = {
-    "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _hears, "says": _says,
+    "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _receives, "says": _receives,
     "raises": _raises, "runs": _runs, "begins": _other_fault, "ends": _other_fault,
 }  # fmt: skip
