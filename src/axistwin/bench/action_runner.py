@@ -23,7 +23,7 @@ def no_programs(who: str, file: str) -> Callable[[], object]:
     raise UsageError(f"{file} cannot be loaded into {who} here: expected a scene that loads it")
 
 
-class Hands:
+class ActionRunner:
     """Performs actions on one bench.  `load`: loads programs.  `own`: the bench itself acts, as in a scene's script."""
 
     def __init__(self, bench: Bench, load: Load = no_programs, *, own: bool = False) -> None:

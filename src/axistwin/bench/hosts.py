@@ -28,8 +28,8 @@ class Host(Protocol):
     def write(self, data: bytes) -> None:
         """Send data as soon as possible."""
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `hearer` with received data.  Return an unsubscribe function."""
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback` with received data.  Return an unsubscribe function."""
 
 
 @contextmanager
@@ -71,8 +71,8 @@ class _Serial:
     def write(self, data: bytes) -> None:
         self._port.write(data)
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._port.hear(lambda byte, _: hearer(bytes([byte])))
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._port.hear(lambda byte, _: callback(bytes([byte])))
 
 
 class _Bus:
@@ -88,5 +88,5 @@ class _Bus:
     def write(self, data: bytes) -> None:
         self._attendant.write(data)
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._attendant.hear(hearer)
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._attendant.hear(callback)

@@ -269,8 +269,8 @@ class BusHost(Protocol):
     def write(self, command: bytes) -> None:
         """Send a command as soon as the board takes it."""
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `hearer` with each message.  Return an unsubscribe function."""
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback` with each message.  Return an unsubscribe function."""
 
     def close(self) -> None:
         """End all use of the registers."""
