@@ -144,7 +144,7 @@ def test_a_controller_that_does_not_answer_is_told():
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
         (["if1", "--speed", "fast"], "no speed 'fast': give a number"),
-        (["if1", "--line", "fast"], "no line format 'fast': write it like"),
+        (["if1", "--line", "fast"], "invalid line format 'fast': expected e.g."),
     ],
 )
 def test_what_cannot_be_opened(arguments, message):

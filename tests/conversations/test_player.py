@@ -131,7 +131,7 @@ def test_several_controllers_are_told_apart_by_name(bench):
         ("= X.position far", "no number"),
         ("= X.position nan", "no number"),
         ("= X.encoder 3", "no encoder"),
-        ("! line fast", "no line format"),
+        ("! line fast", "invalid line format"),
         ("middle: > E", "no controller 'middle'"),
     ],
 )

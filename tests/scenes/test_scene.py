@@ -151,7 +151,10 @@ WRONG = {
     "an unknown model": (controllers("if9"), "2:1: no model 'if9': choose one of if1, if2"),
     "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
     "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
-    "a line format": (controllers("if1", more="line = 'fast'"), "3:1: no line format 'fast': write it like '9600 8N2'"),
+    "a line format": (
+        controllers("if1", more="line = 'fast'"),
+        "3:1: invalid line format 'fast': expected e.g. '9600 8N2'",
+    ),
     "a misspelt option": (
         controllers("if1", more="options.wirring = 1"),
         "3:1: options: unknown key 'wirring': did you",

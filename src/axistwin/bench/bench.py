@@ -410,7 +410,7 @@ class Bench:
         axis_options = {axis: _table(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = _options(made, options)
         if type(history) is not int or history < 2:
-            raise UsageError(f"history={history!r}: give a number of strokes, 2 or more")
+            raise UsageError(f"history={history!r}: expected a number of moves, 2 or more")
         if line is not None and made.line is None:
             raise UsageError(f"{made.model} has no serial port: leave out `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
@@ -495,12 +495,12 @@ def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartF
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
     if not isinstance(text, str):
-        raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+        raise UsageError(f"invalid line format {text!r}: expected e.g. '9600 8N2' or 'instant'")
     words = text.replace(",", " ").split()
     instant = "instant" in words
     match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
     if match is None:
-        raise UsageError(f"no line format {shortened(text)}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+        raise UsageError(f"invalid line format {shortened(text)}: expected e.g. '9600 8N2' or 'instant'")
     baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
     if match["frame"] is None:
         return replace(usual, baudrate=baudrate), instant
@@ -519,7 +519,7 @@ def _options(made: Product, given: dict[str, Any]) -> Any:
 def _table(name: str, given: object) -> dict[str, Any]:
     """Return an axis's options as they were given."""
     if not isinstance(given, Mapping):
-        raise UsageError(f'axis {name}={given!r}: give its options, such as {name}={{"limits": (-100, 5000)}}')
+        raise UsageError(f'axis {name}={given!r}: expected its options, e.g. {name}={{"limits": (-100, 5000)}}')
     return dict(given)
 
 

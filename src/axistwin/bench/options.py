@@ -1,6 +1,5 @@
 """Options of a controller in the text form of a command line or a conversation's header."""
 
-import tomllib
 from collections.abc import Iterable
 from typing import Any
 
@@ -36,6 +35,8 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 def _value(text: str) -> Any:
     """Return a TOML value if the text is TOML, otherwise the text itself."""
+    import tomllib  # lazy import: most controllers have no options
+
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:

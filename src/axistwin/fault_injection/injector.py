@@ -51,9 +51,9 @@ class Terms:
             if given is not None:
                 _check_seconds(what, given)
         if type(self.nth) is not int or self.nth < 1:
-            raise UsageError(f"nth={self.nth!r}: give a whole number, 1 or more")
+            raise UsageError(f"nth={self.nth!r}: expected a whole number, 1 or more")
         if self.seed is not None and type(self.seed) is not int:
-            raise UsageError(f"seed={self.seed!r}: give a whole number")
+            raise UsageError(f"seed={self.seed!r}: expected a whole number")
 
     def check_at(self, now_ns: int) -> None:
         """Raise UsageError if the time `at` has passed."""
@@ -302,7 +302,7 @@ class _NthTime:
 
 def _check_seconds(what: str, given: float) -> None:
     if isinstance(given, bool) or not 0 <= given < float("inf"):
-        raise UsageError(f"{what}={given!r}: give seconds, 0 or more")
+        raise UsageError(f"{what}={given!r}: expected seconds, 0 or more")
     try:
         to_ns(given)
     except UsageError as error:

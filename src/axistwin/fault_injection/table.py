@@ -51,7 +51,7 @@ class Parameter:
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
             shown = shortened(value) if isinstance(value, str) else repr(value)
-            raise UsageError(f"{self.name}={shown}: give {self.wanted}")
+            raise UsageError(f"{self.name}={shown}: expected {self.wanted}")
         return found
 
     @property
@@ -146,5 +146,5 @@ class Kind:
                 raise UsageError(f"fault {self.name} has no parameter {name!r}: it takes {takes}")
         missing = [p.name for p in self.parameters if p.default is None and not p.optional and p.name not in given]
         if missing:
-            raise UsageError(f"fault {self.name}: {missing[0]} is missing: give {known[missing[0]].wanted}")
+            raise UsageError(f"fault {self.name}: {missing[0]} is missing: expected {known[missing[0]].wanted}")
         return {name: p.read(given[name]) if name in given else p.default for name, p in known.items()}

@@ -75,8 +75,8 @@ def _check_span(name: str, option: str, given: Any) -> None:
     except (TypeError, ValueError):
         first = last = None
     if not (type(first) is int and type(last) is int and first <= last):
-        raise UsageError(f"axis {name}: {option}={given!r}: give two positions, such as (-100, 5000)")
+        raise UsageError(f"axis {name}: {option}={given!r}: expected two positions, e.g. (-100, 5000)")
     if not -MOST_POSITION <= first <= last <= MOST_POSITION:
         raise UsageError(
-            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: give two positions, such as (-100, 5000)"
+            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: expected two positions, e.g. (-100, 5000)"
         )

@@ -47,7 +47,7 @@ class Joystick:
     def deflect(self, rate: int) -> None:
         """Deflect the stick for `rate` pulses per second; 0: release the stick.  Raises UsageError."""
         if abs(rate) > FASTEST:
-            raise UsageError(f"joystick {rate}: give pulses per second, from {-FASTEST} to {FASTEST}")
+            raise UsageError(f"joystick {rate}: expected pulses per second, from {-FASTEST} to {FASTEST}")
         self.by_hand.tell("joystick", rate)
         if not self._plugged_in:
             self._plug_in()

@@ -133,9 +133,9 @@ class Master:
         The rest of an earlier run is cancelled.  Raises UsageError for a negative time.
         """
         if type(counts) is not int:
-            raise UsageError(f"move({counts!r}, …): give a whole number of counts")
+            raise UsageError(f"move({counts!r}, …): expected a whole number of counts")
         if not 0 <= seconds < float("inf"):
-            raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
+            raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
         self.by_hand.tell("master", counts, seconds)
         count = self.count
         self._unsubscribe()

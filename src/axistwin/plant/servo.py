@@ -54,7 +54,7 @@ class ServoMotor:
             low = 0.0 if name in TUNING or any(part in name for part in MAY_BE_0) else None
             _check(f"motor: {name}", value, low, MOST_TUNING if name in TUNING else MOST, whole=name in WHOLE)
         if self.counts_per_rev not in (2000, 4000):
-            raise UsageError(f"motor: counts_per_rev={self.counts_per_rev}: give 2000 or 4000")
+            raise UsageError(f"motor: counts_per_rev={self.counts_per_rev}: expected 2000 or 4000")
         _check("motor: ks", self.ks, 1.0, MOST_TUNING)
 
     @property
@@ -90,9 +90,11 @@ def _check(what: str, value: object, low: float | None, high: float, whole: bool
     """Raise UsageError unless `value` is a finite number from `low` (None: above 0) to `high`."""
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
-        raise UsageError(f"{what}={value!r}: give a {'whole ' if whole else ''}number")
+        raise UsageError(f"{what}={value!r}: expected a {'whole ' if whole else ''}number")
     if value > high or (value <= 0 if low is None else value < low):
-        raise UsageError(f"{what}={value!r}: give a number {'above 0' if low is None else f'from {low:g}'} to {high:g}")
+        raise UsageError(
+            f"{what}={value!r}: expected a number {'above 0' if low is None else f'from {low:g}'} to {high:g}"
+        )
 
 
 FRAME17 = ServoMotor(
@@ -156,7 +158,7 @@ def servo_motor(given: object) -> ServoMotor:
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
     model = values.pop("model", "frame23")
     if not isinstance(model, str) or model not in SERVO_MOTORS:
-        raise UsageError(f"motor={model!r}: choose one of {', '.join(SERVO_MOTORS)}, or give values")
+        raise UsageError(f"motor={model!r}: expected one of {', '.join(SERVO_MOTORS)}, or values")
     _check_names("motor", values, ("model", *(field.name for field in fields(ServoMotor))))
     return replace(SERVO_MOTORS[model], **values) if values else SERVO_MOTORS[model]
 
@@ -166,7 +168,7 @@ def servo_load(given: object = None) -> ServoLoad:
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):
-        raise UsageError(f"load={given!r}: give values such as {{'inertia_kg_m2': 1e-5}}")
+        raise UsageError(f"load={given!r}: expected values, e.g. {{'inertia_kg_m2': 1e-5}}")
     values = dict(given or {})
     _check_names("load", values, tuple(field.name for field in fields(ServoLoad)))
     return ServoLoad(**values)
@@ -175,4 +177,4 @@ def servo_load(given: object = None) -> ServoLoad:
 def _check_names(of: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
     for name in given:
         if name not in known:
-            raise UsageError(f"{of}: there is no {name}; choose from {', '.join(known)}")
+            raise UsageError(f"{of}: unknown name {name}: expected one of {', '.join(known)}")

@@ -295,7 +295,7 @@ class ServoAxis:
     @ambient.setter
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
-            raise UsageError(f"ambient={celsius!r}: give a temperature from {COLDEST:g} to {HOTTEST:g} °C")
+            raise UsageError(f"ambient={celsius!r}: expected a temperature from {COLDEST:g} to {HOTTEST:g} °C")
         self.by_hand.tell("ambient", celsius)
         self._ambient.set(float(celsius))
 
