@@ -203,7 +203,7 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """Return the valid targets of `!`; AXIS stands for each of the axes."""
+    """Return the valid targets of `!`; AXIS is replaced by each axis's name."""
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -276,7 +276,7 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """Return the valid subjects of `=`; PIN stands for each of the pins."""
+    """Return the valid subjects of `=`; PIN is replaced by each pin's name."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)

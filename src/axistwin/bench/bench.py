@@ -137,7 +137,7 @@ class Controller:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Its own serial ports by name; the second channel only once it has been used."""
+        """Serial ports of the controller itself, by name; the second channel only once it has been used."""
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
         if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
             found[f"{self.name}.rs485"] = self._second
@@ -157,8 +157,8 @@ class Controller:
     def joystick(self) -> Joystick:
         """The joystick connected to it.  Raises UsageError if it has no joystick input."""
         if self.product.joystick is None:
-            raise UsageError(f"{self.name} takes no joystick")
-        assert self.bench is not None, "it stands on a bench"
+            raise UsageError(f"{self.name} has no joystick input")
+        assert self.bench is not None, "the controller is on a bench"
         return Joystick(self.bench.clock, self.pins, self.product.joystick)
 
     @cached_property

@@ -135,14 +135,14 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
         handled(act if act == "ambient" else f"{name}.{act}", *values)
 
     for name, pin in controller.pins.items():
-        stack.callback(pin.watch_lead(partial(led, name, pin)))
-    stack.callback(controller.by_hand.watch(handled))
+        stack.callback(pin.subscribe_lead(partial(led, name, pin)))
+    stack.callback(controller.by_hand.subscribe(handled))
     if controller.product.joystick is not None:
-        stack.callback(controller.joystick.by_hand.watch(handled))
+        stack.callback(controller.joystick.by_hand.subscribe(handled))
     for name, axis in controller.axes.items():
-        stack.callback(axis.by_hand.watch(partial(at_axis, name)))
+        stack.callback(axis.by_hand.subscribe(partial(at_axis, name)))
         if isinstance(axis, ServoAxis):
-            stack.callback(axis.master.by_hand.watch(handled))
+            stack.callback(axis.master.by_hand.subscribe(handled))
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:

@@ -5,7 +5,7 @@ _STEP = 0x9E3779B97F4A7C15
 
 
 class Chance:
-    """Pseudo-random numbers from a seed, 0 or more."""
+    """A sequence of pseudo-random numbers; the seed is 0 or more."""
 
     def __init__(self, seed: int) -> None:
         self._state = seed & _MASK

@@ -32,19 +32,19 @@ class Machine(Protocol):
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Its own serial ports."""
+        """Serial ports of the controller itself."""
 
     @property
     def bus(self) -> RegisterPort:
-        """Its registers."""
+        """Registers of the controller."""
 
     @property
     def alarms(self) -> Alarms | None:
-        """Its fault flags, for subscribers."""
+        """Fault flags of the controller; None: there are none."""
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """Its stored programs."""
+        """Programs stored in the controller."""
 
     def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher` when this line begins.  Return an unsubscribe function."""

@@ -181,7 +181,7 @@ def _raises(wish: _Wish) -> Arm:
     if alarms is None or (wish.what and wish.what not in alarms.names):
         there = f"there are {', '.join(alarms.names)}" if alarms else "it has none"
         raise UsageError(f"{machine.name} raises no flag {wish.what!r}: {there}")
-    return lambda happens: alarms.watch(lambda name: happens() if wish.what in ("", name) else None)
+    return lambda happens: alarms.subscribe(lambda name: happens() if wish.what in ("", name) else None)
 
 
 def _runs(wish: _Wish) -> Arm:

@@ -100,7 +100,7 @@ class EncoderView:
 
 
 class StepperAxis:
-    """Motor, load and encoder behind one step output.  Without a `motor` it is ideal and never stalls."""
+    """Motor, load and encoder behind one step output.  Without a `motor` the axis is ideal and never stalls."""
 
     def __init__(
         self,

@@ -16,6 +16,6 @@ class Alarms:
         """Report that the device raises this flag."""
         self._raised.emit(name)
 
-    def watch(self, callback: Callable[[str], None]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[[str], None]) -> Callable[[], None]:
         """Call `callback(name)` whenever a flag is raised.  Return an unsubscribe function."""
         return self._raised.subscribe(callback)

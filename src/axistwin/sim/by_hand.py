@@ -27,7 +27,7 @@ class ByHand:
         self._clock = clock
         self._begins: Signal[...] = Signal()
 
-    def watch(self, callback: Callable[..., object]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[..., object]) -> Callable[[], None]:
         """Call `callback(act, *values)` before each action.  Return an unsubscribe function."""
         return self._begins.subscribe(callback)
 

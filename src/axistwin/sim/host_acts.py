@@ -44,7 +44,7 @@ class HostActs:
         self._clock = clock
         self._begins: Signal[HostAct] = Signal()
 
-    def watch(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
         """Call `callback(act)` before each action.  Return an unsubscribe function."""
         return self._begins.subscribe(callback)
 

@@ -136,7 +136,7 @@ class Pin:
             self.clock.process(self._flashing())
         return unsubscribe
 
-    def watch_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` when the test lead is connected, changed or removed, even if the level stays.
 
         Return an unsubscribe function.

@@ -116,7 +116,7 @@ class RegisterPort:
         Kinds with their values: `read` of the data buffer (None), `write` (offset, byte), `init` (None).  Actions at an
         unpowered board are not reported.
         """
-        return self._doing.watch(callback)
+        return self._doing.subscribe(callback)
 
     def perform(self, act: HostAct) -> None:
         """Perform this action of the host."""

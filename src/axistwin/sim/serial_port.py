@@ -238,7 +238,7 @@ class SerialPort:
         Kinds with their values: `write` (bytes), `break` (seconds), `hold`, `dtr`, `rts` (bool), `flow` (Flow),
         `format` (UartFormat), `drop` (None).
         """
-        return self._doing.watch(callback)
+        return self._doing.subscribe(callback)
 
     def perform(self, act: HostAct) -> None:
         """Perform this action of the host."""
