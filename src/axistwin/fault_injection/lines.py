@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterable
 from axistwin.errors import UsageError
 from axistwin.fault_injection.places import Spot
 from axistwin.fault_injection.table import Case, Mend
-from axistwin.sim import trouble
+from axistwin.sim import disturbance
+from axistwin.sim.disturbance import Disturbance, Effect
 from axistwin.sim.frames import FASTEST_BAUD
 from axistwin.sim.serial import Line
 from axistwin.sim.serial_port import SerialPort
-from axistwin.sim.trouble import Effect, Trouble
 from axistwin.units import to_ns
 
 WAYS = "to", "from", "both"
@@ -17,36 +17,36 @@ WAYS = "to", "from", "both"
 
 def lose(case: Case) -> Mend:
     """Lose characters."""
-    return _some(case, trouble.lose)
+    return _some(case, disturbance.lose)
 
 
 def double(case: Case) -> Mend:
     """Deliver characters twice."""
-    return _some(case, trouble.double)
+    return _some(case, disturbance.double)
 
 
 def flip(case: Case) -> Mend:
     """Invert data bits: those in the mask, or with mask 0 a random one of eight."""
     mask = case.values["mask"]
     if mask:
-        return _some(case, trouble.flip(mask))
+        return _some(case, disturbance.flip(mask))
     chance = case.luck("which bit it is")
-    return _some(case, lambda passage: trouble.flip(1 << chance.below(8))(passage))
+    return _some(case, lambda passage: disturbance.flip(1 << chance.below(8))(passage))
 
 
 def late(case: Case) -> Mend:
     """Delay all characters; their order stays."""
     delay, jitter = to_ns(case.values["seconds"]), to_ns(case.values["jitter"])
     if not jitter:
-        return _all(case, trouble.late(lambda: delay))
+        return _all(case, disturbance.delay(lambda: delay))
     chance = case.luck("a jitter")
-    return _all(case, trouble.late(lambda: delay + chance.below(jitter + 1)))
+    return _all(case, disturbance.delay(lambda: delay + chance.below(jitter + 1)))
 
 
 def drift(case: Case) -> Mend:
     """Run the sender's clock faster or slower."""
     faster = 1 + case.values["percent"] / 100
-    return _all(case, trouble.at_rate(lambda baudrate: min(max(1, round(baudrate * faster)), FASTEST_BAUD)))
+    return _all(case, disturbance.at_rate(lambda baudrate: min(max(1, round(baudrate * faster)), FASTEST_BAUD)))
 
 
 def baud(case: Case) -> Mend:
@@ -93,24 +93,24 @@ def _some(case: Case, effect: Effect) -> Mend:
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1
-    strikes = trouble.always
+    strikes = disturbance.always
     if probability < 1:
         chance = case.luck(f"probability={probability:g}")
         strikes = lambda: chance.unit() < probability  # noqa: E731
-    return _disturb(case, [Trouble(effect, count, strikes) for _ in _lines(case)])
+    return _disturb(case, [Disturbance(effect, count, strikes) for _ in _lines(case)])
 
 
 def _all(case: Case, effect: Effect) -> Mend:
-    return _disturb(case, [Trouble(effect) for _ in _lines(case)])
+    return _disturb(case, [Disturbance(effect) for _ in _lines(case)])
 
 
-def _disturb(case: Case, troubles: list[Trouble]) -> Mend:
+def _disturb(case: Case, disturbances: list[Disturbance]) -> Mend:
     def one_over() -> None:
-        if all(other.over for other in troubles):
+        if all(other.over for other in disturbances):
             case.over()
 
     ends = []
-    for line, one in zip(_lines(case), troubles, strict=True):
+    for line, one in zip(_lines(case), disturbances, strict=True):
         one.on_over = one_over
         ends.append(line.disturb(one))
     return lambda: _each(ends)

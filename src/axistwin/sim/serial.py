@@ -17,10 +17,10 @@ from fractions import Fraction
 from typing import Protocol
 
 from axistwin.sim.clock import Clock, Event
+from axistwin.sim.disturbance import Disturbance, Passage, double, flip, lose
 from axistwin.sim.frames import SOUND, Break, Frame, LineError, UartFormat
 from axistwin.sim.levels import Levels, Space
 from axistwin.sim.signal import Signal
-from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
 from axistwin.units import S, to_ns
 
 MANY = 12
@@ -115,30 +115,30 @@ class Line:
         self._levels = Levels()
         self._reading: _Reading | None = None
         self._idle = 0, 1  # a falling edge is a start bit from this instant on: (number, units per ns)
-        self._troubles: list[Trouble] = []
+        self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
         self._free_ns = 0  # until then delayed characters are in transit
 
     # Line faults
 
-    def disturb(self, trouble: Trouble) -> Callable[[], None]:
+    def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
         """Apply a disturbance to all characters from now on.  Return a function that removes it; a second call does
         nothing.
         """
-        self._troubles.append(trouble)
-        return lambda: self._troubles.remove(trouble) if trouble in self._troubles else None
+        self._disturbances.append(disturbance)
+        return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
         """Lose the next characters."""
-        self.disturb(Trouble(lose, characters))
+        self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
         """Send the next characters twice."""
-        self.disturb(Trouble(double, characters))
+        self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
         """Invert the data bits in `mask` of the next characters; the parity bit stays."""
-        self.disturb(Trouble(flip(mask), characters))
+        self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:
         """Open the wire from now on, even in the middle of a character; the receiver samples mark."""
@@ -188,7 +188,7 @@ class Line:
         """Send a character or a break now.  Return the ns for which it occupies the wire."""
         if isinstance(item, Break):
             return self._carry_break(item)
-        undisturbed = not self._troubles and not self._cuts and self._free_ns <= self.clock.now
+        undisturbed = not self._disturbances and not self._cuts and self._free_ns <= self.clock.now
         if self.instant and undisturbed and self.receiver.understands(sent):
             self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # no sampling needed
             return 0
@@ -200,10 +200,10 @@ class Line:
     def _passage(self, sent: UartFormat) -> Passage:
         """Return the passage of a character that is sent now, with all disturbances applied."""
         passage = Passage(sent)
-        for trouble in tuple(self._troubles):
-            trouble.meet(passage)
-            if trouble.over and trouble in self._troubles:
-                self._troubles.remove(trouble)
+        for disturbance in tuple(self._disturbances):
+            disturbance.meet(passage)
+            if disturbance.over and disturbance in self._disturbances:
+                self._disturbances.remove(disturbance)
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:

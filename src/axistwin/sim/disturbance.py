@@ -1,6 +1,6 @@
 """Disturbances of characters on a line.
 
-A `Passage` is one character that has just left its transmitter; each `Trouble` on the line changes the passage in turn.
+A `Passage` is one character that has just left its transmitter.  Each `Disturbance` on the line changes the passage.
 """
 
 from collections.abc import Callable
@@ -28,9 +28,10 @@ def always() -> bool:
 
 
 @dataclass(eq=False)
-class Trouble:
-    """A line disturbance: applies `effect` to each character for which `strikes()` is True, `left` times (None:
-    always).
+class Disturbance:
+    """A line disturbance: applies `effect` to characters for which `strikes()` is True.
+
+    `left`: the number of characters still to be disturbed; None: no limit.
     """
 
     effect: Effect
@@ -74,7 +75,7 @@ def flip(mask: int) -> Effect:
     return effect
 
 
-def late(delay_ns: Callable[[], int]) -> Effect:
+def delay(delay_ns: Callable[[], int]) -> Effect:
     """Return an effect that delays the character."""
 
     def effect(passage: Passage) -> None:
