@@ -1,6 +1,4 @@
-"""A bench: controllers and machines with a clock of their own.  Its interface uses seconds; internally time is in
-nanoseconds.
-"""
+"""A bench: controllers and machines with a clock of their own; seconds at its interface, nanoseconds inside."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -116,9 +114,7 @@ class Controller:
 
     @property
     def rs485(self) -> SerialPort:
-        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has no such channel of its
-        own.
-        """
+        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has no such channel."""
         if "rs485" in self._lines:
             raise UsageError(
                 f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
@@ -167,10 +163,10 @@ class Controller:
         return self._device.registers() if isinstance(self._device, RegisteredDevice) else {}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
-        """Call `follower` with all changes of these registers, with delay if the controller computes ahead of the
-        clock.
+        """Call `follower` with all changes of these registers, also when the controller computes ahead of the clock.
 
-        Return an unsubscribe function; None: the registers change only at events, and can be read then.
+        Changes may be reported with delay.  Return an unsubscribe function; None: the registers change only at events,
+        and can be read then.
         """
         return self._device.follow(names, follower) if isinstance(self._device, FollowedDevice) else None
 
@@ -203,9 +199,7 @@ class Controller:
 
     @property
     def trouble(self) -> str:
-        """A status hint: the reason why the controller does not move, and the remedy, in one line; empty if there is
-        none.
-        """
+        """A status hint: why the controller does not move, and the remedy, in one line; empty if there is none."""
         return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
 
     def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
@@ -334,8 +328,7 @@ class Bench:
         return own | {name: line.port for name, line in self.lines.items()}
 
     def port(self, name: str) -> SerialPort:
-        """Return the host's end of a controller (`motor`), its second channel (`motor.rs485`) or a shared line
-        (`chain`).
+        """Return the host's end of an endpoint: `motor`, its second channel `motor.rs485`, or a shared line `chain`.
 
         Raises UsageError if nothing has this name.
         """

@@ -24,9 +24,7 @@ class Rule:
     """A rule for checkers: a line in a table of codes."""
 
     code: str
-    """Such as `DP101`: two letters for the family, a digit for the subject, two for the rule.
-    Codes are never reused.
-    """
+    """Such as `DP101`: two letters for the family, a digit for the subject, two for the rule; never reused."""
     title: str
     severity: Severity
     chapter: str

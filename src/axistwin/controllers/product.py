@@ -57,8 +57,8 @@ class Store(Protocol):
         """Return the contents of the last `save`; None: there was none."""
 
     def save(self, contents: bytes) -> None:
-        """Save the contents.  After a crash the memory holds the new or the previous contents, complete.  It never
-        fails.
+        """Save the contents; never fails.  After a crash the memory holds the new or the previous
+        contents, complete.
         """
 
 

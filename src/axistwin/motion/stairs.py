@@ -51,8 +51,9 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """The velocity profile of a preset move: acceleration, constant rate, deceleration; `whole`: max velocity was
-    reached.
+    """The velocity profile of a preset move: acceleration, constant rate, deceleration.
+
+    `whole`: max velocity was reached.
     """
 
     up: tuple[Segment, ...]

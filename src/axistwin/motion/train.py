@@ -36,9 +36,7 @@ class Stroke:
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """Return the time at which this net pulse count is reached; None if never, or if it was the
-        count at the start.
-        """
+        """Return the time at which this net pulse count is reached; None if never, or if it is the start count."""
         n = (position - self.origin) * self.direction
         if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
             return None

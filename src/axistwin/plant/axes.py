@@ -39,8 +39,9 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
-    """Return the axis of a servo motor with encoder.  Options: `limits`, `motor` (name or values of a data sheet),
-    `load`.
+    """Return the axis of a servo motor with encoder.
+
+    Options: `limits`, `motor` (name or values of a data sheet), `load`.
     """
     _check(name, given, SERVO)
     try:

@@ -93,9 +93,7 @@ class CountHistory:
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, advice: int) -> "NDArray[np.int64]":
-        """Return all changes with start_ns <= time < stop_ns; `advice`: the `history` to suggest if some were
-        discarded.
-        """
+        """Return all changes with start_ns <= time < stop_ns; `advice`: the `history` to suggest in an error."""
         import numpy as np
 
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:

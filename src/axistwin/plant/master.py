@@ -77,9 +77,7 @@ class Master:
         self.run = Run(clock.now, 0, 0, 0)
         """The latest run; it may be finished."""
         self.followed: Followed | None = None
-        """The axis that the encoder is mounted on; while it moves, its counts can be predicted if the axis is
-        `foreseen`.
-        """
+        """The axis that the encoder is mounted on; its positions can be predicted if it is `foreseen`."""
         self._ratio = Fraction(1)
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False

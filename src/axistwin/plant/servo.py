@@ -150,9 +150,7 @@ SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 
 def servo_motor(given: object) -> ServoMotor:
-    """Return a data sheet by its name, or from a mapping of the figures that differ from `model`,
-    by default frame23.
-    """
+    """Return a data sheet by its name, or from the figures that differ from `model` (default frame23)."""
     if isinstance(given, ServoMotor):
         return given
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}

@@ -151,8 +151,9 @@ class EncoderView:
 
 
 class ServoAxis:
-    """Motor, load and encoder of a SmartMotor.  Without a `motor` the axis is ideal: the shaft follows the trajectory
-    exactly.
+    """Motor, load and encoder of a SmartMotor.
+
+    Without a `motor` the axis is ideal: the shaft follows the trajectory exactly.
     """
 
     def __init__(
@@ -226,9 +227,7 @@ class ServoAxis:
 
     @property
     def position(self) -> int:
-        """Position of the shaft in encoder counts, from 0 when the bench was made, whatever the motor's own
-        coordinates.
-        """
+        """Position of the shaft in encoder counts from 0 when the bench was made, in the machine's own coordinates."""
         return self._source.position()
 
     @property
@@ -385,8 +384,7 @@ class ServoAxis:
         self.left_window()
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """Return the times of encoder count changes, from `start_ns` to before `stop_ns` (None: up to now), in
-        nanoseconds.
+        """Return the ns times of encoder count changes, from `start_ns` to before `stop_ns` (None: up to now).
 
         The count is known at samples; changes between two samples are spread evenly.
         """

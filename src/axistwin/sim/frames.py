@@ -90,9 +90,7 @@ class UartFormat:
         return odd if self.parity == "E" else not odd
 
     def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
-        """Return the levels of start, data and parity bits; `flipped` data bits are inverted after the parity is
-        computed.
-        """
+        """Return the levels of start, data and parity bits; `flipped` data bits are inverted after that."""
         byte &= (1 << self.bytesize) - 1
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
@@ -155,8 +153,7 @@ class Frame:
     sent: tuple[UartFormat, int] | None = None
     """The format and the character if nothing has disturbed it."""
     own: bool = False
-    """True if the receiver's own transmitter sends the frame (on a shared pair): the receiver finds no start bit in it.
-    """
+    """True if the receiver's own transmitter sends the frame on a shared pair: no start bit for the receiver."""
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":

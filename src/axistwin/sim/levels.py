@@ -122,8 +122,9 @@ def _order(one: Space, other: Space) -> int:
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """Return the spaces without overlaps.  Spaces that only touch stay apart: each transmitter begins its frame from
-    mark.
+    """Return the spaces without overlaps.
+
+    Spaces that only touch stay apart, as each transmitter begins its frame from mark.
     """
     merged: list[Space] = []
     for space in sorted(spaces, key=cmp_to_key(_order)):

@@ -71,9 +71,7 @@ class _Reading:
         self.next, self.step = begin + half_bit, 2 * half_bit
         self.levels, self.taken, self.left = 0, 0, fmt.samples
         self.idle = begin + fmt.receive_ns * self.per - half_bit
-        """The instant from which the receiver searches for the next start bit: the middle of the stop bit, as in the
-        chip.
-        """
+        """The instant from which the receiver searches for a start bit: the middle of the stop bit, as in the chip."""
         self.edge_ns = edge // edge_per
         self.end_ns = self.edge_ns + fmt.receive_ns
         """The end of the first stop bit."""
@@ -122,9 +120,7 @@ class Line:
     # Line faults
 
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
-        """Apply a disturbance to all characters from now on.  Return a function that removes it; a second call does
-        nothing.
-        """
+        """Apply a disturbance to all characters from now on.  Return a function that removes it."""
         self._disturbances.append(disturbance)
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
@@ -174,9 +170,7 @@ class Line:
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """Put the receiver's own signal on the wire.  The receiver does not receive it, but it garbles other
-        characters.
-        """
+        """Put the receiver's own signal on the wire.  The receiver ignores it, but it garbles other characters."""
         if self.instant:
             return
         if isinstance(item, Break):
@@ -436,9 +430,7 @@ class Uart:
         return self.line.instant
 
     def when_empty(self) -> Event:
-        """Return an event for the moment when the holding register is empty; the last character may still be in
-        transit.
-        """
+        """Return an event for the moment when the holding register is empty."""
         if self._empty is None:
             self._empty = self.clock.event()
         return self._empty
