@@ -1,20 +1,20 @@
-"""What a *user of axistwin* can do wrong.  One line each, with place and remedy; the command line prints it.
+"""Errors of a *user of axistwin*: one line each, with place and remedy, printed by the command line.
 
-What a *host* does wrong is no exception: the device ignores it, sets a flag, lights its LED.
-Anything else that is raised is a bug and must surface.
+Errors of a *host* raise no exception: the device ignores the data, sets a flag, or lights its LED.
+Any other exception is a bug and must surface.
 """
 
 import re
 from typing import Self
 
 MOST_WORD, MOST_MESSAGE = 240, 480
-"""Characters of a word, and of a whole message: people read it, whatever stands in their files."""
+"""Maximum number of characters in a word, and in a whole message, whatever a user's file contains."""
 _BEGIN = 60
 _long_word = re.compile(rf"\S{{{MOST_WORD + 1},}}")
 
 
 def one_line(message: str) -> str:
-    """A message as one line that people can read; what is left out of a long one is in the middle."""
+    """Return a message as one readable line; a long one is shortened in the middle."""
     if len(message) <= MOST_WORD and message.isprintable():
         return message
     shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message.strip())
@@ -23,7 +23,7 @@ def one_line(message: str) -> str:
 
 
 class AxistwinError(Exception):
-    """Something the user can mend.  The message is one line and says how."""
+    """An error that the user can correct.  The message is one line with the remedy."""
 
 
 class UsageError(AxistwinError):
@@ -31,17 +31,17 @@ class UsageError(AxistwinError):
 
 
 class MissingExtraError(UsageError):
-    """A library that only some users need is not installed."""
+    """A library for an optional feature is not installed."""
 
     def __init__(self, library: str, extra: str) -> None:
         super().__init__(f'needs {library}: pip install "axistwin[{extra}]"')
 
 
 class PlacedError(AxistwinError):
-    """An error in a text the user wrote: `file:line:column: message`.
+    """An error in a user's text: `file:line:column: message`.
 
-    For checkers: `code` of the rule it breaks; `width` in columns; `instead`: what may have been meant, or, if `sure`,
-    cannot but have been.
+    For checkers: `code` of the violated rule; `width` in columns; `instead`: a possible replacement, or, if `sure`, the
+    only possible one.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class PlacedError(AxistwinError):
         super().__init__(f"{place}: {message}" if place else message)
 
     def at(self, file: str, line: int, column: int) -> Self:
-        """The same at another place."""
+        """Return the same error at another place."""
         return type(self)(
             self.message,
             file=file,
@@ -85,7 +85,7 @@ class ProgramError(PlacedError):
 
 
 class TraceError(AxistwinError):
-    """A file that is no trace, or not one of ours."""
+    """A file that is no trace, or not a trace of axistwin."""
 
 
 class LinkError(AxistwinError):

@@ -1,7 +1,7 @@
 """Numbers in texts: the one reader for scenes, conversations, programs, traces, fault sentences and the command line.
 
-Python reads numbers of any length, slowly, and refuses those of thousands of digits with an error of its own.  Here
-a number has at most `MOST_CHARACTERS` characters, is plain ASCII, finite and within limits; else NumberError says why.
+Python reads very long numbers slowly, and refuses thousands of digits with an error of its own.  Here a number has at
+most `MOST_CHARACTERS` characters, is plain ASCII, finite and within limits; otherwise NumberError gives the reason.
 """
 
 from collections.abc import Mapping
@@ -10,34 +10,37 @@ from decimal import Decimal, InvalidOperation
 from axistwin.errors import UsageError
 
 MOST_CHARACTERS = 100
-"""More than any number needs: 64 bits in binary have 64, the longest float 24."""
+"""Enough for any number: 64 bits in binary have 64 characters, the longest float 24."""
 LOWEST, HIGHEST = -(1 << 63), (1 << 63) - 1
-"""Whole numbers have 64 bits, as in TOML, in traces and in Parquet."""
+"""The range of whole numbers: 64 bits, as in TOML, in traces and in Parquet."""
 _SHOWN = 40
 Path = tuple[str | int, ...]
 
 
 class NumberError(UsageError, ValueError):
-    """A text that is no number, or a number outside its limits.  The message is one short line."""
+    """A text that is no number, or a number out of range.  The message is one short line."""
 
     def __init__(self, message: str, path: Path = ()) -> None:
         super().__init__(message)
         self.path = path
-        """Keys and list indexes that lead to the number, where it stands in a table."""
+        """Keys and list indexes that lead to the number in a table."""
 
 
 def clipped(text: str) -> str:
-    """The text for a message; of a long text, how it begins."""
+    """Return a text for a message; a long text is cut."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}… ({len(text)} characters)"
 
 
 def shortened(text: str) -> str:
-    """The same in quotes."""
+    """Return a text in quotes for a message; a long text is cut."""
     return repr(text) if len(text) <= _SHOWN else f"{text[:_SHOWN]!r}… ({len(text)} characters)"
 
 
 def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) -> int:
-    """A whole number in base 2, 10 or 16; base 0: `0x` and `0b` tell.  Raises NumberError outside `low` to `high`."""
+    """Return a whole number in base 2, 10 or 16; base 0: `0x` and `0b` select it.
+
+    Raises NumberError outside `low` to `high`.
+    """
     words = _bounded(text, "whole number")
     try:
         number = int(words, base)
@@ -49,7 +52,7 @@ def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) 
 
 
 def real(text: str) -> float:
-    """A finite number.  Raises NumberError."""
+    """Return a finite number.  Raises NumberError."""
     words = _bounded(text, "number")
     try:
         number = float(words)
@@ -61,7 +64,7 @@ def real(text: str) -> float:
 
 
 def decimal(text: str) -> Decimal:
-    """A number as it is written, below 1e30 and with at most `MOST_CHARACTERS` decimals.  Raises NumberError."""
+    """Return an exact decimal number below 1e30, with at most `MOST_CHARACTERS` decimals.  Raises NumberError."""
     words = _bounded(text, "number")
     try:
         number = Decimal(words)
@@ -77,7 +80,7 @@ def decimal(text: str) -> Decimal:
 
 
 def check_values(value: object, path: Path = ()) -> None:
-    """Check numbers that a library has read.  Raises NumberError with the `path` of one that is too large."""
+    """Check numbers that a library has read.  Raises NumberError with the `path` of a number out of range."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             check_values(inner, (*path, key))

@@ -1,4 +1,4 @@
-"""Non-volatile memory: contents that are there when the power comes back."""
+"""Non-volatile memory: contents that persist without power."""
 
 import os
 import sys
@@ -14,37 +14,37 @@ from weakref import WeakValueDictionary
 from axistwin.errors import AxistwinError, UsageError
 
 LOCK, HOLDER = ".axistwin.lock", ".axistwin.holder"
-"""Files of a state directory: the lock, and who holds it: a process number, a blank, what the process runs."""
+"""Files of a state directory: the lock, and its holder (process number, blank, the program's name)."""
 MOST_BYTES = 1 << 20
-"""The largest file that can be the memory of a controller."""
+"""Maximum size of a controller's memory file."""
 LONGEST = 80
 
 _log = getLogger("axistwin.state")
 
 
 class MemoryStore:
-    """Kept as long as the bench."""
+    """Memory that lasts as long as the bench."""
 
     def __init__(self) -> None:
         self._contents: bytes | None = None
 
     def load(self) -> bytes | None:
-        """What was saved last."""
+        """Return the contents of the last `save`."""
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Keep this."""
+        """Save the contents."""
         self._contents = contents
 
     def end(self) -> None:
-        """Nothing can be lost when the power goes."""
+        """Do nothing: no writes are pending."""
 
 
 class FileStore:
-    """Kept in a file, which a crash at any moment leaves with the old or the new contents, never a mixture.
+    """Memory in a file.  After a crash the file holds the old or the new contents, never a mixture.
 
-    The directory belongs to this process for as long as one of its controllers keeps something there.  If the file
-    cannot be written, the contents are kept in RAM until the power is off; the file holds the last whole image.
+    The directory belongs to this process while one of its controllers stores memory there.  If the file cannot be
+    written, the contents stay in RAM until the power is off; the file keeps the last complete image.
     """
 
     def __init__(self, path: Path) -> None:
@@ -52,9 +52,9 @@ class FileStore:
         self._directory = _Directory.held(path.parent)
         _sweep(path)
         self.found = self._read()
-        """What was there before; None: nothing."""
+        """Contents of the file at the start; None: no file."""
         self._image = self.found
-        self._unwritten: bytes | None = None  # what should be in the file in the place of the image
+        self._unwritten: bytes | None = None  # contents that could not be written yet
         self._writes = self._failures = 0
         self._counted = 0
         """Failures that have been told with a count."""
@@ -64,13 +64,13 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """What was saved last; None: nothing."""
+        """Return the contents of the last `save`; None: there was none."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:
-        """Write a new file beside the old one, make sure it is on the disk, and let it take the old one's place.
+        """Write a new temporary file, flush it to disk, and rename it to the old one's name.
 
-        Where that fails the contents stay in RAM, which is told the first time after each end.
+        If that fails, the contents stay in RAM; the first failure after each end is logged.
         """
         if self._given_up:
             return
@@ -87,9 +87,9 @@ class FileStore:
                 _log.warning("%s", told)
 
     def end(self) -> None:
-        """The power is off, or the program ends: what could not be written is tried once more, and then forgotten.
+        """Retry a failed write once, at power-off or at the end of the program; then discard its contents.
 
-        How many writes have failed is told, of all since this store was made.
+        The number of failed writes since this store was made is logged.
         """
         if self._unwritten is not None:
             with suppress(OSError):
@@ -100,7 +100,7 @@ class FileStore:
 
     @property
     def _outcome(self) -> str:
-        """What has become of the contents."""
+        """Description of the file's state after failures."""
         if self._unwritten is None:
             return "the file is up to date again"
         return "there is no file" if self._image is None else "the file holds the last whole image"
@@ -110,7 +110,7 @@ class FileStore:
         self._image, self._unwritten = contents, None
 
     def put_back(self) -> None:
-        """It is again as it was found, for somebody else; this one keeps nothing any more.  Raises AxistwinError."""
+        """Restore the file's first contents, and save nothing from now on.  Raises AxistwinError."""
         try:
             if self.found is not None:
                 write_whole(self.path, self.found)
@@ -122,7 +122,7 @@ class FileStore:
         self._given_up, self._unwritten, self._counted = True, None, self._failures
 
     def _read(self) -> bytes | None:
-        """The file's contents; None: there is no file yet.  Raises UsageError if there is something else."""
+        """Return the file's contents; None: no file yet.  Raises UsageError if the path is not a file."""
         try:
             if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
                 raise UsageError(f"cannot read {self.path}: it is no file")
@@ -138,14 +138,14 @@ class FileStore:
 
 
 class _Directory:
-    """A directory that belongs to this process: no other one can hold it before this is gone, or the process is."""
+    """A directory that belongs to this process; other processes cannot hold it until this object or process ends."""
 
     _held: ClassVar[WeakValueDictionary[tuple[int, Path], "_Directory"]] = WeakValueDictionary()
 
     def __init__(self, path: Path) -> None:
-        from filelock import FileLock, Timeout  # lazy import: only those who keep state need it
+        from filelock import FileLock, Timeout  # lazy import: only needed to keep state
 
-        (path / LOCK).touch()  # what cannot be written is no lock of others
+        (path / LOCK).touch()  # a directory that cannot be written is reported as such, not as locked
         self._lock = FileLock(path / LOCK, timeout=0, thread_local=False)
         try:
             self._lock.acquire()
@@ -162,9 +162,9 @@ class _Directory:
 
     @classmethod
     def held(cls, path: Path) -> "_Directory":
-        """This directory, made if need be; shared by those of this process that ask for it.
+        """Return this directory, created if necessary, and shared within this process.
 
-        Raises UsageError if another process holds it, or if nothing can be written there.
+        Raises UsageError if another process holds the directory, or if it cannot be written.
         """
         with _told(path):
             path.mkdir(parents=True, exist_ok=True)
@@ -177,30 +177,30 @@ class _Directory:
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """What is wrong with a state directory, in a line.  Raises UsageError."""
+    """Turn system errors about a state directory into one line.  Raises UsageError."""
     try:
         yield
     except OSError as error:
         wrong = "cannot be written" if path.is_dir() else "cannot be made"
         raise UsageError(f"state directory {path} {wrong}: {reason(error)}: choose another directory") from None
-    except ValueError as error:  # a NUL
+    except ValueError as error:  # the path contains a NUL
         raise UsageError(f"no state directory {str(path)!r}: {error}") from None
 
 
 def _holder(path: Path) -> str:
-    """Who holds a directory, as far as that is known."""
+    """Return a description of a directory's holder, as far as it is known."""
     try:
         with (path / HOLDER).open("rb") as file:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the note is of one that was killed
+    if not number.isdecimal() or not _alive(int(number)):  # the note is from a killed process
         return "another process"
     return f"process {number} ({one_line(program)})" if program.strip() else f"process {number}"
 
 
 def _alive(number: int) -> bool:
-    """False if there is certainly no process of this number."""
+    """Return False if there is certainly no process of this number."""
     if os.name == "nt":
         return True
     try:
@@ -213,7 +213,7 @@ def _alive(number: int) -> bool:
 
 
 def _program() -> str:
-    """What this process runs, in a few words: options may be secret and are left out."""
+    """Return a short description of this process, without options, which may be secret."""
     path, *arguments = [str(argument) for argument in getattr(sys, "argv", None) or [""]]
     name = Path(path).parent.name if Path(path).name == "__main__.py" else Path(path).name
     words = [name if name not in ("", "-c", "-m") else "python"]
@@ -225,9 +225,9 @@ def _program() -> str:
 
 
 def write_whole(path: Path, contents: bytes) -> None:
-    """Write a file by way of a new one beside it, of a name of its own, that takes its place when it is on the disk.
+    """Write a file through a temporary one of a unique name, which is renamed once it is on the disk.
 
-    Raises OSError; the file is then as it was.
+    Raises OSError; the file is then unchanged.
     """
     beside = path.with_name(f"{path.name}.{os.urandom(6).hex()}.new")
     try:
@@ -244,14 +244,14 @@ def write_whole(path: Path, contents: bytes) -> None:
 
 
 def _sweep(path: Path) -> None:
-    """Remove what a process left behind that was killed while it wrote this file."""
+    """Remove temporary files of a process that was killed while it wrote this file."""
     for left in path.parent.glob(f"{escape(path.name)}*.new"):
         with suppress(OSError):
             left.unlink()
 
 
 def _sync(path: Path) -> None:
-    """Make sure that the names in a directory are on the disk, where the system can do that."""
+    """Flush the names in a directory to disk, if the system supports it."""
     if os.name == "nt":
         return
     directory = os.open(path, os.O_RDONLY)
@@ -265,11 +265,11 @@ def _sync(path: Path) -> None:
 
 
 def reason(error: OSError) -> str:
-    """Why the system has refused something."""
+    """Return the system's reason for an error."""
     return (error.strerror or str(error)).lower()
 
 
 def one_line(text: object) -> str:
-    """A text, or what an error says, in one short line."""
+    """Return a text or an error's text in one short line."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"

@@ -1,4 +1,4 @@
-"""Time inside axistwin is an integer number of nanoseconds; seconds exist at its edges only."""
+"""Units of time: an integer number of nanoseconds inside axistwin, seconds at its interfaces."""
 
 from fractions import Fraction
 
@@ -8,19 +8,19 @@ US = 1_000
 MS = 1_000_000
 S = 1_000_000_000
 MOST_NS = 1 << 63
-"""Virtual time ends here, after some 292 years: traces and pulse times are 64-bit integers."""
+"""End of virtual time, after about 292 years: traces and pulse times are 64-bit integers."""
 
 
 def to_ns(seconds: float | Fraction) -> int:
-    """Seconds as the nearest integer number of nanoseconds.  Raises UsageError for what no bench will ever see."""
+    """Return seconds as the nearest whole number of nanoseconds.  Raises UsageError beyond the end of virtual time."""
     ns = seconds * S
     if not -MOST_NS < ns < MOST_NS:
-        raise UsageError(f"{_shown(seconds)} is too long: give less than 292 years, 9.2e9 s")
+        raise UsageError(f"{_shown(seconds)} is too long: expected less than 292 years, 9.2e9 s")
     return round(ns)
 
 
 def to_seconds(ns: int) -> float:
-    """Nanoseconds as seconds, for people and plots."""
+    """Return nanoseconds as seconds, for people and plots."""
     return ns / S
 
 

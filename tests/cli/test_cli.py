@@ -122,8 +122,8 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
     ("arguments", "words"),
     [
         (["run", "if1", "a.if1", "--for", "nan"], "'nan' is no number"),
-        (["run", "if1", "a.if1", "--option", "state=/x"], "there is --state for that"),
-        (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: give its options"),
+        (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
+        (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: expected its options"),
         (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"], "X has a value already"),
         (["run", "if1", "-"], "- is no kind of program"),
     ],

@@ -172,7 +172,7 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
     [
         (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here: "),
         (["--serial", "socket://127.0.0.1:1", "--model", "1811"], "a 1811 is on a bus, where nothing can sit between"),
-        (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "no line format 'quick'"),
+        (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid line format 'quick'"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, words, capsys, tmp_path):

@@ -172,7 +172,7 @@ def test_a_port_in_use_is_one_line():
         (["if9"], "no model 'if9'"),
         (["if1", "--speed", "fast"], "no speed 'fast'"),
         (["if1", "--port", "ftp://x"], "no port 'ftp://x'"),
-        (["if1", "--line", "quick"], "no line format 'quick'"),
+        (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
         (["no.toml", "--line", "instant"], "belong to a MODEL"),
     ],

@@ -211,7 +211,7 @@ def test_the_start_stop_velocity(bench, board):
     tell(bench, board, 0xD6, *i32(5_000))
     motor = board.axes["motor"]
     seen = set()
-    motor.on_motion.append(lambda *_: seen.add(motor.velocity))
+    motor.on_motion.subscribe(lambda *_: seen.add(motor.velocity))
     default(bench, board, 3_000, 100)
     tell(bench, board, 0x33, *i32(300))
     rest(bench, board)

@@ -386,7 +386,7 @@ def test_the_axis_is_as_fast_as_the_joystick_has_it(bench, board, rate):
 
 
 def test_a_controller_without_a_joystick_says_so(bench):
-    with pytest.raises(UsageError, match="takes no joystick"):
+    with pytest.raises(UsageError, match="has no joystick input"):
         _ = bench.add("if1").joystick
 
 
@@ -397,5 +397,5 @@ def test_somebody_at_the_joystick_in_a_conversation(board, rate):
 
 
 def test_there_is_a_joystick_only_where_one_can_be_connected(bench):
-    with pytest.raises(ProgramError, match="nothing called 'joystick'"):
+    with pytest.raises(ProgramError, match="unknown name 'joystick'"):
         action(bench.add("if1"), "joystick", "5")

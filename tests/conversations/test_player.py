@@ -125,13 +125,13 @@ def test_several_controllers_are_told_apart_by_name(bench):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("! input9 high", "nothing called 'input9'"),
-        ("! input1 up", "no level"),
-        ("= X.place 3", "nothing called 'X.place'"),
+        ("! input9 high", "unknown name 'input9'"),
+        ("! input1 up", "invalid level"),
+        ("= X.place 3", "unknown name 'X.place'"),
         ("= X.position far", "no number"),
         ("= X.position nan", "no number"),
         ("= X.encoder 3", "no encoder"),
-        ("! line fast", "no line format"),
+        ("! line fast", "invalid line format"),
         ("middle: > E", "no controller 'middle'"),
     ],
 )
@@ -152,7 +152,7 @@ def test_a_patience_that_is_no_number(bench, if1):
 def test_a_fault_that_cannot_begin_or_be_mended_any_more_is_told_with_its_line(bench, if1):
     with pytest.raises(ProgramError, match=r"^a\.talk:3: no fault 'jam' here: there are none$"):
         said(bench, "+1\n\n! mend jam\n")
-    with pytest.raises(ProgramError, match=r"^a\.talk:1: at=0\.5 is over: it is "):
+    with pytest.raises(ProgramError, match=r"^a\.talk:1: at=0\.5 has passed: the time is "):
         said(bench, "! fault lose 3 at=0.5\n")
 
 

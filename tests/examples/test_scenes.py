@@ -72,7 +72,7 @@ def test_the_winder_lays_three_layers_and_keeps_its_place():
     bench = build("winder")
     motor = bench["traverse"].axes["motor"]
     turned = []
-    motor.on_motion.append(lambda: turned.append(motor.position))
+    motor.on_motion.subscribe(lambda: turned.append(motor.position))
     bench.run(13)
     assert motor.position == 0
     assert max(turned) == 12_506, "the sum of the velocities, 20/3 pulses/s for 50 ms each"

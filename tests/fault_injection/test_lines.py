@@ -56,7 +56,7 @@ def test_a_probability_meets_the_same_characters_each_time_with_the_same_seed(be
 
 
 def test_what_is_left_to_chance_needs_a_seed(bench):
-    with pytest.raises(UsageError, match="needs a seed"):
+    with pytest.raises(UsageError, match="expected a seed"):
         bench.faults.add("lose", "if1", probability=0.5)
 
 

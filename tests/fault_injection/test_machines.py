@@ -307,7 +307,7 @@ def test_a_drive_fault_at_a_board(bench):
     assert not board.pins["shutdown_in"].level
     bench.run(1)
     assert board.pins["shutdown_in"].level
-    with pytest.raises(UsageError, match="no drive tells if1"):
+    with pytest.raises(UsageError, match="if1 has no fault input for the drive"):
         bench.faults.add("drive_fault", "if1.Z")
 
 

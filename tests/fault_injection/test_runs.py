@@ -118,19 +118,19 @@ def test_a_program_that_comes_later_is_waited_for(table):
 @pytest.mark.parametrize(
     ("fixture", "sentence", "message"),
     [
-        ("motor", "motor runs", "when='motor runs': write it like 'motor runs 12'"),
-        ("motor", "motor runs C5", "when='motor runs C5': write it like 'motor runs 12'"),
-        ("motor", "motor runs 1:5", "when='motor runs 1:5': write it like 'motor runs 12'"),
-        ("motor", "motor runs 0", "motor runs no line 0: they count from 1"),
+        ("motor", "motor runs", "when='motor runs': expected e.g. 'motor runs 12'"),
+        ("motor", "motor runs C5", "when='motor runs C5': expected e.g. 'motor runs 12'"),
+        ("motor", "motor runs 1:5", "when='motor runs 1:5': expected e.g. 'motor runs 12'"),
+        ("motor", "motor runs 0", "motor runs no line 0: lines count from 1"),
         ("motor", "motor runs 3", "motor never runs line 3: C5 takes no time; name line 4, a=a+1"),
         ("motor", "motor runs 8", "motor never runs line 8: ENDIF takes no time; name line 9, END"),
         ("motor", "engine runs 8", "no controller 'engine' here: there are motor"),
-        ("table", "table runs 64", "table runs no line 64: they count from 1 to 63"),
-        ("table", "table runs 3:2", "when='table runs 3:2': write it like 'table runs 12'"),
-        ("board", "board runs 2", "when='board runs 2': write it like 'board runs 3:2'"),
-        ("board", "board runs 3:0", "board runs no line 0: they count from 1"),
+        ("table", "table runs 64", "table runs no line 64: lines count from 1 to 63"),
+        ("table", "table runs 3:2", "when='table runs 3:2': expected e.g. 'table runs 12'"),
+        ("board", "board runs 2", "when='board runs 2': expected e.g. 'board runs 3:2'"),
+        ("board", "board runs 3:0", "board runs no line 0: lines count from 1"),
         ("board", "board runs 16:1", "board has no program 16: there are sequence 1 to sequence 15"),
-        ("board", "board runs ³:1", "when='board runs ³:1': write it like 'board runs 3:2'"),
+        ("board", "board runs ³:1", "when='board runs ³:1': expected e.g. 'board runs 3:2'"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_remedy(request, fixture, sentence, message):
@@ -148,7 +148,7 @@ def test_a_device_without_programs_runs_nothing(table, monkeypatch):
 
     controller = table["table"]
     monkeypatch.setattr(controller, "product", replace(controller.product, programs=()))
-    with pytest.raises(UsageError, match="table runs nothing by itself: a if1 keeps no programs"):
+    with pytest.raises(UsageError, match="table runs no programs: the model if1 stores none"):
         triggers.read("table runs 1", table, table.faults)
     monkeypatch.setattr(controller, "_device", object())
     assert controller.programs == {}

@@ -123,21 +123,21 @@ def test_what_waits_can_be_called_off(bench):
     ("words_", "message"),
     [
         ("los 3", "no fault 'los': did you mean 'lose'?"),
-        ("lose 3 4 5 6", "fault lose: '6' is neither what it acts on nor one of its values"),
-        ("lose serial count=x", "count='x': give a whole number of characters, 1 or more"),
+        ("lose 3 4 5 6", "fault lose: '6' is neither its place nor one of its values"),
+        ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': it takes count, probability, way"),
-        ("stuck input1", "fault stuck: level is missing: give high or low"),
-        ("stuck low", "fault stuck is that of a pin: name one, such as if1.input1"),
+        ("stuck input1", "fault stuck: level is missing: expected high or low"),
+        ("stuck low", "fault stuck acts on a pin: expected its name, e.g. if1.input1"),
         ("jam on=Q", "no axis 'Q' here: there are if1.X, if1.Y, if1.Z, X, Y, Z"),
-        ("jam X when='X goes'", "when='X goes': write it like 'X passes 1000'; the verbs are"),
-        ("jam X when='X passes far'", "when='X passes far': write it like 'X passes 1000'"),
+        ("jam X when='X goes'", "when='X goes': expected a sentence, e.g. 'X passes 1000'; the verbs are"),
+        ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
         ("jam X when='switch ends'", "no fault 'switch' here: there are none yet"),
         ("jam X when='if1 raises Be'", "if1 raises no flag 'Be': there are drive, emergency_stop, limit"),
         ("jam X at=soon", "at='soon' is no number"),
-        ("jam X duration=-1", "duration=-1.0: give seconds, 0 or more"),
-        ("break duration=1", "fault break happens at once: leave out `duration`"),
-        ("jam X nth=0", "nth=0: give a whole number, 1 or more"),
-        ("overheat", "if1 is no motor: that is for SmartMotors"),
+        ("jam X duration=-1", "duration=-1.0: expected seconds, 0 or more"),
+        ("break duration=1", "fault break ends at once: leave out `duration`"),
+        ("jam X nth=0", "nth=0: expected a whole number, 1 or more"),
+        ("overheat", "if1 is no motor: expected a SmartMotor"),
         ("jam 'X", "a quotation mark is missing"),
         ("lose count=1 count=2", "count is given twice"),
     ],
@@ -152,7 +152,7 @@ def test_what_is_wrong_is_told_before_anything_is_done(bench, words_, message):
 
 
 def test_a_time_that_is_over(bench):
-    with pytest.raises(UsageError, match=r"at=1 is over: it is 2\.7"):
+    with pytest.raises(UsageError, match=r"at=1 has passed: the time is 2\.7"):
         bench.faults.add("jam", "if1.X", at=1)
     with pytest.raises(UsageError, match="there is a fault 'a' already"):
         _ = [bench.faults.add("jam", "if1.X", name="a", at=60) for _ in range(2)]

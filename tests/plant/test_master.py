@@ -11,6 +11,7 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.plant.master import Master, Run
 from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
 
 S = 10**9
 
@@ -71,7 +72,7 @@ def test_at_once_and_to_a_stop(clock):
 def test_it_sits_on_a_shaft(clock):
     class Shaft:
         position = 300
-        on_motion: ClassVar[list] = []
+        on_motion: ClassVar[Signal] = Signal()
         resting = False
         foreseen = False
         follows = None
@@ -96,7 +97,7 @@ def test_no_such_move(clock, arguments):
 def test_its_ratio_is_told(clock):
     class Shaft:
         position = 0
-        on_motion: ClassVar[list] = []
+        on_motion: ClassVar[Signal] = Signal()
         follows = None
 
     master = Master(clock)

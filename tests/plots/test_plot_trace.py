@@ -153,7 +153,7 @@ def test_what_cannot_be_plotted(tmp_path, directory, capsys):
     for arguments, message in (
         ((trace, "--from", 2, "--to", 1), "--from 2 --to 1: give a time that ends after it begins"),
         ((trace, "--from", 1000), "--from 1000: the trace ends at "),
-        ((trace, "--from", 1e300), "1e+300 s is too long: give less than 292 years"),
+        ((trace, "--from", 1e300), "1e+300 s is too long: expected less than 292 years"),
         ((trace, "-o", tmp_path / "a.pdf"), "no picture in 'a.pdf': name a file .svg or .png"),
         ((trace, "--signals", "if1.Q.*"), "no signal 'if1.Q.*' here: there are if1."),
         ((tmp_path / "no.csv",), "cannot be read: No such file or directory"),

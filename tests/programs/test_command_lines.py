@@ -139,7 +139,7 @@ def test_command_lines_are_for_one_interface(tmp_path, bench):
 
 
 def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path):
-    with pytest.raises(ProgramError, match=r"a\.if1:2: nothing called 'input7'"):
+    with pytest.raises(ProgramError, match=r"a\.if1:2: unknown name 'input7'"):
         run(tmp_path, "X100$\n! input7 high\n")
 
 

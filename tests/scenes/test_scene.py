@@ -151,7 +151,10 @@ WRONG = {
     "an unknown model": (controllers("if9"), "2:1: no model 'if9': choose one of if1, if2"),
     "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
     "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
-    "a line format": (controllers("if1", more="line = 'fast'"), "3:1: no line format 'fast': write it like '9600 8N2'"),
+    "a line format": (
+        controllers("if1", more="line = 'fast'"),
+        "3:1: invalid line format 'fast': expected e.g. '9600 8N2'",
+    ),
     "a misspelt option": (
         controllers("if1", more="options.wirring = 1"),
         "3:1: options: unknown key 'wirring': did you",
@@ -206,11 +209,11 @@ WRONG = {
     ),
     "a delay for ever": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = inf"),
-        "6:1: inf s is too long: give less than 292 years",
+        "6:1: inf s is too long: expected less than 292 years",
     ),
     "a script after the end of time": (
         controllers("if1", more="[[script]]\nat = 1e300\ndo = 'power off'"),
-        "4:1: 1e+300 s is too long: give less than 292 years",
+        "4:1: 1e+300 s is too long: expected less than 292 years",
     ),
     "a history of everything": (
         controllers("if1", more=f"history = {10**30}"),

@@ -81,7 +81,7 @@ def test_faults_that_wait_for_one_another_are_told(scene):
 
 def test_the_scene_s_seed_is_that_of_all_its_faults(scene):
     text = IF1 + '[[fault]]\nkind = "lose"\non = "if1"\nprobability = 0.5\n' * 2
-    with pytest.raises(AxistwinError, match="needs a seed"):
+    with pytest.raises(AxistwinError, match="expected a seed"):
         scene(text).build()
     bench = scene("seed = 7\n" + text).build()
     assert [fault.seed for fault in bench.faults] == [7000, 7001]
@@ -137,7 +137,7 @@ def test_a_master_on_another_axis(scene):
         text, f_if1="+1\nX1000$\n+4\nX-$\n", k_sms="UCI UDI\nZS\nMF4\nMFMUL=2\nMFDIV=1\nMFR\nG\nEND\n"
     ).build()
     positions = []
-    bench["if1"].axes["X"].on_motion.append(lambda: positions.append(bench["knife"].axes["shaft"].position))
+    bench["if1"].axes["X"].on_motion.subscribe(lambda: positions.append(bench["knife"].axes["shaft"].position))
     bench.run(15)
     assert bench["knife"].master.count == 0
     assert positions == [0, 5000]
@@ -155,32 +155,32 @@ def test_a_master_on_another_axis(scene):
         ),
         ('[[fault]]\nkind = "lose"\nwhy = 3\n', "5:1: unknown key 'why'"),
         ('[[fault]]\non = "X"\n', "3:1: 'kind' is missing: add kind = …"),
-        ('[[fault]]\nkind = "stuck"\non = "input1"\nlevel = "up"\n', "6:1: level='up': give high or low"),
-        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "X leaps"\n', "6:1: when='X leaps': write it like"),
+        ('[[fault]]\nkind = "stuck"\non = "input1"\nlevel = "up"\n', "6:1: level='up': expected high or low"),
+        ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "X leaps"\n', "6:1: when='X leaps': expected a sentence"),
         ('[[fault]]\nkind = "jam"\non = "X"\nat = -1\n', "6:1: fault.at: input should be greater than or equal to 0"),
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "W passes 1"\n', "6:1: no axis 'W' here: there are if1.X"),
         ('[[fault]]\nkind = "jam"\non = "X"\nwhen = "if1 raises Q"\n', "6:1: if1 raises no flag 'Q': there are"),
         (
             '[[fault]]\nkind = "flip"\nprobability = 0.5\n',
-            "5:1: fault flip: probability=0.5 leaves it to chance, which",
+            "5:1: fault flip: probability=0.5 is random: expected a seed",
         ),
-        ('[[fault]]\nkind = "lose"\nat = 1e300\n', "5:1: at: 1e+300 s is too long: give less than 292 years"),
-        ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: give seconds, 0 or more"),
+        ('[[fault]]\nkind = "lose"\nat = 1e300\n', "5:1: at: 1e+300 s is too long: expected less than 292 years"),
+        ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: expected seconds, 0 or more"),
         ('[[fault]]\nkind = "push"\non = "X"\nduration = 1\ncounts = 3\n', "5:1: axis X has no encoder: add one with"),
         ('[[fault]]\nkind = "encoder_dead"\non = "X"\n', "5:1: axis X has no encoder: add one with"),
-        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: that is for SmartMotors"),
-        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break happens at once: leave out `duration`"),
+        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: expected a SmartMotor"),
+        ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break ends at once: leave out `duration`"),
         ('[[fault]]\nkind = "lose"\nname = "a"\n' * 2, "8:1: there is a fault 'a' already: mend it, or choose another"),
         (SHAFT + "{ limit = [0, 1] }", "5:16: axis shaft has no option 'limit': it takes limits, motor, load"),
-        (SHAFT + "{ limits = [0] }", "5:16: axis shaft: limits=[0]: give two positions"),
-        (SHAFT + '{ motor = "frame99" }', "5:16: axis shaft: motor='frame99': choose one of frame17"),
-        (SHAFT + "{ motor = { kq = 1 } }", "5:26: axis shaft: motor: there is no kq; choose from"),
-        (SHAFT + "{ motor.ks = 70000 }", "5:16: axis shaft: motor: ks=70000: give a number from"),
+        (SHAFT + "{ limits = [0] }", "5:16: axis shaft: limits=[0]: expected two positions"),
+        (SHAFT + '{ motor = "frame99" }', "5:16: axis shaft: motor='frame99': expected one of frame17"),
+        (SHAFT + "{ motor = { kq = 1 } }", "5:26: axis shaft: motor: unknown name kq: expected one of"),
+        (SHAFT + "{ motor.ks = 70000 }", "5:16: axis shaft: motor: ks=70000: expected a number from"),
         (
             SHAFT.replace("axes.shaft = ", "[controller.axes.shaft]\n") + "load = { inertia_kg_m2 = 'x' }",
-            "6:10: axis shaft: load: inertia_kg_m2='x': give a number",
+            "6:10: axis shaft: load: inertia_kg_m2='x': expected a number",
         ),
-        ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: nothing called 'input9' here: there are"),
+        ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: unknown name 'input9': expected one of"),
         ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: a name and a value are wanted"),
         ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: no fault 'it' here: there are none"),
         ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
@@ -209,7 +209,7 @@ def test_what_is_wrong_is_told_with_its_place(scene, text, message):
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 is over: it is 2 s"),
+        ('do = "fault jam X at=1"', "s.toml:5:1: at=1 has passed: the time is 2 s"),
         ('do = ["input1 low", "mend jam"]', "s.toml:5:21: no fault 'jam' here: there are none"),
     ],
 )

@@ -216,12 +216,12 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
     ("talk", "message"),
     [
         ("> X\nother: > Y\n", r"h\.talk:2: nobody called 'other' to talk to: there are if1"),
-        ("! input9 high\n", r"h\.talk:1: nothing called 'input9' here"),
+        ("! input9 high\n", r"h\.talk:1: unknown name 'input9'"),
         ("! load x.if1\n", r"x\.if1 cannot be read"),
         ("! load x.exe\n", "x.exe cannot be loaded: give a SmartMotor's source .sms"),
-        ("! write 0\n", "nothing called 'write'"),
-        ("! flow maybe\n", "'maybe' is no flow control: there are none, dtr, xon"),
-        ("! drop it\n", "'it' cannot be dropped: there is what is pending"),
+        ("! write 0\n", "unknown name 'write'"),
+        ("! flow maybe\n", "invalid flow control 'maybe': expected none, dtr, xon"),
+        ("! drop it\n", "invalid drop 'it': expected pending"),
     ],
 )
 def test_what_a_host_cannot_do_is_told_with_its_place(talk, message, tmp_path):

@@ -254,7 +254,7 @@ def test_who_does_something_in_the_past_begins_another_future():
         await asyncio.sleep(1)
         await session.go_to(session.seconds - 1.5)
         here_s = session.seconds
-        with pytest.raises(ProgramError, match="nothing called 'input9'"):
+        with pytest.raises(ProgramError, match="unknown name 'input9'"):
             session.do("if1", "input9", "high")
         assert session.repeating
         session.do("if1", "input1", "high")

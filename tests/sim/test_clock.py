@@ -78,12 +78,12 @@ def test_an_onlooker_looks_when_a_nanosecond_is_over_in_which_something_happened
     clock, seen, state = Clock(), [], []
     for at_ns in (3, 3, 5, 9):
         clock.call_later(at_ns, lambda: state.append(clock.now))
-    look_away = clock.look_on(lambda: seen.append((clock.now, len(state))))
+    unsubscribe = clock.subscribe(lambda: seen.append((clock.now, len(state))))
     clock.run_to(7)
     state.append("by hand")
     clock.run_to(9)
     assert seen == [(0, 0), (3, 2), (5, 3), (7, 4)]
-    look_away()
+    unsubscribe()
     clock.call_later(1, lambda: None)
     clock.run_to(20)
     assert len(seen) == 4

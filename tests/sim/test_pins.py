@@ -197,7 +197,7 @@ def test_a_wire_leads_to_and_from_a_user_pin(clock, user_pin):
 
 @pytest.mark.parametrize("volts", [24, -1.0, float("nan"), float("inf")])
 def test_no_voltage_that_destroys_it(user_pin, volts):
-    with pytest.raises(UsageError, match="would destroy a user pin: give 0 to 5 V"):
+    with pytest.raises(UsageError, match="would destroy a user pin: expected 0 to 5 V"):
         user_pin.drive(volts)
     assert user_pin.volts == 5.0
 

@@ -84,11 +84,11 @@ def test_masters_do_not_sit_on_one_another_in_a_circle():
     """Nobody would move first; a scene that says so is refused, too."""
     bench = Bench()
     first, second, third = (bench.add("smartmotor") for _ in range(3))
-    with pytest.raises(UsageError, match="that is that motor's own: let it follow another axis"):
+    with pytest.raises(UsageError, match="that is its motor's own: expected another axis"):
         first.master.follow(first.axes["shaft"])
     second.master.follow(first.axes["shaft"])
     third.master.follow(second.axes["shaft"])
-    with pytest.raises(UsageError, match="that follows that motor: let it follow another axis"):
+    with pytest.raises(UsageError, match="that follows its motor: expected another axis"):
         first.master.follow(third.axes["shaft"])
     assert first.master.followed is None
     second.master.stop()

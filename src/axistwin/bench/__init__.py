@@ -1,4 +1,4 @@
-"""The bench, and the names by which what stands on it is reached, acted on and observed."""
+"""The bench, and the names by which its parts are reached, controlled and observed."""
 
 from axistwin.bench.bench import FAMILIES, Bench, Controller, line_format, product
 

@@ -1,7 +1,7 @@
-"""Somebody who does acts on a bench as they come: a host that says things, people who do what stands behind `!`.
+"""Performs the actions of a conversation on a bench: data from a host, and actions of people after `!`.
 
-At a bus whole commands are said (`>`) by an attendant, who does the handshake and takes the messages from then on,
-until somebody works the registers by hand (`! write 0 33 00`): a board has one host at a time.
+On a bus, `>` sends whole commands through an attendant: a host that does the handshakes and takes the messages.  The
+attendant stops when the registers are accessed directly (`! write 0 33 00`), as a board has one host at a time.
 """
 
 from collections.abc import Callable
@@ -15,22 +15,22 @@ from axistwin.sim.by_hand import by_itself
 
 LOAD = "load"
 Load = Callable[[str, str], Callable[[], object]]
-"""Prepares that a program is loaded: into whom, and its file.  Raises AxistwinError."""
+"""Returns a function that loads a program.  Arguments: the controller's name and the file.  Raises AxistwinError."""
 
 
 def no_programs(who: str, file: str) -> Callable[[], object]:
-    """Where there are none to be loaded.  Raises UsageError."""
-    raise UsageError(f"{file} cannot be loaded into {who} here: let a scene do it")
+    """Refuse to load a program.  Raises UsageError."""
+    raise UsageError(f"{file} cannot be loaded into {who} here: expected a scene that loads it")
 
 
-class Hands:
-    """Does acts on one bench.  `load`: where programs come from.  `own`: the bench does them by itself, in a scene."""
+class ActionRunner:
+    """Performs actions on one bench.  `load`: loads programs.  `own`: the bench itself acts, as in a scene's script."""
 
     def __init__(self, bench: Bench, load: Load = no_programs, *, own: bool = False) -> None:
         self.bench, self._load, self._own = bench, load, own
 
     def prepare(self, act: Say | Do) -> Callable[[], object]:
-        """The act as something to call; what cannot be done is found now.  Raises AxistwinError."""
+        """Return a function that performs the action; errors are found now.  Raises AxistwinError."""
         do = self._prepared(act)
         return partial(self._do_by_itself, do) if self._own else do
 
@@ -48,7 +48,7 @@ class Hands:
         return partial(self._by_hand, act.controller, do) if act.target in BUS_ACTS else do
 
     def leave(self, name: str) -> None:
-        """The attendant of this board, if there is one, leaves its registers alone."""
+        """Stop the attendant of this board, if there is one."""
         if name in self.bench.attendants:
             self.bench.attendants.pop(name).close()
 
@@ -59,7 +59,7 @@ class Hands:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            self.bench.attendants[name].hear(lambda _: None)  # it is read, so that the next one can come
+            self.bench.attendants[name].hear(lambda _: None)  # messages are discarded, so that the next one can come
         self.bench.attendants[name].write(data)
 
     def _by_hand(self, name: str, do: Callable[[], object]) -> None:

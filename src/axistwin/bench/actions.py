@@ -1,7 +1,7 @@
-"""What a conversation can do to a controller and ask of it, by the names people use.
+"""Actions on a controller, and questions to it, by the names that conversations use.
 
-Pins and axes; of a SmartMotor also voltages, the temperature around it and its external encoder (`master`); and what
-the host's end of a line can do, whether it leads to one controller or is shared by motors.
+They concern pins and axes; of a SmartMotor also voltages, ambient temperature and external encoder (`master`); and the
+host's end of a line, which leads to one controller or is shared by several motors.
 """
 
 import re
@@ -35,7 +35,7 @@ _VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V", re.ASCII)
 _READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
 _WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
 MOST_AT_ONCE = 256
-"""Times that a register is read."""
+"""Maximum number of reads of a register in one action."""
 _SITS = re.compile(r"on (?P<axis>[^ ]+)(?: times (?P<above>-?\d{1,18})/(?P<below>\d{1,18}))?", re.ASCII)
 _RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
 
@@ -43,12 +43,12 @@ Value = bool | int | float | Decimal
 
 
 def level_name(level: bool) -> str:
-    """How a level is written."""
+    """Return the text for a level."""
     return "high" if level else "low"
 
 
 def action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """What `! target value` does, when called.  Raises ProgramError if there is no such thing."""
+    """Return a function that performs `! target value`.  Raises ProgramError for an invalid action."""
     if target in controller.pins:
         return _pin_action(controller.pins[target], value)
     if target in FAULT_ACTS:
@@ -66,9 +66,9 @@ def action(controller: Controller, target: str, value: str) -> Callable[[], obje
 
 
 def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], object]:
-    """The same for whoever is called so: a controller, its second channel, a line that motors share; of a fault, any.
+    """Return a function that performs `! target value` for a controller, its second channel, or a shared line.
 
-    Raises ProgramError or UsageError if there is no such thing.
+    Faults may have any name.  Raises ProgramError or UsageError for an invalid action.
     """
     if target in FAULT_ACTS:
         return fault_action(bench, who, target, value)
@@ -78,11 +78,11 @@ def act_at(bench: Bench, who: str, target: str, value: str) -> Callable[[], obje
 
 
 def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Callable[[], object]:
-    """What `! fault lose 3` and `! mend lose` do; `here`: whose things need not be named.  Raises ProgramError."""
-    assert bench is not None, "a controller that is talked to stands on a bench"
+    """Return a function for `! fault lose 3` or `! mend lose`; `here`: the default controller.  Raises ProgramError."""
+    assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
-    from axistwin.fault_injection import sentences  # late: few conversations have any
+    from axistwin.fault_injection import sentences  # lazy import: few conversations have faults
 
     try:
         return sentences.read(value, bench.faults, here)
@@ -91,22 +91,22 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
 
 
 def attributes(axis: Axis) -> tuple[str, ...]:
-    """What can be asked of an axis."""
+    """Return the names of an axis's readable attributes."""
     return SERVO_ATTRIBUTES if isinstance(axis, ServoAxis) else ATTRIBUTES
 
 
 def motor_of(controller: Controller) -> ServoAxis | None:
-    """Its servo axis, if it is a motor."""
+    """Return the controller's servo axis; None if the controller is no SmartMotor."""
     return next((axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)), None)
 
 
 def voltage(volts: float) -> str:
-    """How a voltage is written."""
+    """Return the text for a voltage."""
     return f"{volts:g}V"
 
 
 def lead_in_words(pin: Pin) -> str:
-    """What `! PIN …` would say of its test lead: a level, a voltage, that there is none."""
+    """Return the value of `! PIN …` for a pin's test lead: a level, a voltage or `release`."""
     lead = pin.lead
     if lead is None:
         return "release"
@@ -116,7 +116,7 @@ def lead_in_words(pin: Pin) -> str:
 
 
 def in_words(target: str, *values: float) -> str:
-    """What follows `! target` for what a person has done, exactly."""
+    """Return the value of `! target …` for a person's action, exactly."""
     if target == "master":
         counts, seconds = values
         return f"{counts} in {_exact(seconds)}"
@@ -135,17 +135,17 @@ def setting_words(act: HostAct) -> str:
 
 
 def _exact(value: float) -> str:
-    """Without an exponent."""
+    """Return a number without an exponent."""
     return f"{Decimal(repr(value)):f}"
 
 
 def on_a_bus(controller: Controller) -> bool:
-    """Whether it has registers on a bus instead of a serial port."""
+    """True if the controller has registers on a bus instead of a serial port."""
     return controller.product.attend is not None
 
 
 def _bus_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """What a host does with the registers by hand: `write 0 33 00`, `read 0 16`, `init on`."""
+    """Return a direct access to the registers: `write 0 33 00`, `read 0 16`, `init on`."""
     bus = controller.bus
     match target:
         case "init":
@@ -165,18 +165,18 @@ def _write(bus: RegisterPort, offset: int, data: bytes) -> None:
 
 
 def _register(value: str) -> tuple[int, int]:
-    """Which register is read, and how often."""
+    """Return the register and the number of reads."""
     found = _READ.fullmatch(value)
     if found is None or not 0 < int(found["count"] or 1) <= MOST_AT_ONCE:
-        raise ProgramError(f"{value!r} is no register: write 0 or 1, and how often, like 0 16")
+        raise ProgramError(f"invalid register {value!r}: expected 0 or 1 and the number of reads, e.g. 0 16")
     return int(found["offset"]), int(found["count"] or 1)
 
 
 def _contents(value: str) -> tuple[int, bytes]:
-    """Which register is written, and with what."""
+    """Return the register and the bytes to write."""
     found = _WRITTEN.fullmatch(value)
     if found is None:
-        raise ProgramError(f"{value!r} cannot be written: give a register, 0 or 1, and hex bytes, like 0 33 00")
+        raise ProgramError(f"invalid write {value!r}: expected a register, 0 or 1, and hex bytes, e.g. 0 33 00")
     return int(found["offset"]), bytes.fromhex(found["data"])
 
 
@@ -189,23 +189,24 @@ def _pin_action(pin: Pin, value: str) -> Callable[[], object]:
         return partial(pin.drive, LEVELS[value])
     found = _VOLTS.fullmatch(value)
     if found is None:
-        raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, 'release'))} and voltages like 2.5V")
+        expected = f"{', '.join((*LEVELS, 'release'))} or a voltage, e.g. 2.5V"
+        raise ProgramError(f"invalid level {value!r}: expected {expected}")
     volts = _real(found["volts"])
     if not LEAST_VOLTS <= volts <= MOST_VOLTS:
-        raise ProgramError(f"{value} would destroy the pin: it takes 0 to 5 V")
+        raise ProgramError(f"{value} would destroy the pin: expected 0 to 5 V")
     return partial(pin.drive, volts)
 
 
 def _motor_action(controller: Controller, target: str, value: str) -> Callable[[], object]:
-    """The temperature around a motor, and its external encoder: `ambient 40`, `master 4000 in 2`."""
+    """Return an action for the ambient temperature or the external encoder: `ambient 40`, `master 4000 in 2`."""
     if target == "ambient":
         return partial(setattr, controller, "ambient", _real(value))
     if sits := _SITS.fullmatch(value):
         return _sitting(controller, sits)
     found = _RUN.fullmatch(value)
     if found is None:
-        ways = "write counts and seconds, like 4000 in 2, or an axis, like on table.X times 3/2"
-        raise ProgramError(f"{value!r} is no run of an encoder: {ways}")
+        expected = "expected COUNTS in SECONDS, e.g. 4000 in 2, or on AXIS times N/D, e.g. on table.X times 3/2"
+        raise ProgramError(f"invalid encoder move {value!r}: {expected}")
     return partial(controller.master.move, _count(found["counts"]), _duration(found["seconds"]))
 
 
@@ -229,7 +230,7 @@ def _line_action(controller: Controller, target: str, value: str) -> Callable[[]
 
 
 def targets(controller: Controller) -> tuple[str, ...]:
-    """What `!` can do something to; AXIS stands for each of its axes."""
+    """Return the valid targets of `!`; AXIS is replaced by each axis's name."""
     port = controller.ports.get(controller.name)
     lines = () if port is None else _line_targets(port)
     motor = ("ambient", "master") if motor_of(controller) else ()
@@ -239,7 +240,7 @@ def targets(controller: Controller) -> tuple[str, ...]:
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
-    """What `! target value` does at the host's end of a serial line.  Raises ProgramError if there is no such thing."""
+    """Return an action of the host at its end of a serial line.  Raises ProgramError for an invalid action."""
     if target not in _line_targets(port):
         raise _nothing_called(target, _line_targets(port))
     match target:
@@ -269,22 +270,22 @@ def _flow(value: str) -> Flow:
         return Flow(value)
     except ValueError:
         raise ProgramError(
-            f"{value!r} is no flow control: there are {', '.join(flow.value for flow in Flow)}"
+            f"invalid flow control {value!r}: expected {', '.join(flow.value for flow in Flow)}"
         ) from None
 
 
 def _dropping(port: SerialPort, value: str) -> Callable[[], object]:
     if value != "pending":
-        raise ProgramError(f"{value!r} cannot be dropped: there is what is pending")
+        raise ProgramError(f"invalid drop {value!r}: expected pending")
     return port.drop_pending
 
 
 def _nothing_called(name: str, known: Iterable[str]) -> ProgramError:
-    return ProgramError(f"nothing called {name!r} here: there are {', '.join(known)}")
+    return ProgramError(f"unknown name {name!r}: expected one of {', '.join(known)}")
 
 
 def question(controller: Controller, subject: str) -> Callable[[], Value]:
-    """What `= subject …` looks at.  Raises ProgramError if there is no such thing."""
+    """Return a function that reads `subject`, as in `= subject …`.  Raises ProgramError for an invalid subject."""
     if subject in controller.pins:
         return lambda: controller.pins[subject].level
     if subject in _lines(controller):
@@ -304,14 +305,14 @@ def question(controller: Controller, subject: str) -> Callable[[], Value]:
 
 
 def subjects(controller: Controller) -> tuple[str, ...]:
-    """What `=` can look at; PIN stands for each of its pins."""
+    """Return the valid subjects of `=`; PIN is replaced by each pin's name."""
     axes = (f"{name}.{attribute}" for name, axis in controller.axes.items() for attribute in attributes(axis))
     others = () if motor_of(controller) is None else ("PIN.volts", "ambient", "master")
     return ("clock", *controller.pins, *_lines(controller), *others, *axes)
 
 
 def _lines(controller: Controller) -> tuple[str, ...]:
-    """Control lines that can be asked for."""
+    """Return the readable control lines."""
     if on_a_bus(controller):
         return ("interrupt",)
     port = controller.ports.get(controller.name)
@@ -319,16 +320,16 @@ def _lines(controller: Controller) -> tuple[str, ...]:
 
 
 def agrees(value: Value, wanted: str) -> bool:
-    """Whether a value is what is wanted: a level, a whole number, or a number to as many decimals as are written."""
+    """True if a value is as expected: a level, a whole number, or a number to as many decimals as are written."""
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # no value and no wish is that long
+    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any value has
         return round(Decimal(value), _decimals(number)) == number
 
 
 def shown(value: Value) -> str:
-    """A value as it would be written in a conversation."""
+    """Return a value as a conversation writes it."""
     if isinstance(value, bool):
         return level_name(value)
     return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")
@@ -352,11 +353,11 @@ def _level(value: str, *others: str) -> bool:
     try:
         return LEVELS[value]
     except KeyError:
-        raise ProgramError(f"{value!r} is no level: there are {', '.join((*LEVELS, *others))}") from None
+        raise ProgramError(f"invalid level {value!r}: expected {', '.join((*LEVELS, *others))}") from None
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:
-    """A number of seconds that a bench can see."""
+    """Return a duration in seconds that a bench can run."""
     seconds = _real(text)
     if above_zero and seconds <= 0:
         raise ProgramError(f"{text} is not above zero")
@@ -368,7 +369,7 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
 
 
 def _count(text: str, most: int = MOST_COUNTS) -> int:
-    """A number of pulses or counts, up to `most` in either direction; what stands behind its point does not count."""
+    """Return a number of pulses or counts, at most `most` in either direction; decimals are ignored."""
     number = _number(text)
     if abs(number) > most:
         raise ProgramError(f"{shortened(text)} is out of range: expected {-most} to {most}")
@@ -387,7 +388,7 @@ def _real(text: str) -> float:
 
 @contextmanager
 def _told() -> Iterator[None]:
-    """What is wrong with a number is wrong with the line in which it stands."""
+    """Turn an error in a number into an error in its line."""
     try:
         yield
     except NumberError as error:

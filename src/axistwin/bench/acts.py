@@ -1,11 +1,11 @@
-"""Acts on a bench as data: the lines of a conversation, whoever performs or records them."""
+"""Actions and expectations on a bench as data: the lines of a conversation."""
 
 from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
 class Act:
-    """One line.  `line` is its number in the file, `controller` the name it begins with, if any."""
+    """One line.  `line` is its number in the file, `controller` the name at its beginning, if any."""
 
     line: int = field(default=0, kw_only=True, compare=False)
     controller: str = field(default="", kw_only=True)
@@ -13,35 +13,35 @@ class Act:
 
 @dataclass(frozen=True)
 class Comment(Act):
-    """Words for the reader."""
+    """A comment for the reader."""
 
     text: str = ""
 
 
 @dataclass(frozen=True)
 class Wait(Act):
-    """Time passes."""
+    """Advance virtual time."""
 
     ns: int
 
 
 @dataclass(frozen=True)
 class Say(Act):
-    """The host transmits."""
+    """The host transmits data."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Hear(Act):
-    """The host receives.  No data: it has received nothing that was not told."""
+    """The host receives data.  No data: the host has received nothing beyond the earlier lines."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Do(Act):
-    """Somebody at the machine: a pin driven or released, the power switched."""
+    """A person's action at the machine: drive or release a pin, switch the power."""
 
     target: str
     value: str
@@ -49,7 +49,7 @@ class Do(Act):
 
 @dataclass(frozen=True)
 class Expect(Act):
-    """What a pin, an axis or the clock must show."""
+    """The expected value of a pin, an axis or the clock."""
 
     subject: str
     value: str

@@ -1,4 +1,4 @@
-"""A bench: a world with its own clock, and the controllers and machines on it.  Seconds outside, nanoseconds inside."""
+"""A bench: controllers and machines with a clock of their own; seconds at its interface, nanoseconds inside."""
 
 import re
 from collections import deque
@@ -58,11 +58,11 @@ LINE = re.compile(
 FAMILIES = {
     "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
 }  # fmt: skip
-"""Each model's package in `axistwin.controllers`, imported when the model is first asked for."""
+"""The package of each model in `axistwin.controllers`, imported at the model's first use."""
 
 
 def product(model: str) -> Product:
-    """The product of this model name.  Raises UsageError if there is none."""
+    """Return the product of this model name.  Raises UsageError if there is none."""
     try:
         family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
     except KeyError:
@@ -81,24 +81,24 @@ class Controller:
         self.axes: Mapping[str, Axis] = axes
         self.pins: Mapping[str, Pin] = device.pins
         self.bench: Bench | None = None
-        """The bench it stands on."""
+        """The bench that the controller is on."""
         self._device, self._plug = device, plug
         self.by_hand = ByHand(next(iter(self.pins.values())).clock)
-        """Reports what a person does to it: `power`."""
+        """Reports a person's actions: `power`."""
         self.powered = False
+        """True while the power is on."""
         self._turns: deque[bool] = deque()
-        """Turns of the power switch that are being carried out, in order."""
-        """Whether it has been switched on."""
+        """Turns of the power switch in progress, in order."""
         self.given: Mapping[str, Any] = {}
-        """The options it was added with; where it keeps its state is not among them."""
+        """The options given to `Bench.add`, except those about the storage of its state."""
         self.store: MemoryStore | FileStore = MemoryStore()
-        """What it keeps without power."""
+        """Memory that persists without power."""
         self._second = _second_port(device, plug)
         self._asked_for_second = False
-        self._lines: dict[str, str] = {}  # which of its channels, serial or rs485, are on which shared line
+        self._lines: dict[str, str] = {}  # shared line by channel (serial or rs485)
         self._bus = device.bus if isinstance(device, BusDevice) else None
         self.alarms = device.alarms if isinstance(device, AlarmDevice) else None
-        """Where it tells its fault flags."""
+        """Subscriptions to its fault flags; None: the device has no fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
 
     def __repr__(self) -> str:
@@ -106,7 +106,7 @@ class Controller:
 
     @property
     def serial(self) -> SerialPort:
-        """The host's end of its serial port.  Raises UsageError if it has none of its own."""
+        """The host's end of its serial port.  Raises UsageError if it has no port of its own."""
         if self._plug is None:
             raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
         if "serial" in self._lines:
@@ -117,7 +117,7 @@ class Controller:
 
     @property
     def rs485(self) -> SerialPort:
-        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has none of its own."""
+        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has no such channel."""
         if "rs485" in self._lines:
             raise UsageError(
                 f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
@@ -129,14 +129,14 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """Its registers as the host finds them on the bus.  Raises UsageError if it has none."""
+        """Its registers as the host accesses them on the bus.  Raises UsageError if it has no registers."""
         if self._bus is None:
             raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
         return self._bus
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Serial ports of its own that a host talks to, by name; the second channel when somebody has asked for it."""
+        """Serial ports of the controller itself, by name; the second channel only once it has been used."""
         found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
         if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
             found[f"{self.name}.rs485"] = self._second
@@ -144,7 +144,7 @@ class Controller:
 
     @cached_property
     def terminals(self) -> Mapping[str, Pin]:
-        """All that has a level: its pins, the control lines of its plug as it finds them, its interrupt on the bus."""
+        """All terminals with a level: its pins, the control lines at its plug, its interrupt on the bus."""
         if self._bus is not None:
             return {**self.pins, "interrupt": self._bus.interrupt_line}
         if not isinstance(self._device, HandshakeDevice):
@@ -154,41 +154,41 @@ class Controller:
 
     @cached_property
     def joystick(self) -> Joystick:
-        """The joystick that is connected to it.  Raises UsageError if it takes none."""
+        """The joystick connected to it.  Raises UsageError if it has no joystick input."""
         if self.product.joystick is None:
-            raise UsageError(f"{self.name} takes no joystick")
-        assert self.bench is not None, "it stands on a bench"
+            raise UsageError(f"{self.name} has no joystick input")
+        assert self.bench is not None, "the controller is on a bench"
         return Joystick(self.bench.clock, self.pins, self.product.joystick)
 
     @cached_property
     def registers(self) -> Mapping[str, Register]:
-        """Numbers and texts that it keeps, for those who look into it; traces can follow them."""
+        """Readable numbers and texts inside the controller; traces can record them."""
         return self._device.registers() if isinstance(self._device, RegisteredDevice) else {}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
-        """Have `follower` told of each change of these registers, late, if it computes ahead of the clock.
+        """Call `follower` with all changes of these registers, also when the controller computes ahead of the clock.
 
-        Returns what ends it; None: they change at events only, so that who looks on sees them.
+        Changes may be reported with delay.  Return an unsubscribe function; None: the registers change only at events,
+        and can be read then.
         """
         return self._device.follow(names, follower) if isinstance(self._device, FollowedDevice) else None
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """The programs or sequences that it keeps, by name, each with the line that is being carried out now."""
+        """Its stored programs or sequences by name, each with the line that is running now."""
         return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
 
     def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the very moment at which a line of a stored program begins.
+        """Call `watcher(program, index)` at the exact moment at which a line of a stored program begins.
 
-        `index` is from 0; `only`: just this program and index, which may cost much less.  The watcher may look at
-        everything and must change nothing there and then.  Returns what ends it.  Where there are no programs, nothing
-        ever comes.
+        `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
+        bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.
         """
         return self._device.watch_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
 
     @property
     def ambient(self) -> float:
-        """The temperature around its motor, in °C.  Raises UsageError if it is not a motor."""
+        """Temperature around its motor, in °C.  Raises UsageError if it is no SmartMotor."""
         return self._motor("is no motor and has no `ambient`").ambient
 
     @ambient.setter
@@ -197,28 +197,28 @@ class Controller:
 
     @property
     def master(self) -> Master:
-        """The external encoder wired to its pins A and B.  Raises UsageError if it takes none."""
+        """The external encoder wired to its pins A and B.  Raises UsageError if it has no such input."""
         return self._motor("is no motor and has no `master`").master
 
     @property
     def trouble(self) -> str:
-        """In a line, what keeps it from moving and what helps; empty if nothing does, or if it cannot tell."""
+        """A status hint: why the controller does not move, and the remedy, in one line; empty if there is none."""
         return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
 
     def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when `trouble` has something new to tell.  Returns what ends it."""
+        """Call `watcher(line)` when `trouble` has a new hint.  Return an unsubscribe function."""
         return self._device.watch_trouble(watcher) if isinstance(self._device, HintingDevice) else lambda: None
 
     @property
     def busy(self) -> bool:
-        """Whether it is at work with what a host has asked for; False where it does not tell."""
+        """True while the controller works on a host's request; False if the device does not report its work."""
         return isinstance(self._device, BusyDevice) and self._device.busy
 
     def power(self, on: bool) -> None:
-        """Switch it on or off.  What persists is what the real device keeps.
+        """Switch the power on or off.  The same data persist as in the real device.
 
-        Where a procedure of the controller itself asks for it, such as by an edge that somebody watches, the switch
-        turns as soon as that procedure waits for something, in the same nanosecond.
+        If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
+        changes when the procedure next yields, in the same nanosecond.
         """
         self.by_hand.tell("power", on)
         device = self._device
@@ -228,7 +228,7 @@ class Controller:
             self._switch(on)
 
     def power_cycle(self) -> None:
-        """Off and on again."""
+        """Switch the power off and on again."""
         self.power(False)
         self.power(True)
 
@@ -268,7 +268,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class _Plug:
-    """A controller's serial connection, and how it was made."""
+    """A controller's serial connection and the settings it was made with."""
 
     port: SerialPort
     format: UartFormat
@@ -276,7 +276,7 @@ class _Plug:
 
 
 def _second_port(device: Device, plug: _Plug | None) -> SerialPort | None:
-    """The host's end of a second channel, if there is one: a pair of wires of its own."""
+    """Return the host's end of a second channel, a pair of wires, if there is such a channel."""
     if not isinstance(device, Rs485Device):
         return None
     assert plug is not None, "a second channel is beside a first"
@@ -285,7 +285,7 @@ def _second_port(device: Device, plug: _Plug | None) -> SerialPort | None:
 
 @dataclass(frozen=True)
 class SharedLine:
-    """A daisy chain or an RS-485 line: its host's end, and the motors on it in order."""
+    """A daisy chain or an RS-485 line: its host's end, and its motors in order."""
 
     port: SerialPort
     motors: tuple[Controller, ...]
@@ -300,20 +300,20 @@ class Bench:
         self.lines: dict[str, SharedLine] = {}
         """Daisy chains and RS-485 lines by name."""
         self.origin: dict[str, str] = {}
-        """What it was made from, for those who want to know later: `scene` (its name and hash), `seed`."""
+        """Origin of the bench: `scene` (its name and hash), `seed`."""
         self.agenda_ns = 0
-        """Until then somebody has something to do here by himself, such as the script of a scene."""
+        """Time until which planned actions follow, such as a scene's script."""
         self.attendants: dict[str, BusHost] = {}
-        """Hosts that speak to boards on a bus in whole commands, by the names of the boards; each has one at a time."""
+        """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
         self.senders: dict[str, Process] = {}
-        """Hosts that send what has been loaded, by the names of the controllers."""
+        """Hosts that send loaded programs, by controller name."""
         self._faults: Faults | None = None
 
     @property
     def faults(self) -> "Faults":
-        """What goes wrong here: `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
+        """The fault injector: `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
-            from axistwin.fault_injection.injector import Faults  # late: most benches have none
+            from axistwin.fault_injection.injector import Faults  # lazy import: most benches have no faults
 
             self._faults = Faults(self)
         return self._faults
@@ -329,7 +329,7 @@ class Bench:
         return to_seconds(self.clock.now)
 
     def __getitem__(self, name: str) -> Controller:
-        """The controller of this name."""
+        """Return the controller of this name.  Raises UsageError if there is none."""
         try:
             return self.controllers[name]
         except KeyError:
@@ -338,14 +338,14 @@ class Bench:
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Every serial port that a host may talk to, by name: the controllers' own, then those of shared lines."""
+        """All serial ports for hosts, by name: first the controllers' own, then shared lines."""
         own = {name: port for controller in self.controllers.values() for name, port in controller.ports.items()}
         return own | {name: line.port for name, line in self.lines.items()}
 
     def port(self, name: str) -> SerialPort:
-        """The host's end of a controller (`motor`), its second channel (`motor.rs485`) or a shared line (`chain`).
+        """Return the host's end of an endpoint: `motor`, its second channel `motor.rs485`, or a shared line `chain`.
 
-        Raises UsageError if there is none of this name.
+        Raises UsageError if nothing has this name.
         """
         if name in self.lines:
             return self.lines[name].port
@@ -355,30 +355,30 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call `happens` each time this comes true, at that very nanosecond: "table.X passes 1000", "motor raises Be".
+        """Call `happens` each time an event occurs, in that nanosecond: "table.X passes 1000", "motor raises Be".
 
-        The sentences are those that a fault may wait for.  `here`: the controller whose things need not be written with
-        its name.  Returns what ends it.  Raises UsageError if there is no such thing.
+        The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its name.
+        Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
-        from axistwin.fault_injection import triggers  # late: most benches need none
+        from axistwin.fault_injection import triggers  # lazy import: most benches have no triggers
 
         return triggers.read(sentence, self, self.faults, here)(happens)
 
     def run(self, seconds: float) -> None:
-        """Advance virtual time; everything due by then, inclusive, has happened.
+        """Advance virtual time by `seconds`; all events due by then, inclusive, happen.
 
-        Raises UsageError for a negative time, and for one after the end of virtual time (292 years).
+        Raises UsageError for a negative time, and for a time after the end of virtual time (292 years).
         """
         if seconds < 0:
-            raise UsageError(f"time runs forwards only: run({seconds!r})")
+            raise UsageError(f"negative time in run({seconds!r}): expected 0 seconds or more")
         self.clock.run_to(self.clock.later(to_ns(seconds)))
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Advance until `condition()` is true or `timeout` seconds have passed; tells which.
+        """Advance until `condition()` is true or `timeout` seconds have passed; return True if the condition is true.
 
-        It is asked at every event (an edge, a character, the beginning or end of a motion) and, while a servo moves, at
-        every sample.  Single pulses are no events, so a condition on a stepper's position within a move is seen at the
-        next one.  Raises UsageError for a time-out after the end of virtual time (292 years).
+        The condition is checked at every event (an edge, a character, the beginning or end of a motion) and, while a
+        servo moves, at every sample.  Single pulses are no events: a condition on a stepper's position within a move is
+        checked at the next event.  Raises UsageError for a time-out after the end of virtual time (292 years).
         """
         deadline_ns = self.clock.later(to_ns(timeout))
         servos = [controller._servo for controller in self.controllers.values() if controller._servo is not None]
@@ -404,12 +404,12 @@ class Bench:
         history: int = HISTORY,
         **options: Any,
     ) -> Controller:
-        """Put a controller on the bench; it has just been switched on.
+        """Add a controller to the bench, just switched on.
 
-        `state`: directory for what it keeps without power (None: kept as long as the bench).  `line`: the host's
-        UART format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: strokes per axis to
-        remember (of a servo, ten samples with motion for each).  An axis name takes that axis's options
-        (`limits`, `home`, `encoder`, `motor`, `load`); everything else is an option of the model.
+        `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
+        format, such as "9600 8N2"; "instant" makes characters take no time.  `history`: number of moves per axis to
+        remember (of a servo, ten samples with motion for each).  An axis name takes that axis's options (`limits`,
+        `home`, `encoder`, `motor`, `load`); all other keywords are options of the model.
         """
         made = product(model)
         name = name or self._free_name(made.model)
@@ -418,7 +418,7 @@ class Bench:
         axis_options = {axis: _table(axis, options.pop(axis, None) or {}) for axis in made.axes}
         own_options = _options(made, options)
         if type(history) is not int or history < 2:
-            raise UsageError(f"history={history!r}: give a number of strokes, 2 or more")
+            raise UsageError(f"history={history!r}: expected a number of moves, 2 or more")
         if line is not None and made.line is None:
             raise UsageError(f"{made.model} has no serial port: leave out `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in axis_options.items()}
@@ -433,17 +433,17 @@ class Bench:
         return controller
 
     def chain(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """The host's end of an RS232 daisy chain: host, first motor, …, last motor, host.
+        """Return the host's end of an RS232 daisy chain: host, first motor, …, last motor, host.
 
-        What a motor transmits goes to the next one, so each must echo what is to reach the others (`ECHO`).  The
-        chain takes the place of the motors' own `serial` ports, in the format of the first.
+        A motor's output goes to the next motor, so each motor must echo data for the others (`ECHO`).  The chain
+        replaces the motors' own `serial` ports, in the format of the first motor.
         """
         return self._share("serial", "chain", daisy_chain, [motor._serial_uart() for motor in motors], motors, name)
 
     def rs485(self, *motors: Controller, name: str | None = None) -> SerialPort:
-        """The host's end of an RS485 line: one pair of wires on which everybody hears everybody.
+        """Return the host's end of an RS485 line: one pair of wires, on which every end receives what all others send.
 
-        Two that talk at once garble each other's characters.  It takes the place of the motors' own `rs485` ports.
+        Two simultaneous senders garble each other's characters.  The line replaces the motors' own `rs485` ports.
         """
         return self._share("rs485", "rs485", shared_pair, [motor._rs485_uart() for motor in motors], motors, name)
 
@@ -456,7 +456,7 @@ class Bench:
         motors: tuple[Controller, ...],
         name: str | None,
     ) -> SerialPort:
-        """Put a channel of these motors on a line of its own."""
+        """Connect one channel of each motor to a shared line."""
         if not motors:
             raise UsageError(f"{kind}() joins motors: name at least one")
         for motor in motors:
@@ -486,7 +486,7 @@ class Bench:
 
 
 def _plug(clock: Clock, device: SerialDevice, line: str | UartFormat | None, usual: UartFormat | None) -> _Plug:
-    """The host's end.  Where there are control lines, its DTR goes to the device's DSR, its RTS to the device's CTS."""
+    """Return the host's end.  Its DTR goes to the device's DSR and its RTS to the device's CTS, if these exist."""
     assert usual is not None, "a product with a serial port names its usual format"
     fmt, instant = line_format(line, usual)
     wiring = direct(device.uart, instant=instant)
@@ -499,16 +499,16 @@ def _plug(clock: Clock, device: SerialDevice, line: str | UartFormat | None, usu
 
 
 def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
-    """`"9600 8N2"`, `"instant"` or both, as a format and whether characters take no time."""
+    """Return the format in a text, and True if characters take no time: `"9600 8N2"`, `"instant"` or both."""
     if text is None or isinstance(text, UartFormat):
         return text or usual, False
     if not isinstance(text, str):
-        raise UsageError(f"no line format {text!r}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+        raise UsageError(f"invalid line format {text!r}: expected e.g. '9600 8N2' or 'instant'")
     words = text.replace(",", " ").split()
     instant = "instant" in words
     match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
     if match is None:
-        raise UsageError(f"no line format {shortened(text)}: write it like '9600 8N2', '1200 7E1' or 'instant'")
+        raise UsageError(f"invalid line format {shortened(text)}: expected e.g. '9600 8N2' or 'instant'")
     baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
     if match["frame"] is None:
         return replace(usual, baudrate=baudrate), instant
@@ -525,16 +525,16 @@ def _options(made: Product, given: dict[str, Any]) -> Any:
 
 
 def _table(name: str, given: object) -> dict[str, Any]:
-    """An axis's options as they were given."""
+    """Return an axis's options as they were given."""
     if not isinstance(given, Mapping):
-        raise UsageError(f'axis {name}={given!r}: give its options, such as {name}={{"limits": (-100, 5000)}}')
+        raise UsageError(f'axis {name}={given!r}: expected its options, e.g. {name}={{"limits": (-100, 5000)}}')
     return dict(given)
 
 
 def _fit_switches(
     made: Product, device: Device, axes: Mapping[str, Axis], options: Mapping[str, Mapping[str, Any]]
 ) -> None:
-    """Limit switches open beyond `limits`; the home input is high within `home`."""
+    """Fit switches: limit switches open beyond `limits`; the home input is high within `home`."""
     minus, plus = [], []
     for name, axis in axes.items():
         if options[name].get("limits") is not None:

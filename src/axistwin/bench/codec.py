@@ -1,6 +1,7 @@
-r"""How what is said is shown to people.
+r"""Codecs: the text form of data, for people.
 
-Characters on a serial line: printable text, and `\r \n \\ \xNN` for the rest.  Commands and messages on a bus: hex.
+Characters on a serial line: printable text, and `\r
+\\ \xNN` for the rest.  Commands and messages on a bus: hex.
 """
 
 import re
@@ -15,34 +16,34 @@ from axistwin.errors import ProgramError
 _SHOWN = {ord("\r"): r"\r", ord("\n"): r"\n", ord("\\"): r"\\"}
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
-_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character, once it has been read
+_WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")  # one character of checked text
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
 
 class Codec(Protocol):
-    """How a family's messages stand in a line of text."""
+    """Converts a family's messages to and from a line of text."""
 
     def show(self, data: bytes) -> str:
-        """Bytes as text."""
+        """Return bytes as text."""
 
     def read(self, text: str) -> bytes:
-        """What a host says, as bytes.  Raises ProgramError with the column."""
+        """Return the bytes of a text from the host.  Raises ProgramError with the column."""
 
     def hear(self, text: str) -> bytes:
-        """What a controller says, as bytes.  Raises ProgramError with the column."""
+        """Return the bytes of a text from the controller.  Raises ProgramError with the column."""
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """The column from 0 of each byte that a host says, and how many columns it takes up."""
+        """Return, for each byte of the host's text, its column from 0 and its width in columns."""
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """What it means, if that cannot be seen."""
+        """Return the meaning in words, if the text does not show it."""
 
 
 class Characters:
     """RS232 characters as printable text."""
 
     def show(self, data: bytes) -> str:
-        """Bytes as text; blanks at either end are written out, as nobody sees them there."""
+        """Return bytes as text; blanks at either end are escaped, because they would be invisible."""
         text = "".join(map(_show, data))
         middle = text.strip(" ")
         before = len(text) - len(text.lstrip(" "))
@@ -50,7 +51,7 @@ class Characters:
         return _BLANK * before + middle + _BLANK * after
 
     def read(self, text: str) -> bytes:
-        """Text as bytes."""
+        """Return the bytes of a text."""
         out = bytearray()
         at = 0
         while at < len(text):
@@ -70,38 +71,38 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Where each character is written."""
+        """Return the column and width of each character."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Characters speak for themselves."""
+        """Return an empty text: characters need no explanation."""
         return ""
 
 
 @dataclass(frozen=True)
 class Hex:
-    """Commands and messages of a board on a bus, one on a line; a command also by its name."""
+    """Commands and messages of a board on a bus, one per line, in hex; a command also by its name."""
 
     language: Language
 
     def show(self, data: bytes) -> str:
-        """Two hex digits for each byte."""
+        """Return two hex digits for each byte."""
         return data.hex(" ").upper()
 
     def read(self, text: str) -> bytes:
-        """A command."""
+        """Return the bytes of a command."""
         return self.language.read(text)
 
     def hear(self, text: str) -> bytes:
-        """A message; zeros at its end need not be written."""
+        """Return the bytes of a message; trailing zeros may be left out."""
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Where each byte is written."""
+        """Return the column and width of each byte."""
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """The command or message in words."""
+        """Return the command or message in words."""
         return self.language.explain(data) if by_host else self.language.explain_message(data)
 
 
@@ -129,5 +130,5 @@ CHARACTERS = Characters()
 
 
 def codec_of(product: Product) -> Codec:
-    """How what is said to and by this product is written."""
+    """Return the codec for data to and from this product."""
     return CHARACTERS if product.language is None else Hex(product.language)

@@ -1,4 +1,4 @@
-"""Whom a host can talk to on a bench, by name: controllers, their second channels, and lines that motors share."""
+"""Endpoints of a bench that a host can connect to, by name: controllers, their second channels, and shared lines."""
 
 from axistwin.bench.actions import on_a_bus
 from axistwin.bench.bench import Bench
@@ -6,7 +6,7 @@ from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 
 
 def names(bench: Bench) -> list[str]:
-    """All of them: `if1`, `motor`, `motor.rs485` (once somebody has it), `chain`."""
+    """Return all endpoint names: `if1`, `motor`, `motor.rs485` (once it is in use), `chain`."""
     boards = [name for name, controller in bench.controllers.items() if on_a_bus(controller)]
     own = [name for name in bench.ports if name not in bench.lines]
     in_order = [name for name in bench.controllers if name in (*boards, *own)]
@@ -14,15 +14,15 @@ def names(bench: Bench) -> list[str]:
 
 
 def at_a_bus(bench: Bench, name: str) -> bool:
-    """Whether what is said there are whole commands and messages, through the registers of a board."""
+    """True if the endpoint is a board on a bus, with whole commands and messages instead of characters."""
     return name in bench.controllers and on_a_bus(bench[name])
 
 
 def codec_at(bench: Bench, name: str) -> Codec:
-    """How what is said there is written."""
+    """Return the codec for this endpoint."""
     return codec_of(bench[name].product) if name in bench.controllers else CHARACTERS
 
 
 def several(bench: Bench) -> bool:
-    """Whether one has to say whom one means."""
+    """True if endpoints must be named, because there is more than one."""
     return len(names(bench)) > 1 or len(bench.controllers) > 1

@@ -1,6 +1,6 @@
-"""What can be observed on a bench from outside: characters on lines, messages on a bus, levels and voltages.
+"""Events on a bench that can be observed: characters on lines, messages on a bus, levels and voltages.
 
-`controller` is the name of whom the host talks to (see `partners.py`), or of the controller that a terminal is on.
+`controller` is the name of the host's endpoint (see `endpoints.py`), or of the controller that has the terminal.
 """
 
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ from axistwin.sim.serial_port import SerialPort
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A host has something to transmit, from `time_ns` on; on a bus, it has handed over a command."""
+    """A host has queued data, which leave from `time_ns` on; on a bus, a host has handed over a command."""
 
     time_ns: int
     controller: str
@@ -33,7 +33,7 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A host has received a character; on a bus, a message lies ready for it."""
+    """A host has received a character; on a bus, a message is ready for the host."""
 
     time_ns: int
     controller: str
@@ -43,9 +43,9 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """A terminal has taken another level; `driven` if somebody forces it to.
+    """A terminal has changed its level; `driven` if a test lead forces it.
 
-    The lines of the serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
+    The lines of a serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
     """
 
     time_ns: int
@@ -58,7 +58,7 @@ class Changed:
 
 @dataclass(frozen=True, slots=True)
 class Turned:
-    """An analog terminal has taken another voltage; if that has changed its level, a `Changed` has told it before."""
+    """An analog terminal has changed its voltage.  If its level has changed, too, a `Changed` comes first."""
 
     time_ns: int
     controller: str
@@ -69,7 +69,7 @@ class Turned:
 
 @dataclass(frozen=True, slots=True)
 class Broke:
-    """A host has sent a break of so many seconds."""
+    """A host has sent a break of `seconds`."""
 
     time_ns: int
     controller: str
@@ -78,7 +78,7 @@ class Broke:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """A fault has begun, or has been mended; `act` is what does it in a conversation, `words` what follows."""
+    """A fault has begun or ended; `act` and `words` are the corresponding line of a conversation."""
 
     time_ns: int
     controller: str
@@ -88,7 +88,7 @@ class Failed:
 
 @dataclass(frozen=True, slots=True)
 class Handled:
-    """A person has done something to a machine: `! act value` does it in a conversation."""
+    """A person has acted on a machine; `! act value` is the corresponding line of a conversation."""
 
     time_ns: int
     controller: str
@@ -112,7 +112,7 @@ Sink = Callable[[Event], None]
 
 @contextmanager
 def observing(bench: Bench, sink: Sink) -> Iterator[None]:
-    """Give `sink` everything that happens on the bench, as it happens."""
+    """Call `sink` with every event on the bench, as it happens, until the context ends."""
     with ExitStack() as stack:
         for name in endpoints.names(bench):
             if endpoints.at_a_bus(bench, name):
@@ -130,12 +130,12 @@ def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
     where = fault.spot.name.partition(".")[0]
     if what == "begins":
         sink(Failed(bench.now, where, "fault", written(fault)))
-    elif fault.on:  # and is mended
+    elif fault.on:  # the fault has ended
         sink(Failed(bench.now, where, "mend", fault.name))
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
-    """Test leads, power, and what can be done to axes, a joystick, an external encoder."""
+    """Observe a person's actions: test leads, power, axes, joystick, external encoder."""
 
     def handled(target: str, *values: float) -> None:
         sink(Handled(bench.now, controller.name, target, in_words(target, *values)))
@@ -154,14 +154,14 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
             handled(target, what, how)
 
     for name, pin in controller.pins.items():
-        stack.callback(pin.watch_lead(partial(led, name, pin)))
-    stack.callback(controller.by_hand.watch(handled))
+        stack.callback(pin.subscribe_lead(partial(led, name, pin)))
+    stack.callback(controller.by_hand.subscribe(handled))
     if controller.product.joystick is not None:
-        stack.callback(controller.joystick.by_hand.watch(handled))
+        stack.callback(controller.joystick.by_hand.subscribe(handled))
     for name, axis in controller.axes.items():
-        stack.callback(axis.by_hand.watch(partial(at_axis, name)))
+        stack.callback(axis.by_hand.subscribe(partial(at_axis, name)))
         if isinstance(axis, ServoAxis):
-            stack.callback(axis.master.by_hand.watch(at_master))
+            stack.callback(axis.master.by_hand.subscribe(at_master))
 
 
 def _name_of(bench: Bench, axis: object) -> str:
@@ -170,7 +170,7 @@ def _name_of(bench: Bench, axis: object) -> str:
 
 
 def terminals(controller: Controller) -> dict[str, Pin]:
-    """All that has a level and keeps it for a while: pins, and control lines of the serial connection or the bus."""
+    """Return all terminals with steady levels: pins, and control lines of the serial connection or the bus."""
     pins = {name: pin for name, pin in controller.pins.items() if not pin.restless}
     if on_a_bus(controller):
         return {**pins, "interrupt": controller.bus.interrupt_line}

@@ -1,6 +1,6 @@
-"""A host at the other end of a controller's port, whatever port it is: what it says, and what it hears.
+"""A host at the other end of a controller's port, of either kind: it sends data and receives data.
 
-To listen in on what others say is something else: `bench/events.py`.
+To observe the data of other hosts, use `bench/events.py`.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,26 +15,26 @@ from axistwin.units import MS
 
 
 class Host(Protocol):
-    """Says things and hears things."""
+    """Sends and receives data."""
 
     @property
     def pending(self) -> int:
-        """What has not been said yet."""
+        """Amount of data that has not been sent yet."""
 
     @property
     def pause_ns(self) -> int:
-        """After such a silence nothing more belongs to what has been heard."""
+        """Silence after which the received data are complete."""
 
     def write(self, data: bytes) -> None:
-        """Say this, as soon as it can be said."""
+        """Send data as soon as possible."""
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `hearer` with what comes.  Returns what ends it."""
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback` with received data.  Return an unsubscribe function."""
 
 
 @contextmanager
 def host_of(controller: Controller) -> Iterator[Host]:
-    """A host for this controller.  At a bus it attends to the registers meanwhile."""
+    """Yield a host for this controller.  On a bus the host serves the registers until the context ends."""
     attend = controller.product.attend
     if attend is None:
         yield _Serial(controller.serial)
@@ -48,7 +48,7 @@ def host_of(controller: Controller) -> Iterator[Host]:
 
 @contextmanager
 def host_at(bench: Bench, name: str) -> Iterator[Host]:
-    """A host for whoever is reached under this name: a controller, its second channel, or a shared line."""
+    """Yield a host for an endpoint: a controller, its second channel, or a shared line."""
     if endpoints.at_a_bus(bench, name):
         with host_of(bench[name]) as host:
             yield host
@@ -71,8 +71,8 @@ class _Serial:
     def write(self, data: bytes) -> None:
         self._port.write(data)
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._port.hear(lambda byte, _: hearer(bytes([byte])))
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._port.hear(lambda byte, _: callback(bytes([byte])))
 
 
 class _Bus:
@@ -88,5 +88,5 @@ class _Bus:
     def write(self, data: bytes) -> None:
         self._attendant.write(data)
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._attendant.hear(hearer)
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._attendant.hear(callback)

@@ -1,4 +1,4 @@
-"""Options of a controller as they stand on a command line or in a conversation's header."""
+"""Options of a controller in the text form of a command line or a conversation's header."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -8,22 +8,22 @@ from axistwin.numbers import check_values, shortened
 
 OWN = {
     "model": "name the MODEL",
-    "name": "a controller has its model's name; others are for a scene",
-    "state": "there is --state for that",
+    "name": "a controller is named after its model; use a scene for other names",
+    "state": "use --state",
 }
-"""What is said otherwise on a command line."""
+"""Options that a command line sets in another way."""
 
 
 def read_options(options: Iterable[str]) -> dict[str, Any]:
-    """`NAME=VALUE` words as keywords; `X.limits=[-5,5]` is `X={"limits": [-5, 5]}`."""
+    """Return `NAME=VALUE` words as keywords; `X.limits=[-5,5]` is `X={"limits": [-5, 5]}`."""
     found: dict[str, Any] = {}
     for option in options:
         name, equals, text = option.partition("=")
         if not equals or not name:
-            raise UsageError(f"no option {option!r}: write it like NAME=VALUE")
+            raise UsageError(f"invalid option {option!r}: expected NAME=VALUE")
         *path, last = name.replace("-", "_").split(".")
         if name in OWN:
-            raise UsageError(f"--option {name} is not for here: {OWN[name]}")
+            raise UsageError(f"--option {name} is invalid: {OWN[name]}")
         place = found
         for part in path:
             place = place.setdefault(part, {})
@@ -34,14 +34,14 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    """Return a TOML value if the text is one, else the text as it stands."""
-    import tomllib  # lazy import: few command lines have options
+    """Return a TOML value if the text is TOML, otherwise the text itself."""
+    import tomllib  # lazy import: most controllers have no options
 
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except RecursionError:
-        raise UsageError(f"--option: {shortened(text)}: more brackets within one another than anybody wants") from None
-    except ValueError:  # it is no TOML, or a number of thousands of digits
+        raise UsageError(f"--option: {shortened(text)}: too many nested brackets") from None
+    except ValueError:  # not TOML, or a number of thousands of digits
         return text
     check_values(value)
     return value

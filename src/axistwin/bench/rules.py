@@ -1,6 +1,6 @@
-"""What is found in our own kinds of text, whatever the family: the table of codes of conversations and scenes.
+"""Diagnostics that all families share: the table of codes of conversations and scenes.
 
-AX1xx the lines of a program or conversation, SC1xx scenes.
+AX1xx: lines of a program or conversation, SC1xx: scenes.
 """
 
 from axistwin.controllers.diagnostics import Rule, Severity
@@ -12,17 +12,17 @@ IF1 = '[[controller]]\nmodel = "if1"\n'
 RULES = (
     UNREADABLE := Rule(
         "AX100", "a line that cannot be read", E, PAGE,
-        "It is no line of this kind of file; the message says what is wanted.",
+        "The line is not valid in this kind of file; the message says what is expected.",
         "; model: 1811\n> ; nothing", ".talk",
     ),
     NO_ACT := Rule(
-        "AX101", "no act of a conversation", E, PAGE,
+        "AX101", "not a line of a conversation", E, PAGE,
         "Each line begins with `;`, `+`, `>`, `<`, `!` or `=`, or with a controller's name and a colon before that.",
         "?what", ".talk",
     ),
     NO_TIME := Rule(
-        "AX102", "no time", E, PAGE,
-        "Behind `+` stands a number of seconds, such as 0.25.",
+        "AX102", "an invalid time", E, PAGE,
+        "A number of seconds follows `+`, such as 0.25.",
         "+soon", ".talk",
     ),
     NO_VALUE := Rule(
@@ -31,39 +31,39 @@ RULES = (
         "! input1", ".talk",
     ),
     NO_ASCII := Rule(
-        "AX104", "no ASCII character", E, PAGE,
-        "A host sends bytes.  Printable ASCII is written as it is, anything else in a conversation as \\xNN.",
+        "AX104", "a character that is not ASCII", E, PAGE,
+        "A host sends bytes.  Write printable ASCII as it is, and other bytes in a conversation as \\xNN.",
         "X100é$", ".if1",
     ),
     NO_ESCAPE := Rule(
-        "AX105", "an escape that means nothing", E, PAGE,
-        "There are \\r, \\n, \\\\ and \\xNN with two hex digits.",
+        "AX105", "an unknown escape sequence", E, PAGE,
+        "Valid are \\r, \\n, \\\\ and \\xNN with two hex digits.",
         "> X100\\q", ".talk",
     ),
     NO_TOML := Rule(
         "SC101", "not TOML", E, SCENES,
-        "The file cannot be read as TOML; nothing else of it has been looked at.",
+        "The file cannot be read as TOML; the rest of the file has not been checked.",
         '[[controller]\nmodel = "if1"', ".toml",
     ),
     UNKNOWN_KEY := Rule(
         "SC102", "an unknown key", E, SCENES,
-        "Keys that are not known are refused, so that no misspelling goes unnoticed.",
+        "Unknown keys are refused, so that misspellings are found.",
         IF1 + 'nmae = "left"', ".toml",
     ),
     MISSING_KEY := Rule(
         "SC103", "a key is missing", E, SCENES,
-        "This table needs it.",
+        "This table needs the key.",
         '[[controller]]\nname = "left"', ".toml",
     ),
     VALUE := Rule(
-        "SC104", "a value that cannot be", E, SCENES,
-        "It is of another type, or out of its range.",
+        "SC104", "an invalid value", E, SCENES,
+        "The value is of a wrong type, or out of range.",
         IF1 + "axes.X.limits = [100, 0]", ".toml",
     ),
     SCENE := Rule(
         "SC110", "a scene that cannot be built", E, SCENES,
-        "Each table is right by itself, but something it names is not there, stands twice, or does not go together.",
+        "Each table is valid, but a name in it does not exist, is used twice, or does not fit the others.",
         IF1 + '[[wire]]\nfrom = "if1.output1"\nto = "if1.inptu1"', ".toml",
     ),
 )  # fmt: skip
-"""All of them, in the order of the codes."""
+"""All rules, in the order of the codes."""

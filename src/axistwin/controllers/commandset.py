@@ -6,12 +6,12 @@ from enum import Flag
 from typing import Any
 
 Code = str | int
-"""What a host sends to name a command: a character, a keyword, an opcode."""
+"""The name of a command as a host sends it: a character, a keyword, an opcode."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """A parameter of a command: its name, unit and range.  Families add how it is written."""
+    """A parameter of a command: its name, unit and range.  Families add its notation."""
 
     name: str
     unit: str = ""
@@ -20,12 +20,12 @@ class Field:
     optional: bool = False
 
     def allows(self, value: int) -> bool:
-        """Whether a value lies within the range."""
+        """Return True if the value is within the range."""
         return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
 
     @property
     def form(self) -> str:
-        """How it stands in a syntax line."""
+        """The parameter in a syntax line."""
         return f"[{self.name}]" if self.optional else self.name
 
     def __str__(self) -> str:
@@ -54,16 +54,16 @@ class Command:
 
     @property
     def implemented(self) -> bool:
-        """Whether there is a handler."""
+        """True if there is a handler."""
         return self.handler is not None
 
     @property
     def syntax(self) -> str:
-        """How it is written, for people."""
+        """The command's notation, for people."""
         return " ".join((str(self.code), *(part.form for part in self.parameters)))
 
     def as_dict(self) -> dict[str, Any]:
-        """The entry for `--json`."""
+        """Return the entry for `--json`."""
         return {
             "code": self.code,
             "name": self.name,
@@ -92,13 +92,13 @@ class CommandSet:
         return len(self._by_code)
 
     def get(self, code: Code) -> Command | None:
-        """The command of this code, if there is one."""
+        """Return the command of this code, if there is one."""
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":
-        """A variant that has these as well, or instead."""
+        """Return a variant with these commands added or replaced."""
         return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
 
     def without(self, *codes: Code) -> "CommandSet":
-        """A variant that lacks these."""
+        """Return a variant without these commands."""
         return CommandSet(*(command for command in self if command.code not in codes))

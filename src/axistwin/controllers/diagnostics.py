@@ -1,6 +1,7 @@
-"""What a checker is given and what it says.  The same for every family.
+"""Input and output of checkers, for all families.
 
-A `Rule` is a line in a family's table of codes; a `Diagnostic` is one case of it, with its place and perhaps a `Fix`.
+A `Rule` is a line in a family's table of codes; a `Diagnostic` is one violation of a rule, with its place and perhaps a
+`Fix`.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -12,42 +13,42 @@ from axistwin.errors import one_line
 
 
 class Severity(StrEnum):
-    """How bad it is."""
+    """Severity of a diagnostic."""
 
-    ERROR = "error"  # the controller will refuse it
-    WARNING = "warning"  # it will be obeyed, or ignored, but hardly as it was meant
+    ERROR = "error"  # the controller refuses it
+    WARNING = "warning"  # the controller accepts or ignores it, but the effect is probably not intended
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What a checker can find: a line in its table of codes."""
+    """A rule for checkers: a line in a table of codes."""
 
     code: str
-    """Such as `DP101`: two letters for the family, a digit for the subject, two for the rule.  Never used again."""
+    """Such as `DP101`: two letters for the family, a digit for the subject, two for the rule; never reused."""
     title: str
     severity: Severity
     chapter: str
-    """The manual's, where the command concerned does not name its own."""
+    """Chapter of the manual, unless the command names its own."""
     explanation: str
-    """What the controller does, and what to do about it."""
+    """The controller's reaction, and the remedy."""
     example: str
-    """A program in which it is found."""
+    """A program that violates the rule."""
     suffix: str = ""
-    """The kind of file that the example is, where it is not the family's own."""
+    """File suffix of the example, if it is not the family's own."""
 
 
 class Sent(NamedTuple):
-    """A character that a host sends, and where it stands in the user's file."""
+    """A character from a host, and its place in the user's file."""
 
     byte: int
     line: int
     column: int
     width: int = 1
-    """The columns it takes up there: 4 of `\\x30`, none of a line's end."""
+    """Its width in columns: 4 for `\x30`, 0 for the end of a line."""
 
 
 class Edit(NamedTuple):
-    """From here, up to but without there, stands this instead.  Lines and columns from 1."""
+    """A replacement of the text from the first place up to, not including, the second.  Lines and columns from 1."""
 
     line: int
     column: int
@@ -58,7 +59,7 @@ class Edit(NamedTuple):
 
 @dataclass(frozen=True)
 class Fix:
-    """What would mend it.  `sure`: it cannot but have been meant so; otherwise it is for a person to choose."""
+    """A correction.  `sure`: no other correction is possible; otherwise the user must choose."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -67,7 +68,7 @@ class Fix:
 
 @dataclass(frozen=True, order=True)
 class Diagnostic:
-    """Something wrong with a program: where (line and column from 1), what, and the manual's chapter."""
+    """A problem in a program: its place (line and column from 1), a message, and the manual's chapter."""
 
     line: int
     column: int
@@ -75,22 +76,22 @@ class Diagnostic:
     message: str
     chapter: str = ""
     code: str = ""
-    """Of the rule that it breaks."""
+    """Code of the violated rule."""
     end_line: int = 0
     end_column: int = 0
-    """The column behind the last one concerned; 0: only the place is known."""
+    """The column after the last one concerned; 0: only the beginning is known."""
     fix: Fix | None = field(default=None, compare=False)
 
     @property
     def end(self) -> tuple[int, int]:
-        """Line and column behind what it is about."""
+        """Line and column after the text concerned."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
 
 
 def diagnose(
     rule: Rule, characters: Sequence[Sent], message: str, chapter: str = "", fix: Fix | None = None
 ) -> Diagnostic:
-    """A case of `rule`, about the first of these characters to the last one, as far as they are on one line."""
+    """Return a violation of `rule`, from the first of these characters to the last one on the same line."""
     first = characters[0]
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)
@@ -108,7 +109,7 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """The edit that puts `text` in the place of these characters; none if they are not all on one line."""
+    """Return the edit that replaces these characters; none if they are not all on one line."""
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()
@@ -116,32 +117,32 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """The edit that puts `text` behind a character."""
+    """Return the edit that inserts `text` after a character."""
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """The edit that puts `text` before a character."""
+    """Return the edit that inserts `text` before a character."""
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 
 def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
-    """A fix, if there is something to edit."""
+    """Return a fix; None if there are no edits."""
     listed = tuple(edits)
     return Fix(title, listed, sure) if listed else None
 
 
 @dataclass(frozen=True)
 class Session:
-    """What a host sends from switching the controller on to switching it off."""
+    """Data from a host between power-on and power-off of the controller."""
 
     characters: tuple[Sent, ...]
     initialised: bool = False
-    """Whether the controller has been made ready before the first of them."""
+    """True if the controller has been initialised before the first character."""
     stored: bool = False
-    """Whether they are a program as it is stored in the controller, and not what a host says."""
+    """True if the characters are a program stored in the controller, instead of data from a host."""
 
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]
-"""Finds what is wrong with what a host sends to one controller, without running it."""
+"""Finds problems in a host's data for one controller, without running it."""

@@ -1,6 +1,7 @@
-"""The front of a controller as data: what it shows by lamps, by words and by numbers, group by group.
+"""The front panel of a controller as data: lamps, words and readings, in groups.
 
-Whoever draws it finds the level of a terminal or the value of a register by name, and needs to know nothing else.
+A display finds the level of a terminal or the value of a register by name, and needs no other knowledge of the
+controller.
 """
 
 from collections.abc import Iterator, Mapping
@@ -10,7 +11,7 @@ from typing import Any
 
 
 class Tone(Enum):
-    """What it means that a lamp is lit."""
+    """The meaning of a lit lamp."""
 
     PLAIN = "on"
     WARNING = "warning"
@@ -19,24 +20,24 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class Lamp:
-    """A terminal or a bit of a register, which is lit or not."""
+    """A lamp for a terminal or a bit of a register."""
 
     label: str
-    """What is written beside it: the letter or number of the manual."""
+    """The label: a letter or number of the manual."""
     name: str
-    """What that is, in a few words."""
+    """A short description."""
     source: str
-    """A terminal or a register."""
+    """The name of a terminal or a register."""
     bit: int | None = None
-    """Which bit of the register, from 0; None: it is lit by any value but 0."""
+    """Number of the bit in the register, from 0; None: any value but 0 lights the lamp."""
     lit: bool = True
-    """At which level it is lit."""
+    """The level at which the lamp is lit."""
     tone: Tone = Tone.PLAIN
     doc: str = ""
-    """What else one should know."""
+    """Further explanation."""
 
     def shows(self, value: int | None) -> bool:
-        """Whether it is lit by this level or value.  Without power (None) it is dark."""
+        """Return True if this level or value lights the lamp.  Without power (None) the lamp is dark."""
         if value is None:
             return False
         on = value != 0 if self.bit is None else value >> self.bit & 1 == 1
@@ -45,26 +46,26 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Word:
-    """A register that is told in words."""
+    """A register shown in words."""
 
     label: str
     name: str
     source: str
     words: Mapping[Any, str] = field(default_factory=dict)
-    """By value; what is not among them is told as it is."""
+    """Words by value; other values are shown as numbers."""
     tones: Mapping[Any, Tone] = field(default_factory=dict)
     doc: str = ""
     unpowered: str = ""
-    """What is told without power."""
+    """Text without power."""
 
     def shows(self, value: int | str | None) -> str:
-        """This value; None: there is no power."""
+        """Return the text for this value; None: no power."""
         return self.unpowered if value is None else self.words.get(value, str(value))
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A register that is a quantity: its value times `scale`, in a unit."""
+    """A register shown as a quantity: its value times `scale`, in a unit."""
 
     label: str
     name: str
@@ -72,11 +73,11 @@ class Reading:
     unit: str = ""
     scale: float = 1
     digits: int = 0
-    """Behind the decimal point."""
+    """Number of decimals."""
     doc: str = ""
 
     def shows(self, value: int | None) -> str:
-        """This value, without its unit.  Without power (None) there is none."""
+        """Return the text for this value, without its unit; empty without power (None)."""
         return "" if value is None else f"{value * self.scale:.{self.digits}f}"
 
 
@@ -85,15 +86,15 @@ Item = Lamp | Word | Reading
 
 @dataclass(frozen=True)
 class Group:
-    """What belongs together, and where the manual tells of it."""
+    """A group of items, with the manual's chapter about them."""
 
     title: str
     chapter: str
     items: tuple[Item, ...]
     row: bool = False
-    """Whether its lamps stand in one row, as the bits of a byte do."""
+    """True if the lamps are in one row, like the bits of a byte."""
 
     @property
     def sources(self) -> Iterator[str]:
-        """The terminals and registers that one has to look at."""
+        """Names of all terminals and registers in the group."""
         return iter(dict.fromkeys(item.source for item in self.items))

@@ -1,4 +1,4 @@
-"""What a bench needs to know of a product, and what a product is given.  The same for every family."""
+"""The interface between a bench and a product, for all families."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,53 +20,55 @@ from axistwin.sim.serial import Uart
 
 
 class PulseAxis(Protocol):
-    """What a stepper controller knows of an axis."""
+    """An axis as a stepper controller uses it."""
 
     def start(self, profile: Profile, direction: int) -> None:
-        """Give out pulses from now on."""
+        """Begin a move now."""
 
     def replace(self, profile: Profile) -> None:
-        """From now on take the course of `profile`, which is told from the start."""
+        """Replace the profile of the present move; `profile` is given from the start of the move."""
 
     def halt(self) -> None:
-        """No more pulses."""
+        """Stop the pulses at once."""
 
     @property
     def encoder_count(self) -> int | None:
-        """Encoder pulses after quadrature, from anywhere; None: it has no encoder."""
+        """Encoder counts after quadrature, from an arbitrary zero; None: no encoder."""
 
     def wire_index(self, pin: SensedPin) -> None:
         """Connect the encoder's channel Z to a terminal, if there is an encoder."""
 
     def encoder_counted(self, within_ns: int) -> bool:
-        """True if the encoder has counted within so many ns until now."""
+        """True if the encoder has counted in the last `within_ns`."""
 
     @property
     def encoder_direction(self) -> int:
-        """+1 or -1: where the encoder has counted to last."""
+        """Direction of the encoder's last motion: +1 or -1."""
 
     @property
     def on_push(self) -> list[Callable[[], None]]:
-        """Called when the encoder has moved by itself."""
+        """Called when the load has been pushed."""
 
 
 class Store(Protocol):
-    """What keeps its contents without power."""
+    """Memory that persists without power."""
 
     def load(self) -> bytes | None:
-        """What was saved last; None: nothing yet."""
+        """Return the contents of the last `save`; None: there was none."""
 
     def save(self, contents: bytes) -> None:
-        """Keep this; after a crash either this or the contents before is there, whole.  It never fails."""
+        """Save the contents; never fails.  After a crash the memory holds the new or the previous
+        contents, complete.
+        """
 
 
 class Device(Protocol):
-    """The hardware of one controller, which is there whether it has power or not."""
+    """The hardware of one controller, which exists with or without power."""
 
     pins: dict[str, Pin]
 
     def power(self, on: bool) -> None:
-        """Switch it on or off."""
+        """Switch the power on or off."""
 
 
 class ControlLines(Protocol):
@@ -80,21 +82,21 @@ class ControlLines(Protocol):
 
 @runtime_checkable
 class SerialDevice(Device, Protocol):
-    """A device with a serial plug: what a host talks to is its UART."""
+    """A device with a serial plug; a host communicates with its UART."""
 
     uart: Uart
 
 
 @runtime_checkable
 class HandshakeDevice(SerialDevice, Protocol):
-    """Its plug has four control lines, too."""
+    """A serial device with four control lines."""
 
     dtr: Pin
     rts: Pin
     dsr: Pin
     cts: Pin
     lines: "ControlLines"
-    """What the device itself finds there, which depends on how its plug is wired."""
+    """The lines inside the device; they depend on the wiring of the plug."""
 
 
 @runtime_checkable
@@ -106,124 +108,124 @@ class Rs485Device(Device, Protocol):
 
 @runtime_checkable
 class TroubledDevice(Device, Protocol):
-    """A device that can tell why it does nothing."""
+    """A device that reports the reason why it does not move."""
 
     def trouble(self) -> str:
-        """In a line: what keeps it from moving, and what helps; mostly nothing."""
+        """Return a status hint in one line: the reason and the remedy; empty if there is none."""
 
 
 @runtime_checkable
 class HintingDevice(TroubledDevice, Protocol):
-    """One that tells so when it begins."""
+    """A device that reports new status hints."""
 
     def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when there is something new to tell.  Returns what ends it."""
+        """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
 
 
 @runtime_checkable
 class BusDevice(Device, Protocol):
-    """A device in a slot of a bus: what a host talks to is a pair of registers."""
+    """A device in a slot of a bus; a host communicates with its two registers."""
 
     bus: RegisterPort
 
 
 @dataclass(frozen=True)
 class Register:
-    """A number or a text that a controller keeps, for those who look into it.  Reading it changes nothing.
+    """A readable number or text inside a controller.  Reading it changes nothing.
 
-    It stays as it is between two events, or else it is `restless`, or the device a `FollowedDevice`.
+    Its value changes only at events, unless it is `restless` or the device is a `FollowedDevice`.
     """
 
     read: Callable[[], int | str]
     also: tuple[str, ...] = ()
-    """Other names for it, such as the command that reports it."""
+    """Other names, such as the command that reports it."""
     text: bool = False
-    """Whether it is a text; otherwise a number."""
+    """True for a text, False for a number."""
     costly: bool = False
-    """Whether it costs much to follow it, so that it is only followed if it is asked for by its full name."""
+    """True if it is expensive to record; it is then recorded only on request by its full name."""
     restless: bool = False
-    """Whether it changes between two events, so that one can look at it but not follow it."""
+    """True if it changes between events, so that it can be read but not followed."""
 
 
 @runtime_checkable
 class RegisteredDevice(Device, Protocol):
-    """A device that one can look into."""
+    """A device with readable registers."""
 
     def registers(self) -> Mapping[str, Register]:
-        """What it keeps, by name."""
+        """The registers by name."""
 
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Told of changes in order of time: when each was, which of the registers it was, and its value from then on."""
+"""Callback with changes in order of time: the times, the indexes of the registers, and the new values."""
 
 
 @runtime_checkable
 class FollowedDevice(RegisteredDevice, Protocol):
-    """A device that computes ahead of the clock, so that it has to tell what has changed and when."""
+    """A device that computes ahead of the clock and therefore reports changes with their times."""
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell a follower, beside others, of every change of these registers, late, and also of what is none.
+        """Call a follower with every change of these registers, with delay; unchanged values may be included.
 
-        Returns what ends it.
+        Return an unsubscribe function.
         """
 
 
 @dataclass(frozen=True)
 class Listing:
-    """A program that a controller keeps, as it stands in the memory."""
+    """A program in the memory of a controller."""
 
     title: str
     lines: tuple[str, ...]
-    """As a user would write them."""
+    """The lines as a user writes them."""
     running: int | None = None
-    """The index of the line that is being carried out; None: none of them is."""
+    """Index of the line that is running; None: no line is running."""
     silent: frozenset[int] = frozenset()
-    """Lines that take no time, so that they never run: labels, ends of blocks."""
+    """Lines that take no time and never run: labels, ends of blocks."""
 
 
 @runtime_checkable
 class ProgrammedDevice(Device, Protocol):
-    """A device that keeps programs and carries them out by itself."""
+    """A device that stores programs and runs them."""
 
     def programs(self) -> Mapping[str, Listing]:
-        """What is stored and what of it is being carried out now, by the names that the product gives."""
+        """The stored programs, with their running lines, by the product's names."""
 
     def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` at the moment at which a line begins, or `only` this one.
+        """Call `watcher(program, index)` when a line begins, or only when the line `only` begins.
 
-        It may look and must change nothing.  Returns what ends it.
+        The callback may read the bench but must not change it.  Return an unsubscribe function.
         """
 
 
 @runtime_checkable
 class AlarmDevice(Device, Protocol):
-    """A device that tells when it raises a fault flag."""
+    """A device that reports its fault flags."""
 
     alarms: Alarms
 
 
 @runtime_checkable
 class BusyDevice(Device, Protocol):
-    """A device that is at work for a while with what a host has asked for."""
+    """A device that takes time for a host's request."""
 
     @property
     def busy(self) -> bool:
-        """Whether it is; what comes meanwhile may have to wait."""
+        """True while the device is busy; new requests may have to wait."""
 
 
 @runtime_checkable
 class ProceduralDevice(Device, Protocol):
-    """A device that works by procedures: its power cannot go while one of them is in the middle of something."""
+    """A device that works by procedures: its power cannot go off in the middle of a procedure's step."""
 
     clock: Clock
 
     @property
     def procedures(self) -> Sequence[Process]:
-        """Those that are under way."""
+        """The procedures in progress."""
 
 
 class Placed(Protocol):
-    """A byte, and the column from 0 at which it is written."""
+    """A byte, and its place in a text."""
 
     @property
     def byte(self) -> int:
@@ -231,56 +233,56 @@ class Placed(Protocol):
 
     @property
     def column(self) -> int:
-        """Its column."""
+        """Its column, from 0."""
 
     @property
     def width(self) -> int:
-        """How many columns it takes up there."""
+        """Its width in columns."""
 
 
 class Language(Protocol):
-    """How commands and messages that are bytes stand in a text for people."""
+    """The text form of binary commands and messages, for people."""
 
     def read(self, text: str) -> bytes:
-        """A command.  Raises ProgramError with the column, from 1."""
+        """Return the bytes of a command.  Raises ProgramError with the column, from 1."""
 
     def placed(self, text: str) -> Sequence[Placed]:
-        """The same, with the place of each byte."""
+        """Return the bytes of a command with their places.  Raises ProgramError with the column, from 1."""
 
     def message(self, text: str) -> bytes:
-        """A whole message."""
+        """Return the bytes of a whole message."""
 
     def explain(self, command: bytes) -> str:
-        """A command in words."""
+        """Return a command in words."""
 
     def explain_message(self, message: bytes) -> str:
-        """A message in words."""
+        """Return a message in words."""
 
 
 class BusHost(Protocol):
-    """Somebody who sends commands to a board and takes its messages, with the handshakes they need."""
+    """A host that sends commands to a board and takes its messages, with all handshakes."""
 
     @property
     def pending(self) -> int:
-        """Commands that the board has not taken yet."""
+        """Number of commands that the board has not taken yet."""
 
     def write(self, command: bytes) -> None:
         """Send a command as soon as the board takes it."""
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `hearer` with each message.  Returns what ends it."""
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback` with each message.  Return an unsubscribe function."""
 
     def close(self) -> None:
-        """Leave the registers alone."""
+        """End all use of the registers."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """Something that a host can say, and what comes of it."""
+    """A request of a host, and its effect."""
 
     label: str
     says: bytes
-    """Characters, ended as a host ends them; to a board on a bus, a whole command."""
+    """The characters with their terminator; for a board on a bus, a whole command."""
     doc: str
 
 
@@ -290,48 +292,48 @@ def _no_orders(program: str) -> tuple[Order, ...]:  # noqa: ARG001  # whatever i
 
 @dataclass(frozen=True)
 class Product:
-    """One model: how to build it and what it understands."""
+    """One model: its construction and its command set."""
 
     model: str
     title: str
     commands: CommandSet
     axes: tuple[str, ...]
     options: type[Any]
-    """A dataclass: the keywords that `Bench.add` takes for this model, with the manual's figures as defaults."""
+    """A dataclass: the keywords of `Bench.add` for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, Any], Any, Store], Device]
-    """Makes the hardware, given its axes (each by `make_axis`), its options and its memory."""
+    """Makes the hardware from its axes (each made by `make_axis`), its options and its memory."""
     make_axis: MakeAxis = stepper_axis
-    """Makes an axis of the options it is given.  The switches that they name are fitted when the device is there."""
+    """Makes an axis from its options.  The bench fits the switches in the options later."""
     check: Checker | None = None
-    """Finds what is wrong with a program for it."""
+    """Finds problems in a program."""
     rules: tuple[Rule, ...] = ()
-    """What that can find, in the order of the codes."""
+    """The rules of `check`, in the order of the codes."""
     line: UartFormat | None = None
-    """The host's usual format, where nothing else is said; None: it has no serial port."""
+    """The host's default format; None: no serial port."""
     limit_pins: tuple[str, str] | None = None
-    """Pins that the minus and the plus limit switches of all axes hold closed."""
+    """Pins that the minus and plus limit switches of all axes hold closed."""
     closed_level: bool = True
-    """The level of those pins while their switches are closed."""
+    """Level of those pins while their switches are closed."""
     drive_fault_pins: Mapping[str, str] = field(default_factory=dict)
     """By axis, the pin that is low while its drive has a fault."""
     home_pin: str | None = None
     brake_pin: str | None = None
-    """The pin that is high while the static brake is to hold the shaft."""
+    """The pin that is high while the static brake must hold the shaft."""
     language: Language | None = None
-    """How its commands are written, where they are not characters on a line."""
+    """The text form of its commands, if they are not characters on a line."""
     note: Callable[[], str] = lambda: ""
-    """What its users should know about this installation, in a line; mostly nothing."""
+    """Returns a hint about this installation in one line; usually empty."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
-    """Do what would keep a host waiting later, for so many controllers at a speed (None: as fast as it goes)."""
+    """Prepares a number of controllers for a speed (None: maximum speed), so that no host has to wait later."""
     orders: Callable[[str], tuple[Order, ...]] = _no_orders
-    """What a host says to have the program of this name, one of `programs`, carried out or stopped."""
+    """Returns the host's requests that run or stop a stored program; the argument is one of `programs`."""
     programs: tuple[str, ...] = ()
-    """The programs that it can keep, by name; where there are several, each name ends in its number."""
+    """Names of the programs that it can store; several names each end in a number."""
     most_lines: int | None = None
-    """The lines that one of them has at most, where the manual says so."""
+    """Maximum number of lines in a program, if the manual specifies it."""
     attend: Callable[[RegisterPort], BusHost] | None = None
-    """Makes a host for its registers, where it sits on a bus."""
+    """Makes a host for its registers, if it is on a bus."""
     joystick: JoystickInputs | None = None
-    """Where a joystick is connected, if it takes one."""
+    """The inputs for a joystick, if it has them."""
     front: tuple[Group, ...] = ()
-    """What it shows to those who stand before it."""
+    """Its front panel."""

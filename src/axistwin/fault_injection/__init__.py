@@ -1,4 +1,4 @@
-"""What can go wrong on a bench, in virtual time: which faults there are, where they act, when they begin and end."""
+"""Fault injection: the kinds of faults, where they act, and when they begin and end, in virtual time."""
 
 from axistwin.fault_injection.injector import Fault, Faults
 from axistwin.fault_injection.kinds import KINDS

@@ -1,17 +1,17 @@
-"""Chance that is the same each time: numbers that follow from a seed, by splitmix64."""
+"""Reproducible pseudo-random numbers: each sequence follows from a seed, by splitmix64."""
 
 _MASK = (1 << 64) - 1
 _STEP = 0x9E3779B97F4A7C15
 
 
 class Chance:
-    """Numbers from a seed, 0 or more."""
+    """A sequence of pseudo-random numbers; the seed is 0 or more."""
 
     def __init__(self, seed: int) -> None:
         self._state = seed & _MASK
 
     def bits(self) -> int:
-        """The next 64 bits."""
+        """Return the next 64 bits."""
         self._state = (self._state + _STEP) & _MASK
         mixed = self._state
         mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9 & _MASK
@@ -19,9 +19,9 @@ class Chance:
         return mixed ^ (mixed >> 31)
 
     def unit(self) -> float:
-        """The next number from 0 to below 1."""
+        """Return the next number from 0 to below 1."""
         return (self.bits() >> 11) / (1 << 53)
 
     def below(self, most: int) -> int:
-        """The next whole number from 0 to below `most`."""
+        """Return the next whole number from 0 to below `most`."""
         return self.bits() % most

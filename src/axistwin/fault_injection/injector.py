@@ -1,4 +1,4 @@
-"""The faults of a bench: who adds them, when they begin, who mends them.
+"""The fault injector: adds faults to a bench, begins and ends them.
 
     bench.faults.add("lose", "if1.serial", count=3, at=1.5)
     bench.faults.add("jam", "table.X", when="table.X passes 1000", duration=0.25)
@@ -19,14 +19,15 @@ from axistwin.fault_injection.kinds import PLACES, THINGS, kind_of
 from axistwin.fault_injection.places import Spot, World
 from axistwin.fault_injection.table import Case, Kind, Mend, On
 from axistwin.sim.by_hand import by_itself
+from axistwin.sim.signal import Signal
 from axistwin.units import to_ns, to_seconds
 
 Listener = Callable[["Fault", str], None]
-"""Told of a fault that "begins" or "ends"."""
+"""Callback with a fault and "begins" or "ends"."""
 
 
 class State(Enum):
-    """How far a fault has got."""
+    """The state of a fault."""
 
     WAITING = "waiting"
     ON = "on"
@@ -35,7 +36,7 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Terms:
-    """What may be said of any fault: its name, when it begins and ends, its seed; see `Faults.add`."""
+    """Properties common to all faults: name, begin and end, seed; see `Faults.add`."""
 
     name: str | None = None
     at: float | None = None
@@ -50,18 +51,18 @@ class Terms:
             if given is not None:
                 _check_seconds(what, given)
         if type(self.nth) is not int or self.nth < 1:
-            raise UsageError(f"nth={self.nth!r}: give a whole number, 1 or more")
+            raise UsageError(f"nth={self.nth!r}: expected a whole number, 1 or more")
         if self.seed is not None and type(self.seed) is not int:
-            raise UsageError(f"seed={self.seed!r}: give a whole number")
+            raise UsageError(f"seed={self.seed!r}: expected a whole number")
 
     def check_at(self, now_ns: int) -> None:
-        """Raises UsageError if its time is over."""
+        """Raise UsageError if the time `at` has passed."""
         if self.at is not None and to_ns(self.at) < now_ns:
-            raise UsageError(f"at={self.at:g} is over: it is {to_seconds(now_ns):g} s")
+            raise UsageError(f"at={self.at:g} has passed: the time is {to_seconds(now_ns):g} s")
 
 
 class Fault:
-    """One fault on a bench.  Its `name` is its kind's, unless it was given another."""
+    """One fault on a bench.  Its `name` is the name of its kind by default."""
 
     def __init__(
         self, faults: "Faults", name: str, kind: Kind, spot: Spot, values: Mapping[str, Any], seed: int | None
@@ -69,7 +70,7 @@ class Fault:
         self.name, self.kind, self.spot, self.values, self.seed = name, kind, spot, values, seed
         self.state = State.WAITING
         self.began_ns: int | None = None
-        """When it began; None: not yet."""
+        """Time at which the fault began; None: it has not begun."""
         self._faults = faults
         self._mend: Mend | None = None
         self._unwatch: Callable[[], object] | None = None
@@ -79,14 +80,14 @@ class Fault:
 
     @property
     def on(self) -> bool:
-        """Whether it is there now."""
+        """True while the fault is active."""
         return self.state is State.ON
 
     def mend(self) -> None:
-        """End it; if it has not begun, it never will.  What is over stays so."""
+        """End the fault.  A waiting fault is cancelled; a finished one stays finished."""
         self._stop_waiting()
         if self.state is State.ON:
-            if self._mend is None:  # by somebody who is told what it does as it begins
+            if self._mend is None:  # ended by a subscriber while the fault begins
                 self._faults.world.clock.soon(self.mend)
                 return
             with by_itself(self._faults.world.clock):
@@ -94,7 +95,7 @@ class Fault:
             self._faults._tell(self, "ends")
         self.state = State.OVER
 
-    # What the desk does
+    # Called by `Faults`
 
     def _begin(self, duration_ns: int | None) -> None:
         if self.state is not State.WAITING:
@@ -113,7 +114,7 @@ class Fault:
             clock.call_later(duration_ns, self._elapsed)
 
     def _others(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Other faults that the same thing has now."""
+        """Yield the other active faults on the same spot."""
         there = (fault for fault in self._faults if fault.on and fault.spot.name == self.spot.name)
         return [(fault.kind.name, fault.values) for fault in there if fault is not self]
 
@@ -122,7 +123,7 @@ class Fault:
             self.mend()
 
     def _over(self) -> None:
-        """It has come to its end by itself."""
+        """Finish a fault that has ended by itself."""
         if self.on:
             self.state = State.OVER
             self._faults._tell(self, "ends")
@@ -137,27 +138,27 @@ class Fault:
 
 
 class Faults:
-    """All faults of one bench, those that are over included until another takes their name."""
+    """All faults of one bench, including finished ones until another fault takes their name."""
 
     def __init__(self, world: World) -> None:
         self.world = world
         self._those: dict[str, Fault] = {}
         self.announced: tuple[str, ...] = ()
-        """Names of faults that somebody is going to add, so that others can wait for them."""
-        self._listeners: list[Listener] = []
+        """Names of faults to be added later, so that triggers may name them."""
+        self._changes: Signal[Fault, str] = Signal()
 
     def __iter__(self) -> Iterator[Fault]:
         return iter(tuple(self._those.values()))
 
     def __getitem__(self, name: str) -> Fault:
-        """The fault of this name.  Raises UsageError if there is none."""
+        """Return the fault of this name.  Raises UsageError if there is none."""
         if name not in self._those:
             raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
         return self._those[name]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all of them, in the order in which they were added."""
+        """The names of all faults, in the order in which they were added."""
         return tuple(self._those)
 
     def add(
@@ -174,23 +175,23 @@ class Faults:
         here: str = "",
         **parameters: Any,
     ) -> Fault:
-        """A fault of this kind on a line, pin, axis or controller; it begins now, or as `at` and `when` say.
+        """Add a fault of this kind to a line, pin, axis or controller; it begins now, or as `at` and `when` specify.
 
-        `at`: seconds since the bench was made.  `when`: a sentence such as "X passes 1000" (see `triggers`), for the
-        `nth` time from `at` on.  `duration`: seconds after which it is mended; None: somebody will.  `seed`: for what
-        is left to chance.  `here`: the controller whose things need not be written with its name.  Raises UsageError.
+        `at`: seconds since the bench was made.  `when`: a sentence such as "X passes 1000" (see `triggers`); it must
+        occur `nth` times from `at` on.  `duration`: seconds until the fault ends; None: until `mend`.  `seed`: for
+        random effects. `here`: the controller whose parts may be named without its name.  Raises UsageError.
         """
         return self.plan(kind, on, Terms(name, at, when, nth, duration, seed, here), parameters)()
 
     def plan(self, kind: str, on: str, terms: "Terms", parameters: Mapping[str, Any]) -> Callable[[], Fault]:
-        """The same, when what it returns is called; what is wrong is found now."""
+        """Check a fault now, and return a function that adds it.  Arguments and errors as in `add`."""
         chosen = kind_of(kind)
         spot = self.spot(chosen, on, terms.here)
         chosen.check(spot)
         values = chosen.read(parameters)
         _check_chance(chosen, values, terms.seed)
         if chosen.at_once and terms.duration is not None:
-            raise UsageError(f"fault {kind} happens at once: leave out `duration`")
+            raise UsageError(f"fault {kind} ends at once: leave out `duration`")
         arm = self.trigger(terms.when, terms.here)
 
         def do() -> Fault:
@@ -203,25 +204,25 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """What a fault is to wait for, if it is.  Raises UsageError if there is no such thing."""
+        """Return the trigger that a fault waits for; None: no trigger.  Raises UsageError for an invalid sentence."""
         return None if when is None else triggers.read(when, self.world, self, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
-        """Where a fault of this kind is to act.  Raises UsageError if there is nothing of this name."""
+        """Return the spot where a fault of this kind acts.  Raises UsageError if nothing has this name."""
         found = self.spots(kind.on, here)
         if not on and here in found:
             on = here
         if not on:
             example = kind.on.value.partition(",")[0]
-            raise UsageError(f"fault {kind.name} is that of a {THINGS[kind.on]}: name one, such as {example}")
+            raise UsageError(f"fault {kind.name} acts on a {THINGS[kind.on]}: expected its name, e.g. {example}")
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """All that a fault can act on, by every name it has."""
+        """Return all spots where this kind can act, by every valid name."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
-        """End the fault of this name, or all of this kind, or with "all" every one.
+        """End the fault of this name, or all faults of this kind, or with "all" every fault.
 
         Raises UsageError if there is none.
         """
@@ -231,10 +232,9 @@ class Faults:
         for fault in those:
             fault.mend()
 
-    def watch(self, listener: Listener) -> Callable[[], None]:
-        """Call `listener(fault, what)` when one "begins" and when it "ends".  Returns what ends the watching."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
+    def watch(self, callback: Listener) -> Callable[[], None]:
+        """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
+        return self._changes.subscribe(callback)
 
     def _start(self, fault: Fault, arm: triggers.Arm | None, terms: "Terms") -> None:
         clock = self.world.clock
@@ -249,7 +249,7 @@ class Faults:
                 return
             if arm is None:
                 begin()
-            else:  # when everything is done that happens at that moment
+            else:  # after all other events of that moment
                 fault._wait_for(arm(_NthTime(terms.nth, lambda: clock.call_later(0, begin))))
 
         def due() -> None:
@@ -259,11 +259,11 @@ class Faults:
         if terms.at is None:
             wait()
         else:
-            clock.background += 1  # nobody need wait for it
+            clock.background += 1  # the cancelled event becomes background
             clock.call_later(to_ns(terms.at) - clock.now, due)
 
     def _make_room(self, fault: Fault) -> None:
-        """At a machine a fault takes the place of another of its kind; lines can have several."""
+        """End an earlier fault of the same kind on the same machine; a line can have several."""
         if fault.kind.on is On.LINE or fault.state is not State.WAITING:
             return
         for other in self:
@@ -271,8 +271,7 @@ class Faults:
                 other.mend()
 
     def _tell(self, fault: Fault, what: str) -> None:
-        for listener in tuple(self._listeners):
-            listener(fault, what)
+        self._changes.emit(fault, what)
 
     def _free_name(self, wanted: str | None, kind: str) -> str:
         taken = {name for name, fault in self._those.items() if fault.state is not State.OVER}
@@ -284,13 +283,13 @@ class Faults:
 
 
 def free_name(kind: str, taken: Collection[str]) -> str:
-    """What a fault of this kind is called if nobody says."""
+    """Return the default name of a fault of this kind."""
     candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
     return next(name for name in candidates if name not in taken)
 
 
 class _NthTime:
-    """Does something at the n-th call, once."""
+    """Calls an action at the n-th call, once."""
 
     def __init__(self, nth: int, action: Callable[[], object]) -> None:
         self._left, self._action = nth, action
@@ -303,7 +302,7 @@ class _NthTime:
 
 def _check_seconds(what: str, given: float) -> None:
     if isinstance(given, bool) or not 0 <= given < float("inf"):
-        raise UsageError(f"{what}={given!r}: give seconds, 0 or more")
+        raise UsageError(f"{what}={given!r}: expected seconds, 0 or more")
     try:
         to_ns(given)
     except UsageError as error:
@@ -311,9 +310,9 @@ def _check_seconds(what: str, given: float) -> None:
 
 
 def _check_chance(kind: Kind, values: Mapping[str, Any], seed: int | None) -> None:
-    """What is left to chance needs a seed, so that it can be repeated."""
+    """Raise UsageError if a random effect has no seed: a run must be repeatable."""
     chances: dict[str, Callable[[Any], bool]]
     chances = {"probability": lambda p: p < 1, "jitter": lambda s: s > 0, "mask": lambda bits: bits == 0}
     by_chance = (name for name, is_so in chances.items() if name in values and is_so(values[name]))
     if seed is None and (name := next(by_chance, None)):
-        raise UsageError(f"fault {kind.name}: {name}={values[name]:g} leaves it to chance, which needs a seed: seed=1")
+        raise UsageError(f"fault {kind.name}: {name}={values[name]:g} is random: expected a seed, e.g. seed=1")

@@ -1,68 +1,68 @@
-"""Faults on serial lines: what becomes of characters, breaks, baud rates, handshake lines, cables."""
+"""Faults on serial lines: characters, breaks, baud rates, handshake lines, cables."""
 
 from collections.abc import Callable, Iterable
 
 from axistwin.errors import UsageError
 from axistwin.fault_injection.places import Spot
 from axistwin.fault_injection.table import Case, Mend
-from axistwin.sim import trouble
+from axistwin.sim import disturbance
+from axistwin.sim.disturbance import Disturbance, Effect
 from axistwin.sim.frames import FASTEST_BAUD
 from axistwin.sim.serial import Line
 from axistwin.sim.serial_port import SerialPort
-from axistwin.sim.trouble import Effect, Trouble
 from axistwin.units import to_ns
 
 WAYS = "to", "from", "both"
 
 
 def lose(case: Case) -> Mend:
-    """They never arrive."""
-    return _some(case, trouble.lose)
+    """Lose characters."""
+    return _some(case, disturbance.lose)
 
 
 def double(case: Case) -> Mend:
-    """They arrive twice."""
-    return _some(case, trouble.double)
+    """Deliver characters twice."""
+    return _some(case, disturbance.double)
 
 
 def flip(case: Case) -> Mend:
-    """Data bits are inverted: those in the mask, or with mask 0 one of eight by chance."""
+    """Invert data bits: those in the mask, or with mask 0 a random one of eight."""
     mask = case.values["mask"]
     if mask:
-        return _some(case, trouble.flip(mask))
+        return _some(case, disturbance.flip(mask))
     chance = case.luck("which bit it is")
-    return _some(case, lambda passage: trouble.flip(1 << chance.below(8))(passage))
+    return _some(case, lambda passage: disturbance.flip(1 << chance.below(8))(passage))
 
 
 def late(case: Case) -> Mend:
-    """Everything arrives later; the order stays."""
+    """Delay all characters; their order stays."""
     delay, jitter = to_ns(case.values["seconds"]), to_ns(case.values["jitter"])
     if not jitter:
-        return _all(case, trouble.late(lambda: delay))
+        return _all(case, disturbance.delay(lambda: delay))
     chance = case.luck("a jitter")
-    return _all(case, trouble.late(lambda: delay + chance.below(jitter + 1)))
+    return _all(case, disturbance.delay(lambda: delay + chance.below(jitter + 1)))
 
 
 def drift(case: Case) -> Mend:
-    """The sender's clock runs faster or slower."""
+    """Run the sender's clock faster or slower."""
     faster = 1 + case.values["percent"] / 100
-    return _all(case, trouble.at_rate(lambda baudrate: min(max(1, round(baudrate * faster)), FASTEST_BAUD)))
+    return _all(case, disturbance.at_rate(lambda baudrate: min(max(1, round(baudrate * faster)), FASTEST_BAUD)))
 
 
 def baud(case: Case) -> Mend:
-    """The host's end is set to another baud rate."""
+    """Set the host's end to another baud rate."""
     host = _port(case).host
     before, host.baudrate = host.baudrate, case.values["baudrate"]
 
     def mend() -> None:
-        if host.baudrate == case.values["baudrate"]:  # nobody has set it meanwhile
+        if host.baudrate == case.values["baudrate"]:  # unless the host has changed it meanwhile
             host.baudrate = before
 
     return mend
 
 
 def line_break(case: Case) -> Mend:
-    """The line is at space for a while, whatever is being sent."""
+    """Hold the line at space for a while, whatever is being sent."""
     duration_ns = to_ns(case.values["seconds"])
     for line in _lines(case):
         line.short(duration_ns)
@@ -70,7 +70,7 @@ def line_break(case: Case) -> Mend:
 
 
 def cut(case: Case) -> Mend:
-    """The wires are open.  A whole cable takes the control lines along, which then are off."""
+    """Open the wires.  With both directions open the control lines are off, too."""
     mends = [line.sever() for line in _lines(case)]
     if case.values["way"] == "both":
         mends += [pin.hold(False) for pin in _port(case).control_lines.values()]
@@ -78,39 +78,39 @@ def cut(case: Case) -> Mend:
 
 
 def handshake(case: Case) -> Mend:
-    """One control line does not follow any more."""
+    """Hold one control line at a level."""
     return _port(case).control_lines[case.values["line"]].hold(case.values["level"])
 
 
 def check_handshake(spot: Spot) -> None:
-    """Raises UsageError if there are no control lines."""
+    """Raise UsageError if there are no control lines."""
     if spot.port is None or not spot.port.handshake:
         raise UsageError(f"{spot.name} has no control lines")
 
 
 def _some(case: Case, effect: Effect) -> Mend:
-    """To the next characters, to all, or to some by chance."""
+    """Apply `effect` to the next characters, to all, or to a random part of them."""
     probability, count = case.values["probability"], case.values["count"]
     if count is None and probability == 1 and not case.lasts:
         count = 1
-    strikes = trouble.always
+    strikes = disturbance.always
     if probability < 1:
         chance = case.luck(f"probability={probability:g}")
         strikes = lambda: chance.unit() < probability  # noqa: E731
-    return _disturb(case, [Trouble(effect, count, strikes) for _ in _lines(case)])
+    return _disturb(case, [Disturbance(effect, count, strikes) for _ in _lines(case)])
 
 
 def _all(case: Case, effect: Effect) -> Mend:
-    return _disturb(case, [Trouble(effect) for _ in _lines(case)])
+    return _disturb(case, [Disturbance(effect) for _ in _lines(case)])
 
 
-def _disturb(case: Case, troubles: list[Trouble]) -> Mend:
+def _disturb(case: Case, disturbances: list[Disturbance]) -> Mend:
     def one_over() -> None:
-        if all(other.over for other in troubles):
+        if all(other.over for other in disturbances):
             case.over()
 
     ends = []
-    for line, one in zip(_lines(case), troubles, strict=True):
+    for line, one in zip(_lines(case), disturbances, strict=True):
         one.on_over = one_over
         ends.append(line.disturb(one))
     return lambda: _each(ends)
@@ -134,4 +134,4 @@ def _each(actions: Iterable[Callable[[], object]]) -> None:
 
 
 def _nothing() -> None:
-    """It was over at once."""
+    """Do nothing: the fault has ended at once."""

@@ -1,4 +1,4 @@
-"""Faults of the machine: switches and pins, encoders, motors, drives, supplies."""
+"""Faults of machines: switches and pins, encoders, motors, drives, supplies."""
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
@@ -16,21 +16,21 @@ from axistwin.units import MS
 
 
 def _nothing() -> None:
-    """It was over at once."""
+    """Do nothing: the fault has ended at once."""
 
 
 # Terminals
 
 
 def stuck(case: Case) -> Mend:
-    """The terminal stays at a level, whoever drives it."""
+    """Hold the terminal at a level, even against a test lead."""
     return _pin(case).hold(case.values["level"])
 
 
 class Bounce:
-    """A contact that opens and closes again a few times whenever it changes.
+    """A contact that opens and closes again a few times after every change.
 
-    Meanwhile it follows nobody; if it is found elsewhere in the end, it bounces again.
+    While it bounces, the terminal ignores its source.  If the source has changed meanwhile, the contact bounces again.
     """
 
     def __init__(self, case: Case) -> None:
@@ -40,7 +40,7 @@ class Bounce:
         self._unwatch = self._pin.watch(self._changed)
 
     def end(self) -> None:
-        """It is a good contact again."""
+        """End the fault."""
         self._unwatch()
         self._bouncing = False
         self._release()
@@ -54,7 +54,7 @@ class Bounce:
         self._case.clock.call_later(self._pause_ns(), lambda: self._swing(not level, left))
 
     def _swing(self, level: bool, left: int) -> None:
-        """The contact goes to `level`; so many swings are left, this one included."""
+        """Set the contact to `level` and plan the rest of the swings, including this one."""
         if not self._bouncing:
             return
         before, self._let_go = self._let_go, self._pin.hold(level)
@@ -76,12 +76,12 @@ class Bounce:
 
 
 def bounce(case: Case) -> Mend:
-    """Each change of level is followed by others that go back and forth."""
+    """Follow each change of level by several opposite ones."""
     return Bounce(case).end
 
 
 def open_limit(case: Case) -> Mend:
-    """The circuit of a limit switch is open."""
+    """Open the circuit of a limit switch."""
     product, pins = case.spot.machine.product, case.spot.machine.pins
     assert product.limit_pins is not None, "it has been checked"
     sides = {"minus": product.limit_pins[:1], "plus": product.limit_pins[1:], "both": product.limit_pins}
@@ -95,7 +95,7 @@ def open_limit(case: Case) -> Mend:
 
 
 def check_limits(spot: Spot) -> None:
-    """Raises UsageError if there are no limit switches."""
+    """Raise UsageError if there are no limit switches."""
     if spot.machine.product.limit_pins is None:
         raise UsageError(f"{spot.name} has no limit inputs")
 
@@ -104,23 +104,23 @@ def check_limits(spot: Spot) -> None:
 
 
 def encoder_slips(case: Case) -> Mend:
-    """The encoder turns on its shaft, once."""
+    """Turn the encoder on its shaft, once."""
     _axis(case).encoder.slip(case.values["counts"])
     return _nothing
 
 
 def encoder_loses(case: Case) -> Mend:
-    """It does not count each n-th of its counts."""
+    """Lose each n-th count of the encoder."""
     return _miscount(case, "encoder_loses")
 
 
 def encoder_reversed(case: Case) -> Mend:
-    """It counts backwards: two of its wires are exchanged."""
+    """Count backwards, as with two exchanged wires."""
     return _miscount(case, "encoder_reversed")
 
 
 def encoder_dead(case: Case) -> Mend:
-    """It counts no more."""
+    """Stop counting."""
     return _miscount(case, "encoder_dead")
 
 
@@ -129,11 +129,11 @@ MISCOUNTS: dict[str, Callable[[Mapping[str, Any]], Fraction]] = {
     "encoder_reversed": lambda _: Fraction(-1),
     "encoder_dead": lambda _: Fraction(0),
 }
-"""How many counts it makes for one."""
+"""The ratio of counts to true counts, by kind of fault."""
 
 
 def _miscount(case: Case, kind: str) -> Mend:
-    """An encoder can have several defects at once."""
+    """Apply the product of all encoder faults that are active."""
     encoder = _axis(case).encoder
 
     def count(*own: Fraction) -> None:
@@ -146,52 +146,52 @@ def _miscount(case: Case, kind: str) -> Mend:
 
 
 def check_encoder(spot: Spot) -> None:
-    """Raises UsageError if there is none that could be bad."""
+    """Raise UsageError if the axis has no encoder."""
     if isinstance(spot.axis, ServoAxis):
         check_data_sheet(spot)
     elif spot.axis is not None:
-        _ = spot.axis.encoder  # says itself what is missing
+        _ = spot.axis.encoder  # raises the error
 
 
 def check_data_sheet(spot: Spot) -> None:
-    """Raises UsageError for a servo motor that does exactly what it is told, whatever happens."""
+    """Raise UsageError for an ideal servo motor, which ignores this fault."""
     axis = spot.axis or next(iter(spot.machine.axes.values()))
     if isinstance(axis, ServoAxis) and axis.motor is None:
-        raise UsageError(f'{spot.name} has an ideal motor, which feels none of that: give it one, motor="frame23"')
+        raise UsageError(f'{spot.name} has an ideal motor, which ignores it: expected a motor, e.g. motor="frame23"')
 
 
 # Motors
 
 
 def stall(case: Case) -> Mend:
-    """The motor has lost torque, all of it or some."""
+    """Reduce the motor's torque, to zero or a fraction."""
     return _axis(case).weaken(case.values["left"])
 
 
 def jam(case: Case) -> Mend:
-    """The shaft cannot turn."""
+    """Block the shaft."""
     return _axis(case).seize()
 
 
 def load(case: Case) -> Mend:
-    """A torque comes on to the shaft, beside what is there."""
+    """Add a torque to the shaft."""
     return _axis(case).burden(case.values["torque"])
 
 
 def push(case: Case) -> Mend:
-    """Somebody, or something, displaces the load."""
+    """Displace the load."""
     _axis(case).encoder.displace(case.values["counts"])
     return _nothing
 
 
 def check_push(spot: Spot) -> None:
-    """Raises UsageError if there is nothing that could tell."""
+    """Raise UsageError if the axis has no encoder to detect a displacement."""
     if isinstance(spot.axis, StepperAxis):
         _ = spot.axis.encoder
 
 
 def drive_fault(case: Case) -> Mend:
-    """The drive switches off, and says so: the motor has no torque."""
+    """Switch the drive off and signal the fault: the motor has no torque."""
     let_go = case.spot.machine.pins[_fault_pin(case.spot)].hold(False)
     energise = _axis(case).weaken(0.0)
 
@@ -203,7 +203,7 @@ def drive_fault(case: Case) -> Mend:
 
 
 def check_drive(spot: Spot) -> None:
-    """Raises UsageError if no drive tells the controller of its faults."""
+    """Raise UsageError if the controller has no fault input for the drive."""
     _fault_pin(spot)
 
 
@@ -212,7 +212,7 @@ def _fault_pin(spot: Spot) -> str:
     pins = spot.machine.product.drive_fault_pins
     if name not in pins:
         has = f"there are {', '.join(pins)}" if pins else "its motor and drive are one: stall, jam or overheat it"
-        raise UsageError(f"no drive tells {spot.machine.name} of a fault of {name}: {has}")
+        raise UsageError(f"{spot.machine.name} has no fault input for the drive of {name}: {has}")
     return pins[name]
 
 
@@ -220,18 +220,18 @@ def _fault_pin(spot: Spot) -> str:
 
 
 def overheat(case: Case) -> Mend:
-    """It has become hot around the motor."""
+    """Raise the temperature around the motor."""
     return _servo(case.spot).heat(case.values["celsius"])
 
 
 def supply_dip(case: Case) -> Mend:
-    """The supply sags.  A SmartMotor has less voltage, and resets if it is too low; any other controller resets."""
+    """Lower the supply.  A SmartMotor gets less voltage, and resets if it is too low; other controllers reset."""
     axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     return power_cut(case) if axis is None else axis.sag(case.values["left"])
 
 
 def power_cut(case: Case) -> Mend:
-    """No power, until it is mended."""
+    """Switch the power off until the fault ends."""
     machine = case.spot.machine
     machine.power(False)
     servo = any(isinstance(axis, ServoAxis) for axis in machine.axes.values())
@@ -245,14 +245,14 @@ def power_cut(case: Case) -> Mend:
 
 
 def check_motor(spot: Spot) -> None:
-    """Raises UsageError if it is not a motor."""
+    """Raise UsageError if the controller is no motor."""
     _servo(spot)
 
 
 def _servo(spot: Spot) -> ServoAxis:
     axis = next((axis for axis in spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     if axis is None:
-        raise UsageError(f"{spot.name} is no motor: that is for SmartMotors")
+        raise UsageError(f"{spot.name} is no motor: expected a SmartMotor")
     return axis
 
 

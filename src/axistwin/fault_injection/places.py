@@ -1,8 +1,8 @@
-"""Where a fault can act, by name: lines, terminals, axes, controllers.
+"""The places where a fault can act, by name: lines, terminals, axes, controllers.
 
-    if1.serial  motor.rs485  chain      if1.input1      if1.X      if1
+if1.serial  motor.rs485  chain      if1.input1      if1.X      if1
 
-Beside a controller its own things may be called by their own names: `serial`, `input1`, `X`.
+In the context of a controller its parts may be named without its name: `serial`, `input1`, `X`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -23,7 +23,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 class Machine(Protocol):
-    """A controller, as faults know it."""
+    """A controller, as faults use it."""
 
     name: str
     product: Product
@@ -32,47 +32,47 @@ class Machine(Protocol):
 
     @property
     def ports(self) -> dict[str, SerialPort]:
-        """Its own serial ports."""
+        """Serial ports of the controller itself."""
 
     @property
     def bus(self) -> RegisterPort:
-        """Its registers."""
+        """Registers of the controller."""
 
     @property
     def alarms(self) -> Alarms | None:
-        """Where it tells its fault flags."""
+        """Fault flags of the controller; None: there are none."""
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """What is stored in it."""
+        """Programs stored in the controller."""
 
     def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Have somebody told when this line begins."""
+        """Call `watcher` when this line begins.  Return an unsubscribe function."""
 
     def power(self, on: bool) -> None:
-        """Switch it."""
+        """Switch the controller on or off."""
 
 
 class World(Protocol):
-    """A bench, as faults know it."""
+    """A bench, as faults use it."""
 
     clock: Clock
 
     @property
     def controllers(self) -> Mapping[str, Any]:
-        """Its controllers by name; each is a `Machine`."""
+        """The controllers by name; each is a `Machine`."""
 
     @property
     def lines(self) -> Mapping[str, Any]:
-        """Lines that motors share, by name."""
+        """The lines that motors share, by name."""
 
     def port(self, name: str) -> SerialPort:
-        """The host's end of a line."""
+        """Return the host's end of a line."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """Something on the bench that has a name; of the parts those that belong to it are there."""
+    """A named place on the bench; only the fields that apply are set."""
 
     name: str
     controller: Machine | None = None
@@ -82,7 +82,7 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """The controller it belongs to."""
+        """The controller that the spot belongs to."""
         assert self.controller is not None
         return self.controller
 
@@ -91,7 +91,7 @@ Find = Callable[[], Spot]
 
 
 def lines(world: World) -> Iterator[tuple[str, Find]]:
-    """Serial lines: `if1.serial`, `motor.rs485` once somebody has it, `chain`."""
+    """Yield serial lines: `if1.serial`, `motor.rs485` once it is in use, `chain`."""
     for name, controller in world.controllers.items():
         for port in controller.ports:
             called = port if port != name else f"{name}.serial"
@@ -101,30 +101,30 @@ def lines(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def pins(world: World) -> Iterator[tuple[str, Find]]:
-    """Terminals: `if1.input1`."""
+    """Yield terminals: `if1.input1`."""
     for name, controller in world.controllers.items():
         for pin in controller.pins:
             yield f"{name}.{pin}", partial(Spot, f"{name}.{pin}", controller, pin=controller.pins[pin])
 
 
 def axes(world: World) -> Iterator[tuple[str, Find]]:
-    """Axes: `if1.X`."""
+    """Yield axes: `if1.X`."""
     for name, controller in world.controllers.items():
         for axis in controller.axes:
             yield f"{name}.{axis}", partial(Spot, f"{name}.{axis}", controller, axis=controller.axes[axis])
 
 
 def controllers(world: World) -> Iterator[tuple[str, Find]]:
-    """Controllers: `if1`."""
+    """Yield controllers: `if1`."""
     for name, controller in world.controllers.items():
         yield name, partial(Spot, name, controller)
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """What can be found by which name.
+    """Return all valid names of spots.
 
-    The short ones, too: without the controller `here`; and a controller's own where it has only one such thing, or a
-    serial port among them.
+    Short names are included: parts of the controller `here` without its name, and a controller's own name if it has
+    only one such part, or for its serial port.
     """
     full = dict(found)
     every = dict(full)
@@ -139,7 +139,7 @@ def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
 
 
 def find(found: Mapping[str, Find], text: str, what: str) -> Spot:
-    """The one of this name.  Raises UsageError with what there is."""
+    """Return the spot of this name.  Raises UsageError that lists the names."""
     if text in found:
         return found[text]()
     close = get_close_matches(text, found, n=1)

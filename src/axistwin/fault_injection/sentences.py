@@ -1,11 +1,11 @@
-"""A fault as a line of text, as conversations and scripts have it, and back.
+"""Faults as lines of text, for conversations and scripts: reading and writing.
 
-    lose 3                              the next three characters to the only controller that is meant
+    lose 3                              the next three characters to the default controller
     stuck input1 low duration=0.5
     jam X when="X passes 1000" duration=0.25
     flip serial way=from probability=0.01 seed=7
 
-The kind comes first; then, as one likes, what it acts on, the values of its parameters in their order, and NAME=VALUE.
+The kind comes first.  Then follow, in any order, its place, its parameters' values (in their order), and NAME=VALUE.
 """
 
 import shlex
@@ -21,14 +21,14 @@ from axistwin.numbers import NumberError, real, whole
 TERMS: dict[str, Callable[[str], Any]] = {
     "name": str, "at": real, "when": str, "nth": whole, "duration": real, "seed": whole,
 }  # fmt: skip
-"""What every fault may be given, and what it is."""
+"""Properties of every fault, with their types."""
 
 
 def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
-    """The fault in this text, to be done when called; `here`: the controller that is meant.  Raises UsageError."""
+    """Return a function that adds the fault in this text; `here`: the default controller.  Raises UsageError."""
     words = _split(text)
     if not words:
-        raise UsageError("name a fault, like: lose 3")
+        raise UsageError("no fault named: expected a kind of fault, e.g. lose 3")
     kind = kind_of(words[0])
     named, bare = _sorted(words[1:])
     if "on" not in named and bare:
@@ -43,7 +43,7 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
 
 
 def name_in(text: str) -> str | None:
-    """The name that this text gives to a fault; None: it gives none, or cannot be read."""
+    """Return the name that this text gives to a fault; None: no name, or invalid text."""
     try:
         words = _split(text)
     except UsageError:
@@ -52,7 +52,7 @@ def name_in(text: str) -> str | None:
 
 
 def write(fault: Fault) -> str:
-    """A fault that begins now, with all that makes it the same again."""
+    """Return the text of a fault that begins now; the text reproduces the fault exactly."""
     words = [fault.kind.name, fault.spot.name]
     words += [f"{name}={_shown(value)}" for name, value in fault.values.items() if value is not None]
     words += [f"seed={fault.seed}"] if fault.seed is not None else []
@@ -69,7 +69,7 @@ def _split(text: str) -> list[str]:
 
 
 def _sorted(words: list[str]) -> tuple[dict[str, Any], list[str]]:
-    """NAME=VALUE words, and the others."""
+    """Split words into NAME=VALUE pairs and bare values."""
     named: dict[str, Any] = {}
     bare: list[str] = []
     for word in words:
@@ -93,10 +93,10 @@ def _value(name: str, text: str) -> Any:
 
 
 def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, str]:
-    """Values without names belong to the parameters that have none yet."""
+    """Assign bare values, in order, to the parameters that have no value yet."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
-        raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is neither what it acts on nor one of its values")
+        raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is neither its place nor one of its values")
     return dict(zip(free, bare, strict=False))
 
 

@@ -1,4 +1,4 @@
-"""What a row of the table of faults is: a kind, what it acts on, and its parameters with units and ranges."""
+"""Rows of the table of faults: a kind, the thing it acts on, and its parameters with units and ranges."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ LEVELS = {"high": True, "on": True, "low": False, "off": False}
 
 
 class On(Enum):
-    """What a fault acts on; the value is how that is written."""
+    """The thing that a fault acts on; the value is an example of its name."""
 
     LINE = "if1.serial, motor.rs485, chain"
     PIN = "if1.input1"
@@ -24,7 +24,7 @@ class On(Enum):
 
 
 class Sort(Enum):
-    """What a parameter's value may be."""
+    """The type of a parameter's value."""
 
     WHOLE = "a whole number"
     NUMBER = "a number"
@@ -47,16 +47,16 @@ class Parameter:
     words: tuple[str, ...] = ()
 
     def read(self, value: object) -> Any:
-        """A value as it was given, perhaps as text.  Raises UsageError with what is wanted."""
+        """Return a valid value from a given one, perhaps as text.  Raises UsageError with the expected values."""
         found = self._read(value.strip() if isinstance(value, str) else value)
         if found is None or not self._within(found):
             shown = shortened(value) if isinstance(value, str) else repr(value)
-            raise UsageError(f"{self.name}={shown}: give {self.wanted}")
+            raise UsageError(f"{self.name}={shown}: expected {self.wanted}")
         return found
 
     @property
     def wanted(self) -> str:
-        """In words, what may be given."""
+        """Description of the valid values."""
         if self.words:
             return " or ".join(self.words)
         what = self.sort.value + (f" of {self.unit}" if self.unit else "")
@@ -101,32 +101,32 @@ def _number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class Case:
-    """A fault that begins: where, with which values, by which chance, and what to call when it is over by itself."""
+    """A fault that begins: its spot, values, source of random numbers, and a function to call if it ends by itself."""
 
     clock: Clock
     spot: Spot
     values: Mapping[str, Any]
     chance: Chance | None
     lasts: bool
-    """Whether it is to be mended after a while, or by somebody."""
+    """True if the fault ends after a duration or by `mend`."""
     over: Callable[[], None]
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
-    """Kinds and values of the other faults that are there now."""
+    """Kinds and values of the other active faults on the same spot."""
 
     def luck(self, what: str) -> Chance:
-        """Its chance.  Raises UsageError if it has no seed."""
+        """Return the source of random numbers.  Raises UsageError if the fault has no seed."""
         if self.chance is None:
-            raise UsageError(f"{what} is a matter of chance: give a seed, such as seed=1")
+            raise UsageError(f"{what} is random: expected a seed, e.g. seed=1")
         return self.chance
 
 
 Mend = Callable[[], None]
-"""What ends a fault."""
+"""Ends a fault."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of fault.  `begin` does it and returns what mends it; `at_once`: it happens and is over."""
+    """One kind of fault.  `begin` begins it and returns its end; `at_once`: it ends immediately."""
 
     name: str
     on: On
@@ -135,10 +135,10 @@ class Kind:
     parameters: tuple[Parameter, ...] = ()
     at_once: bool = False
     check: Callable[[Spot], None] = lambda spot: None
-    """Raises UsageError if it cannot be there."""
+    """Raises UsageError if the fault cannot act on a spot."""
 
     def read(self, given: Mapping[str, object]) -> dict[str, Any]:
-        """All its parameters.  Raises UsageError if there is one that it has not, or a value that may not be."""
+        """Return the values of all parameters.  Raises UsageError for an unknown parameter or an invalid value."""
         known = {parameter.name: parameter for parameter in self.parameters}
         for name in given:
             if name not in known:
@@ -146,5 +146,5 @@ class Kind:
                 raise UsageError(f"fault {self.name} has no parameter {name!r}: it takes {takes}")
         missing = [p.name for p in self.parameters if p.default is None and not p.optional and p.name not in given]
         if missing:
-            raise UsageError(f"fault {self.name}: {missing[0]} is missing: give {known[missing[0]].wanted}")
+            raise UsageError(f"fault {self.name}: {missing[0]} is missing: expected {known[missing[0]].wanted}")
         return {name: p.read(given[name]) if name in given else p.default for name, p in known.items()}

@@ -1,16 +1,16 @@
-r"""What a fault may wait for, as a sentence.
+r"""Triggers: events that a fault may wait for, as sentences.
 
-    table.X passes 1000         an axis comes to a position, or jumps over it: on that very pulse or sample
+    table.X passes 1000         an axis reaches a position or jumps over it; exact to the pulse or sample
     table.X passes 1000 up      in the positive direction only, or down
     table.output1 rises         an edge on a pin; falls, changes
     table hears X1000           the device has received these characters; a board on a bus, this command in hex
-    table says U\r              the host has received these
+    table says U\r              the host has received these characters
     motor raises Be             a fault flag of the device; the names are its manual's
     motor runs 12               line 12 of its program begins, or step 12 of its sequence; they count from 1
     board runs 3:2              command 2 of sequence 3
     cable begins                another fault, by its name; ends
 
-Names need not have the controller's before them where it is clear whose they are.
+The controller's name may be left out where it is clear.
 """
 
 import re
@@ -23,14 +23,16 @@ from axistwin.fault_injection import places
 from axistwin.fault_injection.places import Find, Machine, Spot, World
 from axistwin.numbers import whole
 from axistwin.plant.axes import MOST_POSITION, Axis
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
+from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
     from axistwin.fault_injection.injector import Faults
 
 Unwatch = Callable[[], object]
 Arm = Callable[[Callable[[], None]], Unwatch]
-"""Calls what it is given each time it happens; returns what ends that."""
+"""Calls a function each time the event occurs; returns an unsubscribe function."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
 _POSITION = re.compile(r"(?P<position>-?\d+)(?: (?P<way>up|down))?", re.ASCII)
@@ -40,16 +42,16 @@ _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
 def other_fault(text: str | None) -> str | None:
-    """The name of the fault that this sentence waits for, if it is one."""
+    """Return the name of the fault that this sentence waits for; None: it waits for something else."""
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
 
 
 def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
-    """What this sentence waits for.  Raises UsageError if there is no such thing."""
+    """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in _VERBS:
-        raise UsageError(f"when={text!r}: write it like 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
+        raise UsageError(f"when={text!r}: expected a sentence, e.g. 'X passes 1000'; the verbs are {', '.join(_VERBS)}")
     return _VERBS[found["verb"]](_Wish(world, faults, here, found["who"], found["verb"], found["what"] or ""))
 
 
@@ -64,7 +66,7 @@ class _Wish:
         return places.find(places.names(found, self.here), self.who, thing)
 
     def wrong(self, example: str) -> UsageError:
-        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: write it like {example!r}")
+        return UsageError(f"when={f'{self.who} {self.verb} {self.what}'.strip()!r}: expected e.g. {example!r}")
 
 
 def _passes(wish: _Wish) -> Arm:
@@ -79,7 +81,7 @@ def _passes(wish: _Wish) -> Arm:
 
 
 class _Passing:
-    """Looks whenever the axis leaves or enters a position; it has passed when it comes from one side and reaches it."""
+    """Detects that the axis passes a position: it comes from one side and reaches or crosses the position."""
 
     def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
         self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
@@ -113,42 +115,35 @@ def _edge(wish: _Wish) -> Arm:
     return arm
 
 
-def _hears(wish: _Wish) -> Arm:
-    port = _port(wish)
+def _receives(wish: _Wish) -> Arm:
+    """The device receives characters or a command ("hears"), or its host does ("says")."""
+    hears, port = wish.verb == "hears", _port(wish)
     if port is None:
-        board = wish.spot(places.controllers(wish.world), "controller").machine
-        return _messages(board.bus.listen, _hexadecimal(wish))
-    return _characters(port.to_device.receiver.hearers, _written(wish))
-
-
-def _says(wish: _Wish) -> Arm:
-    port = _port(wish)
-    if port is None:
-        board = wish.spot(places.controllers(wish.world), "controller").machine
-        return _messages(board.bus.hear, _hexadecimal(wish))
-    return _characters(port.from_device.receiver.hearers, _written(wish))
+        bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
+        return _messages(bus.listen if hears else bus.hear, _hexadecimal(wish))
+    line = port.to_device if hears else port.from_device
+    return _characters(line.receiver.received, _written(wish))
 
 
 def _port(wish: _Wish) -> Any:
-    """The host's end of the line; None: it is a board on a bus."""
+    """Return the host's end of the line; None: the controller is a board on a bus."""
     machine = wish.world.controllers.get(wish.who or wish.here)
     if machine is not None and machine.product.attend is not None:
         return None
     return wish.spot(places.lines(wish.world), "serial line").port
 
 
-def _characters(hearers: list[Callable[..., None]], pattern: bytes) -> Arm:
+def _characters(received: Signal[int, LineError], pattern: bytes) -> Arm:
     def arm(happens: Callable[[], None]) -> Unwatch:
         latest = bytearray()
 
-        def heard(byte: int, _: object) -> None:
+        def take(byte: int, _: LineError) -> None:
             latest.append(byte)
             del latest[: -len(pattern)]
             if latest == pattern:
                 happens()
 
-        hearers.append(heard)
-        return lambda: hearers.remove(heard)
+        return received.subscribe(take)
 
     return arm
 
@@ -184,16 +179,16 @@ def _raises(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     alarms = machine.alarms
     if alarms is None or (wish.what and wish.what not in alarms.names):
-        there = f"there are {', '.join(alarms.names)}" if alarms else "it tells none"
+        there = f"there are {', '.join(alarms.names)}" if alarms else "it has none"
         raise UsageError(f"{machine.name} raises no flag {wish.what!r}: {there}")
-    return lambda happens: alarms.watch(lambda name: happens() if wish.what in ("", name) else None)
+    return lambda happens: alarms.subscribe(lambda name: happens() if wish.what in ("", name) else None)
 
 
 def _runs(wish: _Wish) -> Arm:
     machine = wish.spot(places.controllers(wish.world), "controller").machine
     names = machine.product.programs
     if not names:
-        raise UsageError(f"{machine.name} runs nothing by itself: a {machine.product.model} keeps no programs")
+        raise UsageError(f"{machine.name} runs no programs: the model {machine.product.model} stores none")
     found = _LINE.fullmatch(wish.what)
     if found is None or (len(names) > 1) != bool(found["program"]):
         raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
@@ -203,7 +198,7 @@ def _runs(wish: _Wish) -> Arm:
 
 
 def _program(machine: Machine, number: str | None) -> str:
-    """The one that is meant; where there are several, their names end in their numbers."""
+    """Return the program of this number; the names of several programs end in their numbers."""
     names = machine.product.programs
     found = next((name for name in names if number is None or name.split()[-1] == number), None)
     if found is None:
@@ -212,17 +207,17 @@ def _program(machine: Machine, number: str | None) -> str:
 
 
 def _check_line(machine: Machine, name: str, line: int) -> None:
-    """It need not be there yet, but it must be possible."""
+    """Raise UsageError for an impossible line.  A line that is not stored yet is possible."""
     most = machine.product.most_lines
     if line < 1 or (most is not None and line > most):
-        raise UsageError(f"{machine.name} runs no line {line}: they count from 1" + (f" to {most}" if most else ""))
+        raise UsageError(f"{machine.name} runs no line {line}: lines count from 1" + (f" to {most}" if most else ""))
     listing = machine.programs.get(name)
     if listing is not None and line - 1 in listing.silent:
         raise UsageError(f"{machine.name} never runs line {line}: {_silence(listing, line)}")
 
 
 def _silence(listing: Listing, line: int) -> str:
-    """Why a line never runs, and the next one that does."""
+    """Return the reason why a line never runs, and the next line that does."""
     after = next((n for n in range(line, len(listing.lines)) if n not in listing.silent), None)
     remedy = "" if after is None else f"; name line {after + 1}, {listing.lines[after]}"
     return f"{listing.lines[line - 1]} takes no time{remedy}"
@@ -238,6 +233,6 @@ def _other_fault(wish: _Wish) -> Arm:
 
 
 _VERBS: dict[str, Callable[[_Wish], Arm]] = {
-    "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _hears, "says": _says,
+    "passes": _passes, "rises": _edge, "falls": _edge, "changes": _edge, "hears": _receives, "says": _receives,
     "raises": _raises, "runs": _runs, "begins": _other_fault, "ends": _other_fault,
 }  # fmt: skip

@@ -1,1 +1,1 @@
-"""Ring 2: what a commanded motion is made of."""
+"""Ring 2: commanded motions as data: profiles, ramps, pulse trains."""

@@ -1,7 +1,7 @@
-"""A profile: how the pulse rate of a motion goes, as segments of constant rate, exactly.
+"""A velocity profile: the pulse rate of a motion as segments of constant rate, exactly.
 
-Rates and durations are rational numbers and become integers over two common denominators; so the phase (pulses since
-the start, with fraction) is known exactly at any time, and the time of the n-th pulse is arithmetic, never a loop.
+Rates and durations are rational numbers, converted to integers over two common denominators.  The phase (pulses since
+the start, with fraction) is therefore exact at any time, and the n-th pulse time is a formula, not a loop.
 
     rate
       │      ┌────────┐            segment: starts[j], phases[j], rates[j]
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BLOCK = 1 << 12  # pulses calculated one by one before the pattern is repeated, at least
-MOST_BLOCK = 1 << 16  # and at most
+BLOCK = 1 << 12  # minimum number of pulses calculated one by one before the pattern is repeated
+MOST_BLOCK = 1 << 16  # and the maximum
 
 
 class Segment(NamedTuple):
-    """A stretch of constant rate.  `seconds` None: for ever."""
+    """A section of constant rate in pulses/s.  `seconds` None: endless."""
 
     rate: Fraction
     seconds: Fraction | None
@@ -37,13 +37,13 @@ class Segment(NamedTuple):
 class Profile:
     """Segments of constant rate, one after the other, from time 0.
 
-    Times inside are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
+    Internal times are in units of 1/`ticks` s, phases in units of 1/`parts` pulse; both are exact.
     """
 
     def __init__(
         self, segments: Iterable[Segment], phase: Fraction = Fraction(0), before: Fraction = Fraction(0)
     ) -> None:
-        """Where it goes on from a motion: the fraction of a pulse it had come to, and its rate `before`."""
+        """Continue an earlier motion at `phase`, the fraction of a pulse it had reached, and at its rate `before`."""
         self.phase, self.before = phase, before
         self.segments: Sequence[Segment] = tuple(segment for segment in segments if segment.seconds != 0)
         self.ticks = lcm(*(s.seconds.denominator for s in self.segments if s.seconds is not None))
@@ -54,7 +54,7 @@ class Profile:
         self._lay_out(self.segments)
 
     def _lay_out(self, segments: Sequence[Segment]) -> None:
-        """Add segments to the tables of integers."""
+        """Append segments to the integer tables."""
         for rate, seconds in segments:
             number = rate.numerator * (self.per_rate // rate.denominator)
             self.rates.append(number)
@@ -65,26 +65,26 @@ class Profile:
             self.phases.append(self.phases[-1] + number * ticks)
         self.endless = len(self.starts) == len(self.segments)
         self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts
-        """How many pulses there are in all; None: for ever."""
+        """Total number of pulses; None: endless."""
         self.end_ns: int | None = None if self.endless else self.starts[-1] * S // self.ticks
-        """When the last segment is over, from the start; None: never."""
+        """Time of the end of the last segment, from the start; None: endless."""
 
     def _segment_at(self, ticks_s: int) -> int:
-        """The segment in force at a time given in ticks * S."""
+        """Return the index of the segment at a time given in ticks * S."""
         return bisect_right(self.starts, ticks_s // S) - 1
 
     def _phase_s(self, elapsed_ns: int) -> int:
-        """The phase, in parts * S, at a time that is not after the end."""
+        """Return the phase, in parts * S, at a time not after the end."""
         ticks_s = elapsed_ns * self.ticks
         j = min(self._segment_at(ticks_s), len(self.rates) - 1)
         return self.phases[j] * S + self.rates[j] * (ticks_s - self.starts[j] * S)
 
     def over(self, elapsed_ns: int) -> bool:
-        """Whether all pulses have been given by then."""
+        """True if all pulses have been issued by this time."""
         return self.end_ns is not None and elapsed_ns >= self.end_ns
 
     def pulses_by(self, elapsed_ns: int) -> int:
-        """How many pulses have happened up to and including this nanosecond."""
+        """Return the number of pulses issued up to and including this nanosecond."""
         if elapsed_ns < 0 or not self.rates:
             return 0
         if self.pulses is not None and self.over(elapsed_ns):
@@ -93,22 +93,22 @@ class Profile:
         return max(0, -(-self._phase_s(elapsed_ns + 1) // (self.parts * S)) - 1)
 
     def pulse_ns(self, n: int) -> int:
-        """When the n-th pulse happens (n from 1), in nanoseconds from the start; it must exist."""
+        """Return the time of the n-th pulse (n from 1), in nanoseconds from the start; the pulse must exist."""
         j = bisect_left(self.phases, n * self.parts, 1) - 1
         return (self.starts[j] * S + (n * self.parts - self.phases[j]) * S // self.rates[j]) // self.ticks
 
     def rate_at(self, elapsed_ns: int) -> Fraction:
-        """Pulses per second at this time; 0 before and after."""
+        """Return the pulses per second at this time; 0 before and after the motion."""
         if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
             return Fraction(0)
         return self.segments[self._segment_at(elapsed_ns * self.ticks)].rate
 
     def fraction_at(self, elapsed_ns: int) -> Fraction:
-        """The part of a pulse that has gone by since the last one, at a time that is not after the end."""
+        """Return the fraction of a pulse since the last one, at a time not after the end."""
         return Fraction(self._phase_s(elapsed_ns), self.parts * S) % 1
 
     def trend(self, elapsed_ns: int) -> int:
-        """+1 while the rate is on its way up, -1 on its way down, 0 on a plateau and at rest."""
+        """Return +1 while the rate rises, -1 while it falls, 0 at constant rate and at rest."""
         if elapsed_ns < 0 or self.over(elapsed_ns) or not self.segments:
             return 0
         j = self._segment_at(elapsed_ns * self.ticks)
@@ -120,7 +120,7 @@ class Profile:
         return 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
-        """The same up to this time, and then something else; the phase goes on without a jump."""
+        """Return this profile up to a time, followed by other segments; the phase is continuous."""
         if self.over(elapsed_ns):
             return self
         j = self._segment_at(elapsed_ns * self.ticks)
@@ -129,7 +129,7 @@ class Profile:
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
-        """The first segments with others behind them, if those fit the denominators: nothing is calculated again."""
+        """Return the first segments followed by others without recalculation; None if the denominators do not fit."""
         if any(self.per_rate % rate.denominator for rate, _ in added) or any(
             seconds is not None and self.ticks % seconds.denominator for _, seconds in added
         ):
@@ -142,7 +142,7 @@ class Profile:
         return profile
 
     def scaled(self, ratio: Fraction) -> "Profile":
-        """Every rate times `ratio`, as a rate multiplier makes it; the times stay."""
+        """Return the profile with all rates times `ratio`, as a rate multiplier makes it; the durations stay."""
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
     def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
@@ -157,8 +157,8 @@ class Profile:
     def _fill(self, j: int, n: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
         """Fill `out` with the times of pulse n and those after it, all in segment j.
 
-        The period is a fraction of b nanoseconds, so after b pulses everything repeats a whole number of nanoseconds
-        later: one block is calculated, and the others are the block moved on.
+        The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
+        later.  One block is calculated, and the others are shifted copies of it.
         """
         import numpy as np
 
@@ -181,7 +181,7 @@ class Profile:
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
-        """out[k] = (start + period * k) // b + offset_ns, in pieces so small that nothing overflows 63 bits."""
+        """Set out[k] = (start + period * k) // b + offset_ns, in pieces small enough not to overflow 63 bits."""
         import numpy as np
 
         whole, fraction = divmod(period, b)

@@ -1,4 +1,4 @@
-"""Ramps in steps: the rate rises by a fixed increment at fixed intervals, and falls the same way.
+"""Stepped ramps: the rate rises by a fixed increment at fixed intervals, and falls the same way.
 
 rate   top ┐      ┌──────────┐
            │    ┌─┘          └─┐            levels: start, start + increment, ... below top
@@ -18,7 +18,7 @@ from axistwin.motion.profile import Profile, Segment
 class Ramp:
     """The table of levels from `start` to below `top`, all in pulses/s; `interval` in seconds.
 
-    A `top` at or below `start` means no ramp: everything runs at `top`.
+    A `top` at or below `start` means no ramp: the whole motion runs at `top`.
     """
 
     def __init__(self, start: Fraction, top: Fraction, increment: Fraction, interval: Fraction) -> None:
@@ -30,14 +30,14 @@ class Ramp:
         self.index = lru_cache(maxsize=64)(self._index)
 
     def run(self) -> Profile:
-        """Up to `top`, and on for ever."""
+        """Return the profile of an acceleration to `top`, followed by endless motion."""
         return Profile((*self._level_segments(len(self.levels)), Segment(self.top, None)))
 
     def _index(self, distance: int) -> Profile:
-        """Exactly `distance` pulses: up, along, and down the same way.
+        """Return the profile of exactly `distance` pulses: acceleration, constant rate, deceleration.
 
-        A distance too short for the whole ramp uses as many levels as fit twice; what is left over runs at the level
-        above them, a small plateau.
+        A distance too short for the whole ramp uses as many levels as fit twice.  The remaining pulses run at the next
+        level, a short plateau.
         """
         if distance == 0:
             return Profile(())
@@ -48,7 +48,7 @@ class Ramp:
         return Profile((*up, Segment(plateau, left_over / plateau), *reversed(up)))
 
     def down_from(self, rate: Fraction) -> tuple[Segment, ...]:
-        """The levels below `rate`, downwards: a deceleration that begins at once."""
+        """Return the levels below `rate` in descending order: a deceleration that begins at once."""
         return tuple(Segment(level, self.interval) for level in reversed(self.levels) if level < rate)
 
     def _level_segments(self, count: int) -> tuple[Segment, ...]:

@@ -1,7 +1,7 @@
-"""Stairs: a ramp as hardware of finite resolution gives it: a new level at fixed intervals, each a multiple of a unit.
+"""Quantised ramps, as hardware of finite resolution makes them: a new level at fixed intervals, a multiple of a unit.
 
-rate  top ┐       ┌────────┐          the wish rises by `increment` every `interval`;
-          │    ┌──┘        └──┐       the level is the wish rounded to a multiple of `unit`,
+rate  top ┐       ┌────────┐          the ideal rate rises by `increment` every `interval`;
+          │    ┌──┘        └──┐       the level is the ideal rate rounded to a multiple of `unit`,
           │ ┌──┘              └──┐    so a slow ramp stays on each level for several intervals
         ──┴─┴────────────────────┴─ t
 """
@@ -18,9 +18,9 @@ from axistwin.motion.profile import Segment
 
 
 def stairs(start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction) -> list[Segment]:
-    """The levels after `start` and before `end`, upwards or downwards; levels of rate 0 are left out.
+    """Return the levels after `start` and before `end`, rising or falling, without levels of rate 0.
 
-    There are never more of them than units between the two, nor more than increments.
+    Their number is at most the number of units, and of increments, between the two rates.
     """
     rising = end > start
     steps = -(-abs(end - start) // increment) - 1
@@ -31,12 +31,12 @@ def stairs(start: Fraction, end: Fraction, increment: Fraction, interval: Fracti
 
 
 def _by_step(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """(level, how many intervals) where each step is another level."""
+    """Yield (level, number of intervals) if each increment changes the level."""
     return (((2 * (a + k * b) + q) // (2 * q), 1) for k in range(1, steps + 1))
 
 
 def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
-    """(level, how many intervals) where a level lasts for several steps."""
+    """Yield (level, number of intervals) if a level lasts for several increments."""
     if steps < 1:
         return
     first, last = ((2 * (a + k * b) + q) // (2 * q) for k in (1, steps))
@@ -51,7 +51,10 @@ def _by_level(a: int, b: int, q: int, steps: int) -> Iterable[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """A preset move's course: up, along, and down the same way; `whole`: the top was reached."""
+    """The velocity profile of a preset move: acceleration, constant rate, deceleration.
+
+    `whole`: max velocity was reached.
+    """
 
     up: tuple[Segment, ...]
     along: Segment
@@ -59,13 +62,13 @@ class Trapezoid:
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """All of it."""
+        """All segments in order of time."""
         return (*self.up, self.along, *reversed(self.up))
 
 
 @dataclass(frozen=True)
 class Stairs:
-    """The way up to `top`, for preset moves; the way down is the same, backwards."""
+    """The acceleration to `top` of a preset move; the deceleration is its mirror image."""
 
     up: tuple[Segment, ...]
     top: Fraction
@@ -77,10 +80,10 @@ class Stairs:
         return [Fraction(0), *accumulate(level.rate * (level.seconds or 0) for level in self.up)]
 
     def trapezoid(self, distance: int) -> Trapezoid:
-        """Exactly `distance` pulses (at least 1).
+        """Return a profile of exactly `distance` pulses (at least 1).
 
-        Where the whole way up does not fit twice, it breaks off after the last interval that does; what is left over
-        runs at the level reached there.
+        If the whole acceleration does not fit twice, it ends after the last interval that fits.  The remaining pulses
+        run at the rate reached there.
         """
         if 2 * self._pulses[-1] <= distance:
             left_over = distance - 2 * self._pulses[-1]

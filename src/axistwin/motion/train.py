@@ -1,4 +1,4 @@
-"""A pulse train: the strokes of one step output, one after the other, each a profile in one direction."""
+"""A pulse train: the moves of one step output in order, each a profile in one direction."""
 
 from bisect import bisect_right
 from collections import deque
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 HISTORY = 10_000
-"""How many strokes a train remembers unless told otherwise; so its memory does not grow with time."""
+"""Default number of moves that a train remembers; the limit bounds its memory."""
 
 
 @dataclass(slots=True)
 class Stroke:
-    """One motion in one direction, beginning at `start_ns` and at the net pulse count `origin`."""
+    """One move in one direction, beginning at `start_ns` and at the net pulse count `origin`."""
 
     start_ns: int
     direction: int
@@ -28,15 +28,15 @@ class Stroke:
 
     @property
     def end_ns(self) -> int | None:
-        """When its last segment is over; None: it goes on for ever."""
+        """Time of the end of its last segment; None: endless."""
         return None if self.profile.end_ns is None else self.start_ns + self.profile.end_ns
 
     def position_at(self, time_ns: int) -> int:
-        """Net pulse count at a time that is not before the start."""
+        """Return the net pulse count at a time not before the start."""
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
-        """When this net pulse count is reached; None if it is not, or was at the start."""
+        """Return the time at which this net pulse count is reached; None if never, or if it is the start count."""
         n = (position - self.origin) * self.direction
         if n < 1 or (self.profile.pulses is not None and n > self.profile.pulses):
             return None
@@ -44,20 +44,20 @@ class Stroke:
 
 
 class Train:
-    """All strokes of a step output.  Its net count starts at 0 and is never redefined."""
+    """All moves of a step output.  Its net count starts at 0 and is never redefined."""
 
     def __init__(self, history: int = HISTORY) -> None:
         self.strokes: deque[Stroke] = deque([Stroke(0, +1, Profile(()), 0)], maxlen=history)
         self.forgotten = 0
-        """Strokes no longer remembered."""
+        """Number of moves that are no longer remembered."""
 
     @property
     def stroke(self) -> Stroke:
-        """The latest stroke; perhaps over."""
+        """The latest move; it may be finished."""
         return self.strokes[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Stroke:
-        """Begin a new stroke; the one before ends here."""
+        """Begin a new move; the previous one ends here."""
         if self.moving(now_ns):
             self.replace(self.stroke.profile.cut(now_ns - self.stroke.start_ns))
         self.forgotten += len(self.strokes) == self.strokes.maxlen
@@ -66,15 +66,15 @@ class Train:
         return stroke
 
     def replace(self, profile: Profile) -> None:
-        """Give the present stroke another course; the part before now must be the same."""
+        """Replace the profile of the present move; the part before now must be unchanged."""
         self.stroke.profile = profile
 
     def moving(self, now_ns: int) -> bool:
-        """Whether pulses are still to come."""
+        """True if more pulses follow."""
         return not self.stroke.profile.over(now_ns - self.stroke.start_ns)
 
     def stroke_at(self, time_ns: int) -> Stroke:
-        """The latest stroke begun by this time."""
+        """Return the latest move begun by this time."""
         starts = [stroke.start_ns for stroke in self.strokes]
         first = self.strokes[0].start_ns
         if time_ns < first and self.forgotten:
@@ -85,7 +85,7 @@ class Train:
         return self.strokes[max(0, bisect_right(starts, time_ns) - 1)]
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
-        """When pulses happened, in order: all with start_ns <= time < stop_ns."""
+        """Return the times of all pulses with start_ns <= time < stop_ns, in order."""
         import numpy as np
 
         earliest = self.stroke_at(start_ns).start_ns

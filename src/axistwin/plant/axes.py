@@ -1,4 +1,4 @@
-"""Axes as `Bench.add` is told of them: options by name, checked, and turned into a machine."""
+"""Axes made from the options of `Bench.add`: the options are checked and turned into a machine."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -12,16 +12,16 @@ from axistwin.sim.clock import Clock
 
 Axis = StepperAxis | ServoAxis
 MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
-"""Makes an axis of a clock, its name, its options and how many strokes it remembers.  Raises UsageError."""
+"""Makes an axis from a clock, its name, its options and the number of moves to remember.  Raises UsageError."""
 
 MOST_POSITION = 1 << 53
-"""Pulses or counts from 0, in either direction, at which a switch or a trigger can be."""
+"""Maximum distance from 0, in pulses or counts, of a switch or a trigger."""
 STEPPER = ("limits", "home", "encoder", "motor", "load")
 SERVO = ("limits", "motor", "load")
 
 
 def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> StepperAxis:
-    """An axis with a stepper motor: `limits`, `home`, `encoder`, `motor`, `load`."""
+    """Return an axis with a stepper motor.  Options: `limits`, `home`, `encoder`, `motor`, `load`."""
     _check(name, given, STEPPER)
     try:
         encoder = EncoderData(**given["encoder"]) if given.get("encoder") is not None else None
@@ -39,7 +39,10 @@ def stepper_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int
 
 
 def servo_axis(clock: Clock, name: str, given: Mapping[str, Any], history: int) -> ServoAxis:
-    """The axis of a servo motor with its encoder: `limits`, `motor` (a data sheet's name or its values), `load`."""
+    """Return the axis of a servo motor with encoder.
+
+    Options: `limits`, `motor` (name or values of a data sheet), `load`.
+    """
     _check(name, given, SERVO)
     try:
         motor, load = data_sheets(given)
@@ -57,7 +60,7 @@ def _check(name: str, given: Mapping[str, Any], known: Iterable[str]) -> None:
 
 
 def _span(given: Mapping[str, Any], option: str) -> tuple[int, int] | None:
-    """Two positions that have been checked."""
+    """Return an option of two positions that has been checked already."""
     if given.get(option) is None:
         return None
     first, last = given[option]
@@ -65,7 +68,7 @@ def _span(given: Mapping[str, Any], option: str) -> tuple[int, int] | None:
 
 
 def _check_span(name: str, option: str, given: Any) -> None:
-    """Two positions, the lower one first."""
+    """Raise UsageError unless `given` is two positions in ascending order."""
     if given is None:
         return
     try:
@@ -73,8 +76,8 @@ def _check_span(name: str, option: str, given: Any) -> None:
     except (TypeError, ValueError):
         first = last = None
     if not (type(first) is int and type(last) is int and first <= last):
-        raise UsageError(f"axis {name}: {option}={given!r}: give two positions, such as (-100, 5000)")
+        raise UsageError(f"axis {name}: {option}={given!r}: expected two positions, e.g. (-100, 5000)")
     if not -MOST_POSITION <= first <= last <= MOST_POSITION:
         raise UsageError(
-            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: give two positions, such as (-100, 5000)"
+            f"axis {name}: {option} goes beyond ±{MOST_POSITION}: expected two positions, e.g. (-100, 5000)"
         )

@@ -1,4 +1,4 @@
-"""What an axis that is sampled has done: positions sample by sample, and how long they are remembered."""
+"""Positions of a sampled axis, with a bounded memory."""
 
 from array import array
 from collections import deque
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SAMPLES = 10
-"""So many samples with motion are remembered for each stroke that a stepper would remember."""
+"""Number of samples with motion remembered for each move that a stepper would remember."""
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """What an axis did at `start_ns`, `start_ns + period_ns`, …, for good.
+    """Positions of an axis at `start_ns`, `start_ns + period_ns`, …; they are final.
 
-    `positions`: encoder counts from 0 when the bench was made.  `commanded`: as many; where the trajectory would have
-    the shaft, in the same coordinates (so `commanded - position` is the following error).  `period_ns` 0: it was moved
-    at once, by hand.
+    `positions`: encoder counts from 0 when the bench was made.  `commanded`: the setpoints for the same samples in the
+    same coordinates (`commanded - position` is the following error).  `period_ns` 0: a person moved the axis in an
+    instant.
     """
 
     start_ns: int
@@ -35,7 +35,7 @@ class Samples:
         return len(self.positions)
 
     def time_ns(self, sample: int) -> int:
-        """When the sample of this index, from 0, was."""
+        """Return the time of the sample of this index, from 0."""
         return self.start_ns + sample * self.period_ns
 
 
@@ -56,7 +56,7 @@ class _Stretch:
         return self.start_ns - self.period_ns
 
     def times(self) -> "NDArray[np.int64]":
-        """When the count changed, evenly from each sample to the next."""
+        """Return the times of the count changes, spread evenly from each sample to the next."""
         import numpy as np
 
         positions = np.frombuffer(self.positions, np.int64)
@@ -69,17 +69,17 @@ class _Stretch:
 
 
 class CountHistory:
-    """When the count of an encoder changed: the latest `samples` samples in which something moved."""
+    """Times of an encoder's count changes, from the latest `samples` samples with motion."""
 
     def __init__(self, samples: int, position: int = 0) -> None:
         self.samples = samples
         self._stretches: deque[_Stretch] = deque()
         self._kept, self._last = 0, position
         self.forgotten_ns: int | None = None
-        """Changes up to here are no longer kept; None: all are."""
+        """Changes up to this time have been discarded; None: none discarded."""
 
     def add(self, samples: Samples) -> None:
-        """The next ones."""
+        """Append samples."""
         given = samples.positions
         positions = given if isinstance(given, array) else array("q", given)
         if positions[0] == positions[-1] == self._last and positions.count(self._last) == len(positions):
@@ -93,7 +93,7 @@ class CountHistory:
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, advice: int) -> "NDArray[np.int64]":
-        """All changes with start_ns <= time < stop_ns; `advice`: the history that would have kept more."""
+        """Return all changes with start_ns <= time < stop_ns; `advice`: the `history` to suggest in an error."""
         import numpy as np
 
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:

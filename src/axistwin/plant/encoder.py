@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class EncoderData:
     """`counts_per_rev` after quadrature, for `pulses_per_rev` motor pulses; `backlash` in counts between the two.
 
-    Its channel Z is active once in a revolution, from count `index` on for `index_counts`.
+    Its channel Z is active once per revolution, from count `index` on for `index_counts`.
     """
 
     counts_per_rev: int = 4000
@@ -24,40 +24,40 @@ class EncoderData:
 
 
 class Encoder:
-    """Counts what the load does: the shaft's position in counts, less the play when the direction has changed."""
+    """An encoder that counts the load's motion: the shaft's position in counts, less the backlash after a reversal."""
 
     def __init__(self, data: EncoderData) -> None:
         self.data = data
-        self._load = self._began = 0  # now, and when the shaft turned to move as it does
+        self._load = self._began = 0  # now, and when the shaft last changed its direction
         self._displaced = self._turned = 0
         self.direction = +1
-        """Where the load has moved last."""
-        self._counted: tuple[int, int] | None = None  # where the load was, and the count, when counting went wrong
+        """Direction of the load's last motion."""
+        self._counted: tuple[int, int] | None = None  # the load's position and the count when wrong counting began
         self._of, self._out_of = 1, 1
 
     def follow(self, position: int) -> int:
-        """The shaft has moved monotonically to `position` (in pulses); returns the count there."""
+        """Follow a monotonic motion of the shaft to `position` (in pulses).  Return the count there."""
         before, self._load = self._load, self._dragged(self._load, position)
         if self._load != before:
             self.direction = 1 if self._load > before else -1
         return self._count(self._load)
 
     def begin(self) -> None:
-        """From here on the shaft moves monotonically."""
+        """Begin a monotonic motion of the shaft."""
         self._began = self._load
 
     def count_at(self, position: int) -> int:
-        """The count when the shaft was at `position`, since it has moved as it does."""
+        """Return the count for an earlier `position` of the shaft in the present monotonic motion."""
         return self._count(self._dragged(self._began, position))
 
     @property
     def at_index(self) -> bool:
-        """True while the disc is at the index mark."""
+        """True while the index mark is at the sensor."""
         disc = self._load + self._displaced + self._turned
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 
     def index_edges(self) -> tuple[int, ...]:
-        """Motor positions n such that the mark may begin or end next between n-1 and n, on either side of here."""
+        """Return motor positions n, one on each side, such that the index mark begins or ends between n-1 and n."""
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
         shift = self._displaced + self._turned - self.data.index
         into = (self._load + shift) % rev
@@ -66,7 +66,7 @@ class Encoder:
         return self._edge(above + self.data.backlash), self._edge(below)
 
     def _edge(self, counts: int) -> int:
-        """Between which motor positions, n-1 and n, the shaft passes from below to this many counts or back."""
+        """Return n such that the shaft passes this many counts between motor positions n-1 and n."""
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
         if per_rev > 0:
             return -(-counts * pulses // per_rev)
@@ -85,19 +85,19 @@ class Encoder:
         return count + (counted if since * self._of > 0 else -counted)
 
     def miscount(self, of: int, out_of: int) -> None:
-        """From now on it counts `of` for each `out_of` counts: 9 of 10, -1 of 1 backwards, 0 of 1 not at all.
+        """Count `of` for each `out_of` counts from now on: 9 of 10, -1 of 1 backwards, 0 of 1 not at all.
 
-        With 1 of 1 it counts well again, from where it has got to.
+        With 1 of 1 the encoder counts correctly again, from its present count.
         """
         self._counted = self._load + self._displaced, self._count(self._load)
         self._of, self._out_of = of, out_of
 
     def displace(self, counts: int) -> None:
-        """Somebody pushes the load; it stays there until the motor moves it back."""
+        """Push the load; it stays there until the motor moves it back."""
         self._displaced += counts
         self.direction = 1 if counts > 0 else -1
 
     def slip(self, counts: int) -> None:
-        """It turns on its shaft by so many counts."""
+        """Turn the encoder on its shaft by `counts`."""
         self._counted = self._load + self._displaced, self._count(self._load) + counts
         self._turned += counts

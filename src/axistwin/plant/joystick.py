@@ -1,7 +1,7 @@
-"""A joystick that gives out pulses: as a Compumotor 852 does to an 1810 or 1811, one axis of it.
+"""One axis of a joystick with pulse output, such as a Compumotor 852 at an 1810 or 1811.
 
-Its stick is held by a spring: at rest it says AT ZERO.  Deflected it gives out pulses at a rate, and their direction,
-which it changes only while it has been at zero for long enough, before and after.
+A spring centres the stick: at rest the joystick outputs AT ZERO.  A deflected joystick outputs pulses at a rate, and
+their direction.  The direction changes only while AT ZERO is active, long enough before and after.
 """
 
 from collections.abc import Mapping
@@ -19,19 +19,19 @@ FASTEST = 2_000_000
 
 @dataclass(frozen=True)
 class JoystickInputs:
-    """The inputs, by name, at which a controller is told of pulses, their direction, and that there are none."""
+    """Names of the controller's inputs for AT ZERO, pulses and direction."""
 
     at_zero: str
     step: str
     direction: str
     settle_ns: int = 4 * MS
-    """It is at zero for so long before and after a change of direction."""
+    """Time at zero before and after a change of direction."""
     usual: int = 5000
-    """Pulses per second at full deflection, where nobody says otherwise."""
+    """Pulses per second at full deflection, by default."""
 
 
 class Joystick:
-    """One axis of it, plugged into a controller's inputs when it is first touched."""
+    """One axis of the joystick; its first use connects it to the controller's inputs."""
 
     def __init__(self, clock: Clock, pins: Mapping[str, Pin], inputs: JoystickInputs) -> None:
         self.clock, self.inputs = clock, inputs
@@ -39,15 +39,15 @@ class Joystick:
             pins[name] for name in (inputs.at_zero, inputs.step, inputs.direction)
         )
         self.by_hand = ByHand(clock)
-        """Reports how a person holds the stick: `joystick`."""
+        """Reports a person's use of the stick: `joystick`."""
         self.rate = 0
         """Pulses per second, negative: counter-clockwise; 0: the stick is at rest."""
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:
-        """Hold the stick so that it gives so many pulses per second; 0: let it go.  Raises UsageError."""
+        """Deflect the stick for `rate` pulses per second; 0: release the stick.  Raises UsageError."""
         if abs(rate) > FASTEST:
-            raise UsageError(f"joystick {rate}: give pulses per second, from {-FASTEST} to {FASTEST}")
+            raise UsageError(f"joystick {rate}: expected pulses per second, from {-FASTEST} to {FASTEST}")
         self.by_hand.tell("joystick", rate)
         if not self._plugged_in:
             self._plug_in()
@@ -57,7 +57,7 @@ class Joystick:
             self.clock.process(self._deflected())
 
     def _plug_in(self) -> None:
-        """From now on it has the inputs."""
+        """Connect the joystick to the inputs."""
         self._plugged_in = True
         for pin in (self._at_zero, self._step, self._direction):
             pin.wired = True
@@ -76,7 +76,7 @@ class Joystick:
         self._out = False
 
     def _face(self, clockwise: bool) -> Procedure:
-        """At zero, in this direction, long enough."""
+        """Set the direction, with the specified time at zero before and after."""
         if self._direction.level is not clockwise:
             yield self.clock.timeout(self.inputs.settle_ns)
             self._direction.set(clockwise)

@@ -10,6 +10,7 @@ from axistwin.errors import UsageError
 from axistwin.numbers import shortened
 from axistwin.sim.by_hand import ByHand, check_counts
 from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
 from axistwin.units import to_ns
 
 MOST_RATIO = 1_000_000
@@ -17,34 +18,34 @@ MOST_RATIO = 1_000_000
 
 
 class Followed(Protocol):
-    """An axis that a master may sit on."""
+    """An axis that a master encoder may be mounted on."""
 
-    on_motion: list[Callable[[], None]]
-    """Called when it begins to move, or takes another course."""
+    on_motion: Signal[[]]
+    """Emitted when the axis begins to move or changes its profile."""
 
     @property
     def position(self) -> int:
-        """Where it stands."""
+        """The axis's position."""
 
     @property
     def resting(self) -> bool:
-        """Whether it stays there until `on_motion` is called."""
+        """True if the axis stays where it is until `on_motion` is emitted."""
 
     @property
     def foreseen(self) -> bool:
-        """Whether `positions_at` can tell its course up to the next call of `on_motion`."""
+        """True if `positions_at` can predict positions up to the next `on_motion`."""
 
     @property
     def follows(self) -> "Followed | None":
-        """The axis that its own motor's master sits on, if it has one."""
+        """The axis that the axis's own master encoder is mounted on, if any."""
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
-        """Where it will stand at these times, in order, as things are now."""
+        """Return the predicted positions at these times, in order, without further changes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """From `base` on, `counts` edges evenly spread over `duration_ns`, beginning at `start_ns`; then rest."""
+    """From `base` on, `counts` edges spread evenly over `duration_ns`, beginning at `start_ns`; then rest."""
 
     start_ns: int
     base: int
@@ -53,14 +54,14 @@ class Run:
 
     @property
     def end_ns(self) -> int:
-        """When its last edge comes."""
+        """Time of the last edge."""
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:
-        """The count at a time not before the start.
+        """Return the count at a time not before the start.
 
-        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that; so the
-        count is rounded towards where the run began, in either direction.
+        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that.  The
+        count is therefore rounded towards `base`, in either direction.
         """
         if time_ns >= self.end_ns:
             return self.base + self.counts
@@ -69,108 +70,110 @@ class Run:
 
 
 class Master:
-    """What is wired to pins A and B: a quadrature encoder, or a step source of so many steps.
+    """The device wired to pins A and B: a quadrature encoder, or a step source.
 
-    There are no events for edges; who needs them calculates the count, from which the levels of A and B follow.
-    `own`: the axis of the motor that it is wired to.
+    Edges cause no events: the count is calculated on demand, and the levels of A and B follow from the count. `own`:
+    the axis of the motor that the device is wired to.
     """
 
     def __init__(self, clock: Clock, own: Followed | None = None) -> None:
         self.clock, self._own = clock, own
         self.run = Run(clock.now, 0, 0, 0)
-        """The latest run, perhaps over."""
+        """The latest run; it may be finished."""
         self.followed: Followed | None = None
-        """The axis it sits on; while that moves its count can be told in advance if it is `foreseen`."""
+        """The axis that the encoder is mounted on; its positions can be predicted if it is `foreseen`."""
         self._ratio = Fraction(1)
-        self._unwatch: Callable[[], object] = lambda: None
+        self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False
-        """True from the first run on: until then nothing is wired to A and B."""
+        """True from the first run on; before, pins A and B are open."""
         self.by_hand = ByHand(clock)
-        """Reports how a person turns it: `master`, counts and seconds; or an axis that it sits on, and the ratio."""
+        """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
         self.before_change: list[Callable[[], None]] = []
-        """Called before its course changes, while `at` still tells the old one."""
+        """Called before the motion changes, while `at` still returns the old one."""
         self.on_change: list[Callable[[], None]] = []
-        """Called when its course has changed."""
+        """Called after the motion has changed."""
 
     @property
     def count(self) -> int:
-        """Quadrature edges (or steps) so far, those in the negative direction taken off; from 0 when it is made."""
+        """Net quadrature edges (or steps) in the positive direction, from 0 when the bench was made."""
         return self.at(self.clock.now)
 
     @property
     def ratio(self) -> Fraction:
-        """So many edges it counts for each unit of the axis it sits on."""
+        """Edges per unit of the axis that the encoder is mounted on."""
         return self._ratio
 
     @property
     def moving(self) -> bool:
-        """Whether edges are still to come."""
+        """True if more edges follow."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
     def foreseen(self) -> bool:
-        """Whether `foretell` can tell the count of an axis that it sits on."""
+        """True if `foretell` is possible: the encoder is mounted on an axis that is `foreseen`."""
         return self.followed is not None and self.followed.foreseen
 
     def foretell(self, first_ns: int, period_ns: int, number: int) -> list[int]:
-        """The counts at `first_ns` and so often, at this period, as things are now; on an axis that is `foreseen`."""
-        assert self.followed is not None, "it sits on an axis"
+        """Return `number` counts from `first_ns` on at this period, predicted without further changes.
+
+        The encoder must be mounted on an axis that is `foreseen`.
+        """
+        assert self.followed is not None, "the encoder is mounted on an axis"
         times_ns = range(first_ns, first_ns + number * period_ns, period_ns)
         ratio, base = self._ratio, self.run.base
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def at(self, time_ns: int) -> int:
-        """The count at a time from the beginning of the present run on, as things are now."""
+        """Return the count at a time from the beginning of the present run on, without further changes."""
         if self.followed is not None:
             return self.run.base + floor(self.followed.position * self._ratio)
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
-        """From now on `counts` edges at constant speed, within `seconds`; 0: at once.
+        """Output `counts` edges at constant speed within `seconds`, from now on; 0: at once.
 
-        What is left of a run before is not done any more.  Raises UsageError for a negative time.
+        The rest of an earlier run is cancelled.  Raises UsageError for a negative time.
         """
         check_counts(counts, "move")
         if not 0 <= seconds < float("inf"):
-            raise UsageError(f"move({counts}, {seconds!r}): give a time of 0 seconds or more")
+            raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
         duration_ns = to_ns(seconds)
         self.by_hand.tell("master", counts, seconds)
         count = self.count
-        self._unwatch()
-        self._unwatch = lambda: None
+        self._unsubscribe()
+        self._unsubscribe = lambda: None
         self._change(Run(self.clock.now, count, counts, duration_ns), None)
 
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
-        """From now on it sits on the shaft of this axis, and counts `ratio` for each of that axis's units.
+        """Mount the encoder on the shaft of `axis`; it counts `ratio` for each unit of the axis.
 
-        Raises UsageError if that axis is its own motor's, or follows that one: nobody would move first; and for a ratio
-        beyond a million.
+        Raises UsageError if `axis` is the motor's own, or follows the motor: the two would depend on each other; and
+        for a ratio beyond a million.
         """
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
         self._check_no_circle(axis)
         self.by_hand.tell("master", axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
-        self._unwatch()
+        self._unsubscribe()
         self._ratio = Fraction(ratio)
-        axis.on_motion.append(self._moves)
-        self._unwatch = lambda: axis.on_motion.remove(self._moves)
+        self._unsubscribe = axis.on_motion.subscribe(self._moves)
         self._change(Run(self.clock.now, base, 0, 0), axis)
 
     def _check_no_circle(self, axis: Followed) -> None:
         below: Followed | None = axis
         while below is not None:
             if below is self._own:
-                way = "is that motor's own" if axis is self._own else "follows that motor"
-                raise UsageError(f"a motor's master cannot sit on an axis that {way}: let it follow another axis")
+                way = "is its motor's own" if axis is self._own else "follows its motor"
+                raise UsageError(f"a master encoder cannot follow an axis that {way}: expected another axis")
             below = below.follows
 
     def stop(self) -> None:
-        """It stands still, and sits on no axis."""
+        """Stop the encoder, and detach it from its axis."""
         self.move(0, 0)
 
     def _moves(self) -> None:
-        """The axis it sits on begins to move: what was calculated for rest is over."""
+        """Discard predictions for rest: the axis begins to move."""
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:

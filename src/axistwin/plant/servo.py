@@ -1,6 +1,6 @@
-"""Data sheets of servo motors with their amplifier and encoder, and of what hangs on the shaft.
+"""Data sheets of servo motors with their amplifier and encoder, and of their loads.
 
-The figures of the presets are those of small brushless servo motors of such sizes.  Others can be given by name.
+The presets have typical figures of small brushless servo motors of these sizes.  Other figures can be given by name.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from typing import Any
 from axistwin.errors import UsageError
 
 MOST = 1e6
-"""No figure of a data sheet is larger."""
+"""Upper limit of all figures of a data sheet."""
 TUNING = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
 MOST_TUNING = 65535
 
@@ -20,9 +20,9 @@ MOST_TUNING = 65535
 class ServoMotor:
     """A brushless servo motor, its amplifier, encoder and tuning.  All figures are at the shaft.
 
-    Above 0, except frictions, brake, inductance and tuning, which may be 0; `counts_per_rev` is 2000 or 4000.  Volts
-    per rad/s of back-EMF and N·m per A are the same figure.  Inductance divided by resistance is the windings' time
-    constant, 0.5 to 2 ms in motors of these sizes.
+    Figures are above 0, except frictions, brake, inductance and tuning, which may be 0; `counts_per_rev` is 2000 or
+    4000.  The back-EMF in V per rad/s equals the torque constant in N·m per A.  Inductance divided by resistance is the
+    windings' time constant, 0.5 to 2 ms in motors of these sizes.
     """
 
     torque_constant_nm_per_a: float
@@ -32,7 +32,7 @@ class ServoMotor:
     viscous_friction_nm_s: float  # per rad/s
     counts_per_rev: int  # after quadrature
     supply_voltage_v: float
-    peak_current_a: float  # the amplifier lets no more through
+    peak_current_a: float  # amplifier limit
     continuous_current_a: float  # RMS
     winding_to_housing_k_per_w: float
     housing_to_ambient_k_per_w: float
@@ -54,12 +54,12 @@ class ServoMotor:
             low = 0.0 if name in TUNING or any(part in name for part in MAY_BE_0) else None
             _check(f"motor: {name}", value, low, MOST_TUNING if name in TUNING else MOST, whole=name in WHOLE)
         if self.counts_per_rev not in (2000, 4000):
-            raise UsageError(f"motor: counts_per_rev={self.counts_per_rev}: give 2000 or 4000")
+            raise UsageError(f"motor: counts_per_rev={self.counts_per_rev}: expected 2000 or 4000")
         _check("motor: ks", self.ks, 1.0, MOST_TUNING)
 
     @property
     def tuning(self) -> tuple[int, ...]:
-        """KP KI KD KL KS KV KA KG as it leaves the factory."""
+        """Factory values of KP KI KD KL KS KV KA KG."""
         return tuple(getattr(self, name) for name in TUNING)
 
     @property
@@ -74,7 +74,7 @@ MAY_BE_0 = "friction", "brake", "inductance"
 
 @dataclass(frozen=True)
 class ServoLoad:
-    """What hangs on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
+    """The load on the shaft.  `gravity_torque_nm` is constant; positive turns the shaft in the positive direction."""
 
     inertia_kg_m2: float = 0.0
     coulomb_friction_nm: float = 0.0
@@ -87,12 +87,14 @@ class ServoLoad:
 
 
 def _check(what: str, value: object, low: float | None, high: float, whole: bool = False) -> None:
-    """A finite number from `low` (None: above 0) to `high`."""
+    """Raise UsageError unless `value` is a finite number from `low` (None: above 0) to `high`."""
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
-        raise UsageError(f"{what}={value!r}: give a {'whole ' if whole else ''}number")
+        raise UsageError(f"{what}={value!r}: expected a {'whole ' if whole else ''}number")
     if value > high or (value <= 0 if low is None else value < low):
-        raise UsageError(f"{what}={value!r}: give a number {'above 0' if low is None else f'from {low:g}'} to {high:g}")
+        raise UsageError(
+            f"{what}={value!r}: expected a number {'above 0' if low is None else f'from {low:g}'} to {high:g}"
+        )
 
 
 FRAME17 = ServoMotor(
@@ -148,23 +150,23 @@ SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 
 def servo_motor(given: object) -> ServoMotor:
-    """A data sheet by its name, or by values: a mapping of what differs from `model`, by default frame23."""
+    """Return a data sheet by its name, or from the figures that differ from `model` (default frame23)."""
     if isinstance(given, ServoMotor):
         return given
     values: dict[str, Any] = dict(given) if isinstance(given, Mapping) else {"model": given}
     model = values.pop("model", "frame23")
     if not isinstance(model, str) or model not in SERVO_MOTORS:
-        raise UsageError(f"motor={model!r}: choose one of {', '.join(SERVO_MOTORS)}, or give values")
+        raise UsageError(f"motor={model!r}: expected one of {', '.join(SERVO_MOTORS)}, or values")
     _check_names("motor", values, ("model", *(field.name for field in fields(ServoMotor))))
     return replace(SERVO_MOTORS[model], **values) if values else SERVO_MOTORS[model]
 
 
 def servo_load(given: object = None) -> ServoLoad:
-    """What hangs on the shaft, by values; None: nothing."""
+    """Return the load on the shaft from its values; None: no load."""
     if isinstance(given, ServoLoad):
         return given
     if given is not None and not isinstance(given, Mapping):
-        raise UsageError(f"load={given!r}: give values such as {{'inertia_kg_m2': 1e-5}}")
+        raise UsageError(f"load={given!r}: expected values, e.g. {{'inertia_kg_m2': 1e-5}}")
     values = dict(given or {})
     _check_names("load", values, tuple(field.name for field in fields(ServoLoad)))
     return ServoLoad(**values)
@@ -173,4 +175,4 @@ def servo_load(given: object = None) -> ServoLoad:
 def _check_names(of: str, given: Mapping[str, object], known: tuple[str, ...]) -> None:
     for name in given:
         if name not in known:
-            raise UsageError(f"{of}: there is no {name}; choose from {', '.join(known)}")
+            raise UsageError(f"{of}: unknown name {name}: expected one of {', '.join(known)}")

@@ -1,7 +1,7 @@
 """An axis with a stepper motor: pulses in, position out.
 
-The controller knows an axis by `start`, `replace`, `halt`, `encoder_count` and `on_push`; everything else is the
-machine's own truth.
+A controller uses an axis through `start`, `replace`, `halt`, `encoder_count` and `on_push`; all other properties are
+the machine's own state.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,11 +11,12 @@ from axistwin.errors import UsageError
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
-from axistwin.plant.layers import Layers
+from axistwin.plant.overrides import Override
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.by_hand import ByHand, check_counts, check_torque
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import SensedPin
+from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,14 +24,14 @@ if TYPE_CHECKING:
 
 
 class EncoderView:
-    """The encoder of an axis as a person at the bench has it."""
+    """The encoder of an axis as the bench's user sees it."""
 
     def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
         self._axis, self._encoder = axis, encoder
 
     @property
     def data(self) -> EncoderData:
-        """Its resolution, and the play before it."""
+        """Resolution and backlash of the encoder."""
         return self._encoder.data
 
     @property
@@ -39,7 +40,7 @@ class EncoderView:
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
-        """Somebody pushes the load by so many counts; it stays there until the motor moves it back."""
+        """Push the load by `counts`; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
         self._axis.by_hand.tell("push", counts)
         self._encoder.displace(counts)
@@ -52,7 +53,7 @@ class EncoderView:
         return self._encoder.at_index
 
     def watch_index(self, look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` whenever its channel Z may have begun or ended.  Returns what ends the calls."""
+        """Call `look()` whenever channel Z may have begun or ended.  Return an unsubscribe function."""
 
         def edges() -> Sequence[int]:
             _ = self.count
@@ -68,28 +69,28 @@ class EncoderView:
         return end
 
     def begin(self) -> None:
-        """A stroke begins: the play has followed the one that ends here."""
+        """Begin a move: the backlash of the previous move has been taken up."""
         _ = self.count
         self._encoder.begin()
 
     def counted(self, since: int) -> bool:
-        """True if it has counted since the axis was at this position of the present stroke."""
+        """True if the count has changed since the axis was at `position` in the present move."""
         return self.count != self._encoder.count_at(since)
 
     @property
     def direction(self) -> int:
-        """+1 or -1: where the load has moved last."""
+        """Direction of the load's last motion: +1 or -1."""
         _ = self.count
         return self._encoder.direction
 
     def miscount(self, of: int, out_of: int) -> None:
-        """From now on it counts `of` for each `out_of` counts; 1 of 1: as it should."""
-        _ = self.count  # it has counted well so far
+        """Count `of` for each `out_of` counts from now on; 1 of 1 is correct."""
+        _ = self.count  # bring the encoder up to date first
         self._encoder.miscount(of, out_of)
         self._moved()
 
     def slip(self, counts: int) -> None:
-        """It turns on its shaft by so many counts, and nothing else moves."""
+        """Turn the encoder on its shaft by `counts`; the shaft stays."""
         _ = self.count
         self._encoder.slip(counts)
         self._moved()
@@ -100,7 +101,7 @@ class EncoderView:
 
 
 class StepperAxis:
-    """Motor, load and encoder behind one step output.  Without a `motor` it is ideal and never stalls."""
+    """Motor, load and encoder behind one step output.  Without a `motor` the axis is ideal and never stalls."""
 
     def __init__(
         self,
@@ -116,41 +117,41 @@ class StepperAxis:
     ) -> None:
         self.clock, self.name, self.train = clock, name, Train(history)
         self.limits, self.home = limits, home
-        """The first and the last position within the limit switches, and of the home switch; None: there are none."""
-        self.on_motion: list[Callable[[], None]] = []
-        """Called when a stroke begins or takes another course."""
+        """First and last position within the limit switches, and of the home switch; None: no switches."""
+        self.on_motion: Signal[[]] = Signal()
+        """Emitted when a move begins or changes its profile."""
         self.on_push: list[Callable[[], None]] = []
         """Called when the load has been pushed."""
         self.by_hand = ByHand(clock)
-        """Reports what a person does to it: `load`, `jam`, `push`."""
+        """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
-        self._outside = Layers(0.0, self._reconsider)
-        self._jams = Layers(False, self._reconsider)
-        self._torque_left = Layers(1.0, self._reconsider)
+        self._outside = Override(0.0, self._replan)
+        self._jams = Override(False, self._replan)
+        self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
-        self._lost = 0  # net pulses lost in strokes that are over
+        self._lost = 0  # net pulses lost in finished moves
         self._was_held = False
 
     # What the controller does
 
     def start(self, profile: Profile, direction: int) -> None:
-        """Give out a new stroke, from now on; `direction` +1 or -1."""
+        """Begin a new move now; `direction` +1 or -1."""
         self._lost += self.train.stroke.direction * self._lost_in_stroke(over=True)
         self._fall_in()
         if self._encoder:
             self._encoder.begin()
         self.train.start(self.clock.now, direction, profile)
         self._slips = self._find_slips(0, out_of_step=False)
-        self._tell()
+        self.on_motion.emit()
 
     def replace(self, profile: Profile) -> None:
-        """The stroke takes another course from now on; `profile` tells it from the stroke's start."""
+        """Replace the profile of the present move; `profile` is given from the start of the move."""
         self.train.replace(profile)
-        self._reconsider()
+        self._replan()
 
     def halt(self) -> None:
-        """No more pulses, at once."""
+        """Stop the pulses at once."""
         self.replace(self.train.stroke.profile.cut(self.clock.now - self.train.stroke.start_ns))
 
     @property
@@ -164,7 +165,7 @@ class StepperAxis:
             pin.sense(lambda: encoder.at_index, encoder.watch_index)
 
     def encoder_counted(self, within_ns: int) -> bool:
-        """True if the encoder has counted within so many ns until now, in the present stroke."""
+        """True if the encoder has counted in the last `within_ns` of the present move."""
         if self._encoder is None:
             return False
         stroke = self.train.stroke
@@ -174,31 +175,31 @@ class StepperAxis:
 
     @property
     def encoder_direction(self) -> int:
-        """+1 or -1: where the encoder has moved last; +1 without one."""
+        """Direction of the encoder's last motion, +1 or -1; +1 without an encoder."""
         return self._encoder.direction if self._encoder else +1
 
     @property
     def moving(self) -> bool:
-        """Whether pulses are still to come."""
+        """True if more pulses follow."""
         return self.train.moving(self.clock.now)
 
     @property
     def resting(self) -> bool:
-        """Whether it stays where it is until a stroke begins."""
+        """True if the axis stays where it is until the next move."""
         return not self.moving
 
     @property
     def foreseen(self) -> bool:
-        """Whether its course is known up to the next stroke; a motor that loses steps is looked at instead."""
+        """True if positions are predictable up to the next move; with lost steps they are read instead."""
         return not self._slips
 
     @property
     def follows(self) -> None:
-        """A stepper's controller takes no external encoder."""
+        """None: a stepper's controller has no external encoder."""
         return
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
-        """Where the motor stands at these times from the latest stroke on, in order, while no steps are lost."""
+        """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
         import numpy as np
 
         stroke = self.train.stroke
@@ -211,21 +212,21 @@ class StepperAxis:
         found: list[int] = (stroke.origin - self._lost + stroke.direction * done).tolist()
         return found
 
-    # What a person sees and does
+    # The machine, for the user
 
     @property
     def position(self) -> int:
-        """Where the motor stands, in pulses from 0 when the bench is made."""
+        """Position of the motor, in pulses from 0 when the bench was made."""
         return self.pulses - self._lost - self.train.stroke.direction * self._lost_in_stroke()
 
     @property
     def lost(self) -> int:
-        """Net pulses that the motor has not followed: those issued, less where it stands."""
+        """Net pulses that the motor has not followed: issued pulses less position."""
         return self.pulses - self.position
 
     @property
     def stalled(self) -> bool:
-        """Whether pulses go out and the rotor, out of step, does not follow them."""
+        """True if pulses are issued but the rotor, out of step, does not follow them."""
         stroke = self.train.stroke
         if not self._slips or not self.moving:
             return False
@@ -234,24 +235,24 @@ class StepperAxis:
 
     @property
     def per_rev(self) -> int | None:
-        """Pulses for a turn of the motor, by its data sheet or its encoder's; None: nobody has said."""
+        """Pulses per revolution from the data sheet of motor or encoder; None: unknown."""
         if self._motor is not None:
             return self._motor.pulses_per_rev
         return self._encoder.data.pulses_per_rev if self._encoder else None
 
     @property
     def pulses(self) -> int:
-        """Net pulses issued: plus those in the positive, minus those in the negative direction."""
+        """Net pulses issued in the positive direction."""
         return self.train.stroke.position_at(self.clock.now)
 
     @property
     def velocity(self) -> float:
-        """Pulses per second that are being issued, negative in the negative direction."""
+        """Rate of the issued pulses per second, negative in the negative direction."""
         stroke = self.train.stroke
         return stroke.direction * float(stroke.profile.rate_at(self.clock.now - stroke.start_ns))
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
-        """The nanoseconds at which pulses were issued, from `start_ns` to before `stop_ns` (None: up to now)."""
+        """Return the times of issued pulses in ns, from `start_ns` to before `stop_ns` (None: up to now)."""
         return self.train.pulse_times(start_ns, self.clock.now + 1 if stop_ns is None else stop_ns)
 
     @property
@@ -270,44 +271,44 @@ class StepperAxis:
 
     @property
     def jammed(self) -> bool:
-        """Whether the shaft cannot turn."""
+        """True if the shaft cannot turn."""
         return any(self._jams.values)
 
     @property
     def strength(self) -> float:
-        """What is left of the motor's torque, 0 to 1: of several defects the worst counts."""
+        """Remaining fraction of the motor's torque, 0 to 1; the worst of several defects wins."""
         return min(self._torque_left.values)
 
     def weaken(self, left: float) -> Callable[[], None]:
-        """So much is left of the motor's torque, 0 to 1: with 0 the rotor stands, an ideal motor knows only 0 and 1.
+        """Reduce the motor's torque to the fraction `left`, 0 to 1.  With 0 the rotor stops.
 
-        Returns what ends it.
+        An ideal motor distinguishes only 0 from other values.  Return a function that ends the defect.
         """
         return self._torque_left.add(left)
 
     def load(self, newton_metres: float) -> None:
-        """A torque on the shaft from outside; positive turns it in the positive direction."""
+        """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
         self.by_hand.tell("load", newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
-        """A defect brings one more torque from outside.  Returns what ends it."""
+        """Add an external torque, as a defect does.  Return a function that ends the defect."""
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
-        """A shaft that cannot turn, while pulses go on."""
+        """Block the shaft, or release it; pulses continue."""
         self.by_hand.tell("jam", on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:
-        """A defect keeps the shaft from turning, whoever else does.  Returns what ends it."""
+        """Block the shaft, as a defect does.  Return a function that ends the defect."""
         return self._jams.add(True)
 
     # The machine
 
     def reaches_ns(self, position: int) -> int | None:
-        """When the motor will next stand at `position`, as things are now; None: not in this stroke."""
+        """Return the time at which the motor next reaches `position`, as now planned; None: not in this move."""
         stroke, now_ns = self.train.stroke, self.clock.now
         n = (position + self._lost - stroke.origin) * stroke.direction
         per_tooth = self._motor.pulses_per_tooth if self._motor else 1
@@ -321,9 +322,9 @@ class StepperAxis:
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
     def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` on the very pulse that crosses one of these edges; edge n lies between position n-1 and n.
+        """Call `look()` on the exact pulse that crosses an edge; edge n lies between position n-1 and n.
 
-        Returns what ends it.
+        Return an unsubscribe function.
         """
         return _EdgeWatch(self, lambda: edges, look).end
 
@@ -331,7 +332,7 @@ class StepperAxis:
         return self._behind((over or not self.moving) and not self._held)
 
     def _behind(self, settled: bool) -> int:
-        """The pulses of this stroke that are lost, with the rotor standing between teeth or settled in one."""
+        """Return the lost pulses of this move, with the rotor between teeth or settled in one."""
         if not self._slips:
             return 0
         stroke = self.train.stroke
@@ -344,16 +345,16 @@ class StepperAxis:
 
     @property
     def _held(self) -> bool:
-        """Whether the rotor stays where it is, in step with the field or not: jammed, or without torque."""
+        """True if the rotor stays where it is, in step or not: it is blocked, or has no torque."""
         return self.jammed or not self.strength
 
     def _fall_in(self) -> None:
-        """A rotor that is free falls into the next tooth, so that it has lost whole ones."""
+        """Let a free rotor fall into the next tooth, so that it has lost whole teeth."""
         if self._lost and not self._held:
             self._lost = (1 if self._lost > 0 else -1) * whole_teeth(abs(self._lost), self._per_tooth)
 
-    def _settle(self) -> None:
-        """Held from now on, it stays where it has fallen in after its last stroke; let go, it falls in."""
+    def _update_held(self) -> None:
+        """Keep the position of a rotor that is blocked from now on; let a released one fall into a tooth."""
         if self._held and not self._was_held and not self.moving:
             self._lost, self._slips = self._lost + self.train.stroke.direction * self._behind(settled=True), []
         self._was_held = self._held
@@ -377,9 +378,9 @@ class StepperAxis:
         needed = abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
         return needed / self.strength
 
-    def _reconsider(self) -> None:
-        """The course or the load has changed: what has happened stays, what will happen is found anew."""
-        self._settle()
+    def _replan(self) -> None:
+        """Recompute the future slips after a change of profile or load; past slips stay."""
+        self._update_held()
         elapsed_ns = self.clock.now - self.train.stroke.start_ns
         pulses = self.train.stroke.profile.pulses_by(elapsed_ns)
         past = [slip for slip in self._slips if slip.first < pulses]
@@ -390,29 +391,25 @@ class StepperAxis:
         elif out_of_step:
             past[-1].last = pulses
         self._slips = past + future
-        self._tell()
-
-    def _tell(self) -> None:
-        for action in tuple(self.on_motion):
-            action()
+        self.on_motion.emit()
 
 
 class _EdgeWatch:
-    """Comes back whenever the axis crosses an edge, as far as its present course tells; the edges may move."""
+    """Calls `look` whenever the axis crosses an edge, predicted from its present profile; the edges may move."""
 
     def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], look: Callable[[], None]) -> None:
         self._axis, self._edges, self._look_there = axis, edges, look
         self._plan, self._waiting = 0, False
-        axis.on_motion.append(self.look)
+        self._unsubscribe = axis.on_motion.subscribe(self.look)
         self._wait()
 
     def end(self) -> None:
-        """Come back no more."""
+        """End all calls."""
         self._forget()
-        self._axis.on_motion.remove(self.look)
+        self._unsubscribe()
 
     def look(self) -> None:
-        """Look now, and come back at the next edge."""
+        """Call `look` now, then plan the next call."""
         self._forget()
         plan = self._plan
         self._look_there()
@@ -420,21 +417,21 @@ class _EdgeWatch:
             self._wait()
 
     def _wait(self) -> None:
-        """Come back at the next of them, if the axis gets there."""
+        """Plan a call at the next edge, if the axis reaches one."""
         plan, axis = self._plan, self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]
         if due:
             self._waiting = True
-            axis.clock.call_later(min(due) - axis.clock.now, lambda: self._come_back(plan))
+            axis.clock.call_later(min(due) - axis.clock.now, lambda: self._call(plan))
 
     def _forget(self) -> None:
-        """What was planned is void; nobody need wait for it."""
+        """Cancel the planned call; its event becomes background."""
         self._plan += 1
         self._axis.clock.background += self._waiting
         self._waiting = False
 
-    def _come_back(self, plan: int) -> None:
+    def _call(self, plan: int) -> None:
         if plan == self._plan:
             self._waiting = False
             self.look()

@@ -1,4 +1,4 @@
-"""Switches that an axis works: limit and home switches."""
+"""Limit and home switches, actuated by an axis."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -7,21 +7,24 @@ from axistwin.sim.pins import Pin
 
 
 class WatchedAxis(Protocol):
-    """What a switch knows of the axis that works it."""
+    """An axis as seen by a switch."""
 
     @property
     def position(self) -> int:
-        """Where it stands, in its own unit."""
+        """Position in the axis's own unit."""
 
     def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` whenever it may have crossed one of these; edge n lies between position n-1 and n.
+        """Call `look()` whenever the axis may have crossed an edge; edge n lies between position n-1 and n.
 
-        Returns what ends it.
+        Return an unsubscribe function.
         """
 
 
 class PositionSwitch:
-    """On while `first <= position <= last`; None: no end on that side.  A stepper works it on the very pulse."""
+    """A switch that is on while `first <= position <= last`; None: no end on that side.
+
+    With a stepper the switch changes on the exact pulse.
+    """
 
     def __init__(self, axis: WatchedAxis, first: int | None, last: int | None) -> None:
         self.axis, self.first, self.last = axis, first, last
@@ -35,7 +38,7 @@ class PositionSwitch:
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
     def _look(self) -> None:
-        """Switch if the position says so."""
+        """Update the switch for the present position."""
         inside = self._inside()
         if inside is not self.on:
             self.on = inside
@@ -43,7 +46,7 @@ class PositionSwitch:
 
 
 def in_series(switches: Sequence[PositionSwitch], pin: Pin, *, closed: bool = True) -> None:
-    """`pin` is at the level `closed` while every one of the switches is on, at the other while one is open."""
+    """Connect switches in series: `pin` has the level `closed` while all of them are on, else the other level."""
 
     def update() -> None:
         pin.set(all(switch.on for switch in switches) is closed)

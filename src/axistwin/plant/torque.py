@@ -1,8 +1,8 @@
-"""What a stepper motor can do: the torque-speed curve, and the whole rotor teeth it loses beyond it.
+"""The torque-speed curve of a stepper motor, and the whole rotor teeth that the motor loses beyond the curve.
 
-A rotor that is asked for more torque than the curve gives at that rate falls out of step and stands.  It falls in
-again when the rate is back within `pull_in` and the torque suffices, at one of its equilibria: they are one rotor
-tooth apart, so the position lost is a whole number of teeth.
+If the required torque exceeds the curve at the present rate, the rotor falls out of step and stops.  It falls into step
+again when the rate is back within `pull_in` and the torque suffices.  Its equilibria are one rotor tooth apart, so the
+lost position is a whole number of teeth.
 """
 
 from bisect import bisect_left
@@ -16,7 +16,7 @@ from axistwin.units import S
 
 @dataclass(frozen=True)
 class Load:
-    """What hangs on the shaft: friction `torque` in N·m against the motion, `inertia` in kg·m²."""
+    """The load on the shaft: friction `torque` in N·m against the motion, `inertia` in kg·m²."""
 
     torque: float = 0.0
     inertia: float = 0.0
@@ -30,8 +30,8 @@ class Load:
 class StepperMotor:
     """A stepper motor's data sheet.
 
-    `torque`: (pulses/s, N·m) points of the pull-out curve, straight between them, nothing beyond the last.
-    `pull_in`: the highest rate in pulses/s at which a standing rotor falls into step.  `inertia` of the rotor in kg·m².
+    `torque`: (pulses/s, N·m) points of the pull-out curve, linear between them, zero beyond the last. `pull_in`: the
+    highest rate in pulses/s at which a rotor at rest falls into step.  `inertia` of the rotor in kg·m².
     """
 
     torque: tuple[tuple[float, float], ...]
@@ -57,7 +57,7 @@ class StepperMotor:
         return max(1, self.pulses_per_rev // self.rotor_teeth)
 
     def torque_at(self, rate: float) -> float:
-        """Pull-out torque in N·m at this rate in pulses/s."""
+        """Return the pull-out torque in N·m at this rate in pulses/s."""
         rates = [point[0] for point in self.torque]
         j = bisect_left(rates, rate)
         if j == len(rates):
@@ -68,13 +68,13 @@ class StepperMotor:
         return at_low + (at_high - at_low) * (rate - low) / (high - low)
 
     def to_radians(self, pulses: float) -> float:
-        """Pulses (or pulses/s, pulses/s²) as radians of the shaft."""
+        """Convert pulses (or pulses/s, pulses/s²) to radians of the shaft."""
         return pulses * 2 * pi / self.pulses_per_rev
 
 
 @dataclass
 class Slip:
-    """The rotor stands from pulse `first` on and falls in again at pulse `last`; None: not within this stroke."""
+    """The rotor stops at pulse `first` and falls into step at pulse `last`; None: not within this move."""
 
     first: int
     last: int | None = None
@@ -83,7 +83,7 @@ class Slip:
 def slips(
     motor: StepperMotor, needed: Callable[[float], float], profile: Profile, elapsed_ns: int, out_of_step: bool
 ) -> list[Slip]:
-    """Where a rotor that follows `profile` falls out of step, from `elapsed_ns` on.
+    """Return the slips of a rotor that follows `profile`, from `elapsed_ns` on.
 
     `needed(acceleration)`: torque in N·m at an acceleration in pulses/s².
     """
@@ -111,7 +111,7 @@ def slips(
 
 
 def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> int:
-    """How far the rotor is behind after so many pulses of the stroke."""
+    """Return the number of pulses that the rotor lags after `pulses` pulses of the move."""
     lost = 0
     for slip in found:
         if pulses <= slip.first:
@@ -124,5 +124,5 @@ def lost_pulses(found: list[Slip], pulses: int, over: bool, per_tooth: int) -> i
 
 
 def whole_teeth(pulses: int, per_tooth: int) -> int:
-    """So many pulses, 0 or more, as the nearest whole number of teeth."""
+    """Return a number of pulses, 0 or more, rounded to whole teeth."""
     return (2 * pulses + per_tooth) // (2 * per_tooth) * per_tooth

@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from axistwin.bench import Bench, Controller, endpoints, line_format, product
-from axistwin.bench.action_runner import Hands
+from axistwin.bench.action_runner import ActionRunner
 from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Do
 from axistwin.conversations.conversation import parse_line
@@ -69,7 +69,7 @@ class Builder:
         self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()
         load = hosting.loader(self.bench, lambda file: self._text(str(self._beside(Path(file)))))
-        self._hands = Hands(self.bench, load, own=True)
+        self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
         """All of it; the controllers have just been switched on."""
@@ -277,7 +277,7 @@ class Builder:
             self._check_mend(act.value)
         if not here and act.target not in FAULT_ACTS:
             raise UsageError(f"whose is that? Say on = one of {', '.join(self.bench.controllers)}")
-        return self._hands.prepare(Do(act.target, act.value, controller=here))
+        return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _check_mend(self, name: str) -> None:
         """Faults of the script are there when their time has come."""
@@ -291,7 +291,7 @@ class Builder:
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
             with self.source.blaming(*path):
-                hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._hands)()
+                hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
         """Those that live here: where the file says so, whom they talk to, and what."""

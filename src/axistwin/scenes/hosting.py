@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from axistwin.bench import FAMILIES, Bench, Controller, endpoints
-from axistwin.bench.action_runner import Hands, Load
+from axistwin.bench.action_runner import ActionRunner, Load
 from axistwin.bench.actions import FAULT_ACTS, action
 from axistwin.bench.acts import Act, Do, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_of
@@ -39,16 +39,18 @@ Start = Callable[[], Process]
 """Lets a host begin."""
 
 
-def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], hands: Hands | None = None) -> Start:
+def prepared(
+    bench: Bench, name: str, file: str, read: Callable[[str], str], runner: ActionRunner | None = None
+) -> Start:
     """A host that sends this file to whoever is reached by this name.
 
-    `read`: finds the text of a file.  `hands`: who does what a conversation has, the same for all of a bench.  Raises
+    `read`: finds the text of a file.  `runner`: performs the actions of a conversation, one for a whole bench.  Raises
     ProgramError or UsageError if it cannot.
     """
     suffix, clock = _kind(bench, name, file), bench.clock
     text = read(file)
     if suffix == TALK:
-        talker = _Talker(bench, name, _conversation(bench, name, file, text), hands or Hands(bench, own=True))
+        talker = _Talker(bench, name, _conversation(bench, name, file, text), runner or ActionRunner(bench, own=True))
         return lambda: clock.process(talker.converse())
     controller = bench[name]
     if KINDS[suffix] == "digiplan":
@@ -124,9 +126,9 @@ class _Talker:
     What must be so (`=`) is nothing that a host does.
     """
 
-    def __init__(self, bench: Bench, name: str, conversation: Conversation, hands: Hands) -> None:
+    def __init__(self, bench: Bench, name: str, conversation: Conversation, runner: ActionRunner) -> None:
         self.bench, self.name, self.conversation = bench, name, conversation
-        self._hands = hands
+        self._runner = runner
         self._patience_ns = to_ns(conversation.seconds_in("patience", PATIENCE_S))
         self._rank = rank_of(conversation.headers.get("host", ""))
         self._heard: dict[str, bytearray] = {}
@@ -140,12 +142,12 @@ class _Talker:
             match act:
                 case Say(data=data):
                     self._check(self._whom(act))
-                    return self._hands.prepare(Say(data, controller=self._whom(act)))
+                    return self._runner.prepare(Say(data, controller=self._whom(act)))
                 case Do(target=target, value=value) if not self._is_later(act):
-                    return self._hands.prepare(Do(target, value, controller=self._whom(act)))
+                    return self._runner.prepare(Do(target, value, controller=self._whom(act)))
                 case Do(target=target, value=value):
                     later = Do(target, value, controller=self._whom(act))
-                    return lambda: self._hands.prepare(later)()
+                    return lambda: self._runner.prepare(later)()
                 case Hear():
                     self._listen(self._whom(act))
         return lambda: None

@@ -9,7 +9,7 @@ from functools import partial
 from logging import getLogger
 
 from axistwin.bench import Bench, endpoints
-from axistwin.bench.action_runner import LOAD, Hands
+from axistwin.bench.action_runner import LOAD, ActionRunner
 from axistwin.bench.actions import level_name
 from axistwin.bench.acts import Do, Say
 from axistwin.errors import AxistwinError, UsageError
@@ -38,7 +38,7 @@ class Outside:
             unwatch()
         self._watched.clear()
         self.bench = bench
-        self.hands = Hands(bench, loader(bench, self._text))
+        self.runner = ActionRunner(bench, loader(bench, self._text))
         self.watch()
 
     def watch(self) -> None:
@@ -57,7 +57,7 @@ class Outside:
     def prepared(self, act: Act) -> Callable[[], None]:
         """Somebody is going to do this; what cannot be done is found now.  Raises AxistwinError."""
         check(act)
-        return partial(self._do, act, self.hands.prepare(act))
+        return partial(self._do, act, self.runner.prepare(act))
 
     def _do(self, act: Act, do: Callable[[], object]) -> None:
         self.pacer.sync()
@@ -76,7 +76,7 @@ class Outside:
         """Somebody has done this before; what could not be done then is told, and nothing is done again."""
         try:
             with one_act(self.bench.clock):
-                self.hands.prepare(act)()
+                self.runner.prepare(act)()
         except AxistwinError as error:
             log.warning("%s", error)
 
@@ -85,7 +85,7 @@ class Outside:
         if self.pacer.advancing:
             return
         if endpoints.at_a_bus(self.bench, name):
-            self.hands.leave(name)
+            self.runner.leave(name)
             self._note(_at_registers(name, done))
         elif done.kind not in ("dtr", "rts") or self.bench.port(name).handshake:  # else nobody sees them
             self._note(_at_a_line(name, done))

@@ -1,21 +1,21 @@
-"""The moments at which a device raises one of its fault flags, for those who want to know."""
+"""Notification when a device raises one of its fault flags."""
 
 from collections.abc import Callable
 
+from axistwin.sim.signal import Signal
+
 
 class Alarms:
-    """`names`: the flags that are told, as the device's manual has them."""
+    """The fault flags of a device.  `names`: the flags that are reported, named as in the device's manual."""
 
     def __init__(self, *names: str) -> None:
         self.names = names
-        self._watchers: list[Callable[[str], None]] = []
+        self._raised: Signal[str] = Signal()
 
     def tell(self, name: str) -> None:
-        """The device has raised this flag."""
-        for watcher in tuple(self._watchers):
-            watcher(name)
+        """Report that the device raises this flag."""
+        self._raised.emit(name)
 
-    def watch(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(name)` whenever a flag is raised.  Returns what ends it."""
-        self._watchers.append(watcher)
-        return lambda: self._watchers.remove(watcher)
+    def subscribe(self, callback: Callable[[str], None]) -> Callable[[], None]:
+        """Call `callback(name)` whenever a flag is raised.  Return an unsubscribe function."""
+        return self._raised.subscribe(callback)

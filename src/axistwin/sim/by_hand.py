@@ -1,6 +1,6 @@
-"""What a person does at a machine, reported to those who record it.
+"""Actions of a person at a machine, reported so that they can be recorded.
 
-What the bench does by itself (the script of a scene, a fault) is not reported: it happens again without them.
+Actions of the bench itself (a scene's script, a fault) are not reported: they happen again in every run.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,12 +10,12 @@ from typing import Any
 from axistwin.errors import UsageError
 from axistwin.numbers import shortened
 from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
 
 MOST_COUNTS = 1 << 53
-"""Pulses or counts that a person moves something by."""
+"""Maximum displacement in one action, in pulses or counts."""
 MOST_TORQUE = 1000.0
-"""N·m on a shaft from outside."""
-Watcher = Callable[..., object]
+"""Maximum external torque on a shaft, in N·m."""
 
 
 def check_counts(counts: object, act: str) -> None:
@@ -34,7 +34,7 @@ def check_torque(newton_metres: float) -> None:
 
 @contextmanager
 def by_itself(clock: Clock) -> Iterator[None]:
-    """What is done to machines meanwhile, the bench does by itself."""
+    """Attribute all actions at machines to the bench itself, so that they are not reported."""
     within, clock.by_itself = clock.by_itself, True
     try:
         yield
@@ -43,19 +43,17 @@ def by_itself(clock: Clock) -> Iterator[None]:
 
 
 class ByHand:
-    """Reports what a person does at one thing: the name of the act, and its values."""
+    """Reports the actions of a person at one machine part: the name of the action and its values."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._watchers: list[Watcher] = []
+        self._begins: Signal[...] = Signal()
 
-    def watch(self, watcher: Watcher) -> Callable[[], None]:
-        """Call `watcher(act, *values)` before each act.  Returns what ends the watching."""
-        self._watchers.append(watcher)
-        return lambda: self._watchers.remove(watcher)
+    def subscribe(self, callback: Callable[..., object]) -> Callable[[], None]:
+        """Call `callback(act, *values)` before each action.  Return an unsubscribe function."""
+        return self._begins.subscribe(callback)
 
     def tell(self, act: str, *values: Any) -> None:
-        """A person does this now, unless the bench does it by itself."""
+        """Report an action, unless the bench itself performs it."""
         if not self._clock.by_itself:
-            for watcher in tuple(self._watchers):
-                watcher(act, *values)
+            self._begins.emit(act, *values)

@@ -1,7 +1,7 @@
 """The one clock of a bench: a SimPy environment whose time is an integer number of nanoseconds.
 
-A procedure that takes time is a generator; time passes only where it yields.  Events at the same nanosecond
-happen in the order in which they were scheduled, so that two runs of the same bench are identical.
+A procedure that takes time is a generator; time passes only where it yields.  Events at the same nanosecond happen in
+the order in which they were scheduled.  Two runs of the same bench are therefore identical.
 """
 
 from collections.abc import Callable, Generator
@@ -14,15 +14,16 @@ import simpy
 from simpy.events import URGENT, Event, Interruption, Process
 
 from axistwin.errors import UsageError
+from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
 __all__ = ["Clock", "Event", "Procedure", "Process", "interrupt", "kill"]
 
 Procedure = Generator[Event, Any, Any]
-"""A device procedure told top to bottom: it yields events and is resumed when they have happened."""
+"""A device procedure, written top to bottom: it yields events and is resumed when they have happened."""
 
 LAST = 9
-"""The rank of what comes from outside, after all that the bench does itself."""
+"""The rank of events from outside, after all events of the bench itself."""
 _AFTER_EVERYTHING_ELSE = 1_000  # a SimPy priority: 0 urgent, 1 normal
 
 
@@ -34,53 +35,53 @@ class Clock(simpy.Environment):
     def __init__(self) -> None:
         super().__init__()
         self.patient = True
-        """Whether nobody outside minds if a nanosecond takes seconds to compute; who sees it in real time does."""
+        """True unless a user watches in real time: then no nanosecond may take seconds to compute."""
         self.background = 0
-        """Events to come that only keep up an appearance, such as the next flash of a lamp that somebody watches."""
+        """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
         self.acting = False
-        """Whether somebody outside is doing something right now, of which all that is done meanwhile is part."""
+        """True while an outside action is in progress; all that happens meanwhile is part of that action."""
         self.interrupted: set[Process] = set()
-        """Procedures with an interrupt on its way."""
+        """Procedures with a pending interrupt."""
         self.by_itself = False
-        """Whether what is done to machines right now the bench does by itself: its script, a fault."""
-        self._onlookers: list[Callable[[], None]] = []
+        """True while the bench itself acts on machines: its script or a fault."""
+        self._ends: Signal[[]] = Signal()
 
     @property
     def quiet(self) -> bool:
-        """Whether nothing more happens by itself but what goes on in the background for ever."""
+        """True if no events are scheduled except endless background events."""
         return len(self._queue) <= self.background
 
     @property
     def done(self) -> bool:
-        """Whether all has happened that is due by now."""
+        """True if all events that are due by now have happened."""
         return not self._queue or self._queue[0][0] > self._now
 
     def run_to(self, end_ns: int) -> None:
-        """Let everything happen that is due up to and including `end_ns`; the clock then stands there.
+        """Process all events that are due up to and including `end_ns`; `now` is `end_ns` afterwards.
 
         Raises UsageError for a time after the end of virtual time.
         """
         end = self._last_at(_possible(end_ns))
         try:
-            while end.callbacks is not None:  # until it has happened
+            while end.callbacks is not None:  # until the end event has happened
                 self.step()
         finally:
-            if end.callbacks is not None:  # something was raised
+            if end.callbacks is not None:  # an exception was raised
                 self._withdraw(end)
 
     def later(self, duration_ns: int) -> int:
-        """The time so much later than now.  Raises UsageError if that is after the end of virtual time."""
+        """Return the time `duration_ns` after now.  Raises UsageError if it is after the end of virtual time."""
         return _possible(self.now + duration_ns)
 
     def after_all(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
-        """Do `action` once, at that time, when everything else has happened that is due by then.
+        """Do `action` once at `time_ns`, after all other events that are due by then.
 
-        That is where it would be done by who calls `run_to(time_ns)` and then does it.  Of several that come after all
-        else those of a lower `rank`, up to LAST, come first.  Returns what takes it back.
+        The effect is the same as calling `run_to(time_ns)` and then `action`.  Of several such actions, those of a
+        lower `rank` (up to LAST) come first.  Return a function that cancels the action.
         """
         event = self._last_at(time_ns, rank)
         assert event.callbacks is not None
-        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
 
         def take_back() -> None:
             if event.callbacks is not None:
@@ -93,35 +94,34 @@ class Clock(simpy.Environment):
         heapify(self._queue)
 
     def _last_at(self, time_ns: int, rank: int = LAST) -> Event:
-        """An event that happens when everything else has that is due by then."""
+        """Return an event that happens after all other events that are due by then."""
         event = Event(self)
         event._ok, event._value = True, None  # triggered by the passing of time, as simpy.Timeout does it
         self.schedule(event, priority=_AFTER_EVERYTHING_ELSE + rank, delay=time_ns - self.now)  # type: ignore[arg-type]
         return event
 
-    def look_on(self, onlooker: Callable[[], None]) -> Callable[[], None]:
-        """Call `onlooker` at the end of each nanosecond in which something happens.  Returns what ends that.
+    def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback` at the end of each nanosecond in which something happens.  Return an unsubscribe function.
 
-        It may look at everything and must change nothing.  Until somebody looks on, it costs nothing.
+        The callback may read the bench but must not change it.  Without subscribers there is no cost.
         """
-        self._onlookers.append(onlooker)
-        self.step = self._watched_step  # type: ignore[method-assign]
+        unsubscribe = self._ends.subscribe(callback)
+        self.step = self._observed_step  # type: ignore[method-assign]
 
-        def look_away() -> None:
-            self._onlookers.remove(onlooker)
-            if not self._onlookers:
+        def end() -> None:
+            unsubscribe()
+            if not self._ends:
                 del self.step
 
-        return look_away
+        return end
 
-    def _watched_step(self) -> None:
+    def _observed_step(self) -> None:
         if self._queue and self._queue[0][0] > self.now:
-            for onlooker in tuple(self._onlookers):
-                onlooker()
+            self._ends.emit()
         super().step()
 
     def next_event_ns(self) -> int | None:
-        """When something happens next, or None while nothing is due before the end of virtual time."""
+        """Return the time of the next event; None: no event is due before the end of virtual time."""
         due = self.peek()
         return None if due >= MOST_NS else int(due)
 
@@ -129,21 +129,21 @@ class Clock(simpy.Environment):
         """Do `action` once, `delay_ns` from now."""
         event = self.timeout(delay_ns)
         assert event.callbacks is not None
-        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
 
     def soon(self, action: Callable[[], object]) -> None:
-        """Do `action` once, in this nanosecond and before all else that is due, when the present procedure waits."""
+        """Do `action` once, in this nanosecond, as soon as the present procedure yields and before all other events."""
         event = Event(self)
         event._ok, event._value = True, None
-        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # what it returns is nobody's affair
+        event.callbacks.append(lambda _: action())  # type: ignore[arg-type]  # the result is not used
         self.schedule(event, priority=URGENT)
 
 
 def interrupt(process: Process) -> None:
-    """Interrupt a procedure where it waits: it is resumed there with `simpy.Interrupt`, in this very nanosecond.
+    """Interrupt a procedure at its `yield`: it is resumed there with `simpy.Interrupt`, in the same nanosecond.
 
-    Nothing happens if the procedure is over, is the one that asks, or has an interrupt on its way already.  Procedures
-    are interrupted in no other way.
+    Nothing happens if the procedure has finished, is the caller itself, or has a pending interrupt.  Use this function
+    only; do not interrupt a procedure in another way.
     """
     clock = process.env
     assert isinstance(clock, Clock), "procedures belong to a clock"
@@ -157,7 +157,7 @@ def interrupt(process: Process) -> None:
 def _possible(time_ns: int) -> int:
     if time_ns >= MOST_NS:
         raise UsageError(
-            "virtual time ends after 292 years, at 9.22e9 s: let less time pass, or begin with a new bench"
+            "virtual time ends after 292 years, at 9.22e9 s: run for a shorter time, or begin with a new bench"
         )
     return time_ns
 
@@ -165,8 +165,7 @@ def _possible(time_ns: int) -> int:
 def kill(process: Process) -> None:
     """End a procedure at once, as a power cut does: it is not resumed; only its `finally` clauses run.
 
-    It is over then, so that an interrupt on its way reaches nobody.  A procedure that ends itself does so
-    where it waits next.
+    A pending interrupt is lost.  A procedure that ends itself ends at its next `yield`.
     """
     if not process.is_alive:
         return

@@ -1,4 +1,4 @@
-"""Characters as frames of bits: a format, and what a receiver in that format makes of the levels it has sampled.
+"""Characters as frames of bits: formats, and decoding of sampled levels in a format.
 
 idle ──┐     ┌──┬──┬──┬──┬──┬──┬──┬──┬──┐╌╌╌ idle or next start bit
        │start│b0│b1│b2│b3│b4│b5│b6│b7│par│stop
@@ -20,12 +20,12 @@ Parity = Literal["N", "E", "O", "M", "S"]
 BITS = 5, 6, 7, 8
 STOP_BITS = 1, 1.5, 2
 FASTEST_BAUD = 12_000_000
-"""The fastest UARTs of USB adapters; no controller here comes near it."""
+"""The highest baud rate of USB adapters' UARTs; no controller here is nearly as fast."""
 MARK, SPACE = True, False
 
 
 class LineError(Flag):
-    """What a receiver finds wrong with a character."""
+    """Errors that a receiver detects in a character."""
 
     NONE = 0
     PARITY = 1
@@ -34,14 +34,14 @@ class LineError(Flag):
 
 
 SOUND = LineError.NONE
-"""Said of every character that comes through; looking it up in the enumeration takes longer than the rest."""
+"""The errors of a good character; a name, because a look-up in the enumeration is slow in the inner loop."""
 
 
 @dataclass(frozen=True)
 class UartFormat:
-    """How characters are framed.  Parity in pyserial's letters: none, even, odd, mark, space.
+    """The format of a character on the wire.  Parity in pyserial's letters: none, even, odd, mark, space.
 
-    Raises UsageError for a format that no UART has: 1 to 12,000,000 baud, 5 to 8 data bits, 1, 1.5 or 2 stop bits.
+    Raises UsageError for an invalid format.  Valid are 1 to 12,000,000 baud, 5 to 8 data bits, 1, 1.5 or 2 stop bits.
     """
 
     baudrate: int = 9600
@@ -64,55 +64,58 @@ class UartFormat:
 
     @cached_property
     def bit_ns(self) -> Fraction:
-        """One bit, exactly."""
+        """Duration of one bit, exactly."""
         return Fraction(S, self.baudrate)
 
     @cached_property
     def frame_ns(self) -> int:
-        """A whole character, from start bit to last stop bit."""
+        """Duration of a whole character, from start bit to last stop bit."""
         return round((1 + self.bytesize + (self.parity != "N") + Fraction(self.stopbits)) * self.bit_ns)
 
     @cached_property
     def receive_ns(self) -> int:
-        """From the falling edge of the start bit to the end of the first stop bit."""
+        """Time from the falling edge of the start bit to the end of the first stop bit."""
         return round((2 + self.bytesize + (self.parity != "N")) * self.bit_ns)
 
     @cached_property
     def shape(self) -> tuple[int, int, str]:
-        """What both ends must have in common to understand each other."""
+        """The properties that sender and receiver must share: baud rate, data bits, parity."""
         return self.baudrate, self.bytesize, self.parity
 
     def parity_bit(self, byte: int) -> bool:
-        """The level of the parity bit of `byte`."""
+        """Return the level of the parity bit of `byte`."""
         if self.parity in "MS":
             return self.parity == "M"
         odd = byte.bit_count() % 2 == 1
         return odd if self.parity == "E" else not odd
 
     def frame(self, byte: int, flipped: int = 0) -> tuple[bool, ...]:
-        """Levels of start, data and parity bits; `flipped` data bits are disturbed on the way, after the parity."""
+        """Return the levels of start, data and parity bits; `flipped` data bits are inverted after that."""
         byte &= (1 << self.bytesize) - 1
         data = tuple(bool((byte ^ flipped) >> bit & 1) for bit in range(self.bytesize))
         return (SPACE, *data) if self.parity == "N" else (SPACE, *data, self.parity_bit(byte))
 
     def spaces(self, byte: int, flipped: int = 0) -> tuple[tuple[int, int], ...]:
-        """Runs of space in that frame: the number of the first bit of each, and that of the first one after it."""
+        """Return the runs of space in that frame: the first bit of each run, and the first bit after it."""
         return _spaces(self.bytesize, self.parity, byte, flipped)
 
     @cached_property
     def samples(self) -> int:
-        """Bits that a receiver looks at: start bit, data, parity, first stop bit."""
+        """Number of bits that a receiver samples: start bit, data, parity, first stop bit."""
         return 2 + self.bytesize + (self.parity != "N")
 
     def decode(self, level_at: Callable[[Fraction], bool]) -> tuple[int, LineError] | None:
-        """What a receiver in this format reads; `level_at(time since the falling edge)`.  None: a false start."""
+        """Return the byte and errors that a receiver in this format reads; None: a false start.
+
+        `level_at` returns the level at a time after the falling edge.
+        """
         middles = [(bit + Fraction(1, 2)) * self.bit_ns for bit in range(self.samples)]
         if level_at(middles[0]) is MARK:
             return None
         return self.read(sum(level_at(middle) << bit for bit, middle in enumerate(middles)))
 
     def read(self, levels: int) -> tuple[int, LineError]:
-        """What a receiver in this format makes of the levels in the middles of these bits, the start bit as bit 0."""
+        """Return the byte and errors for `levels`, sampled in the middle of each bit, the start bit as bit 0."""
         byte = levels >> 1 & ((1 << self.bytesize) - 1)
         wrong_parity = self.parity != "N" and bool(levels >> 1 + self.bytesize & 1) is not self.parity_bit(byte)
         no_stop_bit = not levels >> self.samples - 1
@@ -123,7 +126,7 @@ _FOUND = {
     (parity, framing, low): LineError(parity | framing << 1 | low << 2)
     for parity, framing, low in product((False, True), repeat=3)
 }
-"""What is said of a character, by what is wrong with it; putting flags together takes longer than the rest."""
+"""Line errors by (parity, framing, break); a table, because combining flags is slow in the inner loop."""
 
 
 def _invalid(what: str, given: object, expected: str) -> UsageError:
@@ -141,36 +144,36 @@ def _spaces(bytesize: int, parity: Parity, byte: int, flipped: int) -> tuple[tup
 
 @dataclass(slots=True)
 class Frame:
-    """Something that is put on a wire at `start_ns`: spaces between bits of `bit/per` ns; else it is at mark."""
+    """A signal on a wire from `start_ns` on: spaces between bits of `bit/per` ns; otherwise the wire is at mark."""
 
     start_ns: int
     spaces: tuple[tuple[int, int], ...]
     bit: int
     per: int
     sent: tuple[UartFormat, int] | None = None
-    """The format and the character, if nothing has disturbed it."""
+    """The format and the character if nothing has disturbed it."""
     own: bool = False
-    """True if the receiver's own transmitter sends it, on a pair that both share: no start bit to the receiver."""
+    """True if the receiver's own transmitter sends the frame on a shared pair: no start bit for the receiver."""
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":
-        """A character; `flipped` data bits are disturbed on the way."""
+        """Return the frame of a character; `flipped` data bits are inverted."""
         intact = None if flipped else (sent, byte & (1 << sent.bytesize) - 1)
         return cls(start_ns, sent.spaces(byte, flipped), S, sent.baudrate, intact, own)
 
     @classmethod
     def held(cls, start_ns: int, duration_ns: int, *, own: bool = False) -> "Frame":
-        """Space for so long."""
+        """Return a frame that holds the wire at space for `duration_ns`."""
         return cls(start_ns, ((0, 1),), duration_ns, 1, own=own)
 
     @property
     def end(self) -> int:
-        """The end of its last space, in units of 1/`per` ns."""
+        """End of the frame's last space, in units of 1/`per` ns."""
         return self.start_ns * self.per + self.spaces[-1][1] * self.bit
 
 
 @dataclass(frozen=True)
 class Break:
-    """Space for longer than a character."""
+    """A break: space for longer than a character."""
 
     duration_ns: int

@@ -1,7 +1,7 @@
-"""What a host does at its end of a line or at its registers, told to those who want to do the same again.
+"""Actions of a host at its end of a line or at its registers, reported so that they can be repeated.
 
-An act brings others about: a fault that waits for a character sets the host's baud rate, somebody attends to a status
-that has changed.  If that happens at once, within the act, it is not told: it happens again when the act is repeated.
+One action may cause others: a character triggers a fault that sets the host's baud rate, or a status change makes a
+host read a register.  An action that another one causes immediately is not reported: repeating the first repeats both.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
 
 V = TypeVar("V")
 T = TypeVar("T")
@@ -17,7 +18,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class HostAct:
-    """One thing that a host does; `value`: with what.  Each kind of port says which kinds there are."""
+    """One action of a host with its `value`.  The kinds depend on the kind of port."""
 
     kind: str
     value: Any = None
@@ -25,9 +26,9 @@ class HostAct:
 
 @contextmanager
 def one_act(clock: Clock) -> Iterator[bool]:
-    """What hosts do meanwhile, at any port, is part of one act and is not told.
+    """Combine all actions of hosts, at any port, into one action; inner actions are not reported.
 
-    Yields whether this act is itself part of no other.
+    Yield True if this action is not itself inside another one.
     """
     within, clock.acting = clock.acting, True
     try:
@@ -37,22 +38,21 @@ def one_act(clock: Clock) -> Iterator[bool]:
 
 
 class HostActs:
-    """Whoever is told of what a host does at one port."""
+    """Performs and reports the actions of a host at one port."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._watchers: list[Callable[[HostAct], None]] = []
+        self._begins: Signal[HostAct] = Signal()
 
-    def watch(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `watcher(act)` before each.  Returns what ends the watching."""
-        self._watchers.append(watcher)
-        return lambda: self._watchers.remove(watcher)
+    def subscribe(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `callback(act)` before each action.  Return an unsubscribe function."""
+        return self._begins.subscribe(callback)
 
     def __call__(self, kind: str, value: V, action: Callable[[V], T]) -> T:
-        """Do it: `action(value)`, after it has been told."""
-        if not self._watchers:
+        """Report the action, then perform it: `action(value)`."""
+        if not self._begins:
             return action(value)
         with one_act(self._clock) as outermost:
-            for watcher in tuple(self._watchers) if outermost else ():
-                watcher(HostAct(kind, value))
+            if outermost:
+                self._begins.emit(HostAct(kind, value))
             return action(value)

@@ -7,7 +7,7 @@ mark  ──┐     ┌──┐        ┌──
 space   └─────┘  └────────┘
         begin end                   half open: at `begin` the wire is at space, at `end` at mark
 
-Each space is stored once, taken out once, and read only at the first place; so the cost per character is constant.
+Each space is stored once and removed once, and only the first space is read.  The cost per character is constant.
 """
 
 from collections import deque
@@ -27,17 +27,17 @@ class Space:
     def __init__(self, begin: int, end: int, per: int, unread: bool) -> None:
         self.begin, self.end, self.per = begin, end, per
         self.unread = unread
-        """True if it begins with a falling edge at which the receiver may still find a start bit."""
+        """True if the space begins with a falling edge that the receiver may still take as a start bit."""
 
 
 class Levels:
-    """What is on a wire from now on.  Times at which it is read never go back."""
+    """The levels of a wire from now on.  It must be read at times that never decrease."""
 
     def __init__(self) -> None:
         self._spaces: deque[Space] = deque()
 
     def __len__(self) -> int:
-        """The spaces that are still to be read."""
+        """Return the number of spaces that are still to be read."""
         return len(self._spaces)
 
     def put(self, frame: Frame) -> None:
@@ -50,7 +50,7 @@ class Levels:
         self._spaces.extend(new)
 
     def cut(self, now_ns: int) -> None:
-        """From now on the wire is at mark, until something is put on it."""
+        """Set the wire to mark from now on, until the next `put`."""
         spaces = self._spaces
         while spaces and spaces[-1].begin >= now_ns * spaces[-1].per:
             spaces.pop()
@@ -58,20 +58,20 @@ class Levels:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
     def low(self, at: int, per: int) -> bool:
-        """True if the wire is at space at `at/per` ns.  What ends by then is forgotten."""
+        """True if the wire is at space at `at/per` ns.  Spaces that end by then are forgotten."""
         self.forget(at, per)
         spaces = self._spaces
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
 
     def sample(self, at: int, step: int, per: int, count: int) -> int:
-        """Levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.
+        """Return the levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.
 
-        What ends by the last but one is forgotten; a receiver may look once more at what has come since.
+        Spaces that end by the last but one sample are forgotten; a receiver may sample the newer ones once more.
         """
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
             since, width = at * space.per, step * space.per
-            first = max(0, (space.begin * per - since + width - 1) // width)  # rounded up: the samples in between
+            first = max(0, (space.begin * per - since + width - 1) // width)  # round up: the samples inside the space
             if first >= count:
                 break
             last = min(count, (space.end * per - since + width - 1) // width)  # a break may go on for hours
@@ -83,21 +83,21 @@ class Levels:
         return levels
 
     def at(self, time_ns: Fraction) -> bool:
-        """The level at any time, as far as it is known by now."""
+        """Return the level at any time, as far as it is known by now."""
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Forget what ends by `at/per` ns."""
+        """Forget all spaces that end by `at/per` ns."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if everybody who has put something on the wire leaves it at mark from now on."""
+        """True if the wire stays at mark from now on: no frame on it holds space later."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:
-        """Spaces whose falling edge is at `since/per` ns or later and has not been given before."""
+        """Yield the unread spaces whose falling edge is at `since/per` ns or later; each space is yielded once."""
         for space in self._spaces:
             if space.unread:
                 space.unread = False
@@ -105,7 +105,7 @@ class Levels:
                     yield space
 
     def _take_from(self, first: Space) -> list[Space]:
-        """Take out the spaces that end after this one begins."""
+        """Remove and return the spaces that end after `first` begins."""
         taken = []
         while self._spaces and _before(first.begin, first.per, self._spaces[-1].end, self._spaces[-1].per):
             taken.append(self._spaces.pop())
@@ -117,12 +117,15 @@ def _before(one: int, per_one: int, other: int, per_other: int) -> bool:
 
 
 def _order(one: Space, other: Space) -> int:
-    """Negative if the first one begins earlier."""
+    """Return a negative number if `one` begins earlier."""
     return one.begin * other.per - other.begin * one.per
 
 
 def _merged(spaces: Iterable[Space]) -> list[Space]:
-    """The same without overlaps.  Spaces that only touch stay apart: each transmitter begins its frame from mark."""
+    """Return the spaces without overlaps.
+
+    Spaces that only touch stay apart, as each transmitter begins its frame from mark.
+    """
     merged: list[Space] = []
     for space in sorted(spaces, key=cmp_to_key(_order)):
         last = merged[-1] if merged else None

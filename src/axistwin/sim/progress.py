@@ -1,43 +1,49 @@
-"""The moments at which a device begins a line of a program that it keeps, for those who want to know."""
+"""Notification when a device begins a line of its stored program."""
 
 from collections.abc import Callable
 
+from axistwin.sim.signal import Signal
+
 LineWatcher = Callable[[str, int], None]
-"""Told the name of the program, and the line's index from 0."""
+"""Callback with the name of the program and the line's index from 0."""
 Line = tuple[str, int]
-"""A line by the same."""
+"""A line: the name of its program and its index from 0."""
 
 
 class Progress:
-    """Who is told of which lines.  `attend()` is called whenever others are wanted than before."""
+    """Subscribers to program lines.  `attend()` is called whenever the set of requested lines may have changed."""
 
     def __init__(self, attend: Callable[[], None] = lambda: None) -> None:
         self._attend = attend
-        self._watchers: list[tuple[LineWatcher, Line | None]] = []
+        self._begins: Signal[str, int] = Signal()
+        self._lines: list[Line | None] = []
 
     @property
     def wanted(self) -> frozenset[Line] | None:
-        """The lines that somebody wants to know of; None: all."""
-        lines = frozenset(line for _, line in self._watchers if line is not None)
-        return lines if len(lines) == len({line for _, line in self._watchers}) else None
+        """The lines that have subscribers; None: all lines."""
+        return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def tell(self, program: str, index: int) -> None:
-        """This line begins now."""
-        for watcher, line in tuple(self._watchers):
-            if line is None or line == (program, index):
-                watcher(program, index)
+        """Report that this line begins now."""
+        self._begins.emit(program, index)
 
-    def watch(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` whenever a line begins, or `only` this one.
+    def watch(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Call `callback(program, index)` whenever a line begins, or only when the line `only` begins.
 
-        It may look and must change nothing at that moment.  Returns what ends it.
+        The callback may read the bench but must not change it.  Return an unsubscribe function.
         """
-        entry = watcher, only
-        self._watchers.append(entry)
+
+        def begins(program: str, index: int) -> None:
+            if only is None or only == (program, index):
+                callback(program, index)
+
+        unsubscribe = self._begins.subscribe(begins)
+        self._lines.append(only)
         self._attend()
 
-        def look_away() -> None:
-            self._watchers.remove(entry)
+        def end() -> None:
+            unsubscribe()
+            self._lines.remove(only)
             self._attend()
 
-        return look_away
+        return end

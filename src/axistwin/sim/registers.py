@@ -1,11 +1,11 @@
-"""A register port: two addresses on a bus, as a host finds them.
+"""A register port: two addresses on a bus, as a host accesses them.
 
     offset   read                          write
     0        output data buffer (FIFO)     input data buffer (FIFO)
     1        status byte                   control byte
 
-The port is the hardware only; what the bits mean is the device's affair.  The device tells when a whole command has
-been handed over and when a whole message lies ready, for those who listen in.
+The port is the hardware only; the device defines the bits.  The device also reports complete commands and ready
+messages to subscribers.
 """
 
 from collections import deque
@@ -15,17 +15,18 @@ from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
+from axistwin.sim.signal import Signal
 
 DEPTH = 16
 """Bytes in a FIFO."""
 
 DATA, CONTROL = 0, 1
 NOBODY_DRIVES = 0xFF
-"""What a host reads from a bus that no board drives."""
+"""The value that a host reads from a bus while no board drives it."""
 
 
 class Fifo:
-    """Bytes, first in first out.  Full: what is written is lost.  Empty: what is read is 0."""
+    """A queue of bytes.  When it is full, a written byte is lost; when it is empty, a read returns 0."""
 
     def __init__(self, depth: int = DEPTH) -> None:
         self.depth = depth
@@ -36,31 +37,31 @@ class Fifo:
 
     @property
     def contents(self) -> bytes:
-        """All bytes; they stay."""
+        """All bytes, without removing them."""
         return bytes(self._bytes)
 
     def push(self, value: int) -> None:
-        """One byte in."""
+        """Append one byte."""
         if len(self._bytes) < self.depth:
             self._bytes.append(value)
 
     def pop(self) -> int:
-        """One byte out."""
+        """Remove and return one byte."""
         return self._bytes.popleft() if self._bytes else 0
 
     def load(self, data: bytes) -> None:
-        """These bytes, and none from before."""
+        """Replace the contents."""
         self._bytes = deque(data[: self.depth])
 
     def drain(self) -> bytes:
-        """All bytes; the FIFO is then empty."""
+        """Remove and return all bytes."""
         data = bytes(self._bytes)
         self._bytes.clear()
         return data
 
 
 class RegisterPort:
-    """The host's side (`read`, `write`, `interrupt`, `init`) and the device's (everything else)."""
+    """The host's side of the registers (`read`, `write`, `interrupt`, `init`) and the device's (everything else)."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -68,17 +69,17 @@ class RegisterPort:
         self.input, self.output = Fifo(), Fifo()
         self._status = 0
         self._doing = HostActs(clock)
-        self._watchers: list[Callable[[], None]] = []
-        self._listeners: list[Callable[[bytes], None]] = []
-        self._hearers: list[Callable[[bytes], None]] = []
+        self._status_changes: Signal[[]] = Signal()
+        self._commands: Signal[bytes] = Signal()
+        self._messages: Signal[bytes] = Signal()
         self.interrupt_line = Pin(clock, "interrupt", output=True)
-        """The line to the host, for those who want to watch it; high: active."""
+        """The interrupt line to the host, for subscribers; high: active."""
         self.on_control: Callable[[int], None] = lambda value: None
         self.on_init: Callable[[], None] = lambda: None
 
     @property
     def interrupt(self) -> bool:
-        """Whether the board interrupts the host."""
+        """True while the board interrupts the host."""
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
@@ -97,28 +98,28 @@ class RegisterPort:
         if self.powered:
             self._doing("write", (offset, value), self._write)
 
-    def _write(self, where_and_what: tuple[int, int]) -> None:
-        offset, value = where_and_what
+    def _write(self, register: tuple[int, int]) -> None:
+        offset, value = register
         if offset == DATA:
             self.input.push(value)
         else:
             self.on_control(value)
 
     def init(self) -> None:
-        """The bus's reset line is activated."""
+        """Activate the bus's reset line."""
         if self.powered:
             self._doing("init", None, lambda _: self.on_init())
 
-    def watch_host(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `watcher(act)` before everything that a host does here and that changes something.
+    def watch_host(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `callback(act)` before every action of the host that changes something.  Return an unsubscribe function.
 
-        Kinds, with their values: `read` of the data buffer (None), `write` (offset, byte), `init` (None).  An unpowered
-        board notices none of them.  Returns what ends the watching.
+        Kinds with their values: `read` of the data buffer (None), `write` (offset, byte), `init` (None).  Actions at an
+        unpowered board are not reported.
         """
-        return self._doing.watch(watcher)
+        return self._doing.subscribe(callback)
 
     def perform(self, act: HostAct) -> None:
-        """Do, from the host's side, what such an act says."""
+        """Perform this action of the host."""
         match act.kind:
             case "read":
                 self.read(DATA)
@@ -127,52 +128,42 @@ class RegisterPort:
             case "init":
                 self.init()
             case _:
-                raise UsageError(f"a host on a bus cannot {act.kind!r}")
+                raise UsageError(f"unknown action {act.kind!r} on a bus")
 
     @property
     def status(self) -> int:
-        """The status byte, as the device has set it."""
+        """The status byte as the device has set it."""
         return self._status
 
     @status.setter
     def status(self, value: int) -> None:
         if value != self._status:
             self._status = value
-            _call(self._watchers)
+            self._status_changes.emit()
 
-    # For those who listen in
+    # Subscriptions
 
-    def watch(self, watcher: Callable[[], None]) -> Callable[[], None]:
-        """Call `watcher` whenever the status byte has changed.  Returns what ends it."""
-        return _join(self._watchers, watcher)
+    def watch(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` whenever the status byte has changed.  Return an unsubscribe function."""
+        return self._status_changes.subscribe(callback)
 
-    def listen(self, listener: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `listener` with each command that the host hands over.  Returns what ends it."""
-        return _join(self._listeners, listener)
+    def listen(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback(command)` with each complete command from the host.  Return an unsubscribe function."""
+        return self._commands.subscribe(callback)
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `hearer` with each message that lies ready for the host.  Returns what ends it."""
-        return _join(self._hearers, hearer)
+    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback(message)` with each message that is ready for the host.  Return an unsubscribe function."""
+        return self._messages.subscribe(callback)
 
     def told(self, command: bytes) -> None:
-        """From the device: the host has handed over this command."""
-        _call(self._listeners, command)
+        """Report that the host has handed over this command (called by the device)."""
+        self._commands.emit(command)
 
     def said(self, message: bytes) -> None:
-        """From the device: this message lies ready."""
-        _call(self._hearers, message)
-
-
-def _join(those: list[Callable[..., None]], one: Callable[..., None]) -> Callable[[], None]:
-    those.append(one)
-    return lambda: those.remove(one)
-
-
-def _call(those: list[Callable[..., None]], *words: bytes) -> None:
-    for one in tuple(those):
-        one(*words)
+        """Report that this message is ready for the host (called by the device)."""
+        self._messages.emit(message)
 
 
 def _check(what: str, value: object, highest: int) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= highest:
-        raise UsageError(f"no {what} {value!r} on this bus: give an integer from 0 to {highest}")
+        raise UsageError(f"invalid {what} {value!r}: expected an integer from 0 to {highest}")

@@ -1,12 +1,13 @@
-"""A serial connection as it is on the wire: frames of bits that take their time.
+"""A serial connection at the level of bits: frames that occupy the wire for their duration.
 
 A `Uart` is one end: a format, a transmitter with a holding register, a receiver.  A `Line` is the wire from one end's
-transmitter to the other end's receiver.  The receiver knows nothing of the sender's format: it waits for a falling edge
-and samples the middle of each bit in its *own* format, as the chip does, and so finds the parity and framing errors
-that a mismatch makes.
+transmitter to the other end's receiver.  The receiver does not use the sender's format: it detects a falling edge and
+samples the middle of each bit in its *own* format, as the chip does.  Parity and framing errors follow from a mismatch
+of formats.
+
 A character is received at the end of its first stop bit; the next one may begin after all stop bits.
 
-How ends are connected is told in `wirings.py`; what a host has of a connection in `serial_port.py`.
+`wirings.py` connects the ends; `serial_port.py` is the host's view of a connection.
 """
 
 from collections import deque
@@ -16,44 +17,45 @@ from fractions import Fraction
 from typing import Protocol
 
 from axistwin.sim.clock import Clock, Event
+from axistwin.sim.disturbance import Disturbance, Passage, double, flip, lose
 from axistwin.sim.frames import SOUND, Break, Frame, LineError, UartFormat
 from axistwin.sim.levels import Levels, Space
-from axistwin.sim.trouble import Passage, Trouble, double, flip, lose
+from axistwin.sim.signal import Signal
 from axistwin.units import S, to_ns
 
 MANY = 12
-"""Spaces on a wire, those of some three characters; when there are more, a receiver reads as far as it can already."""
+"""Number of spaces of about three characters.  Above this number a receiver reads its samples early."""
 LevelAt = Callable[[Fraction], bool]
-"""The level of the line so many nanoseconds after a falling edge."""
+"""The level of the line at a time in ns after a falling edge."""
 
 
 class Wire(Protocol):
-    """What a transmitter puts its characters on."""
+    """The wire that a transmitter sends on."""
 
     @property
     def instant(self) -> bool:
-        """Whether characters take no time on it."""
+        """True if characters take no time on the wire."""
 
     @property
     def ready(self) -> bool:
-        """Whether everybody who receives has room; a sender on a line that takes no time waits for that."""
+        """True if all receivers have room; on an instant line the sender blocks until then."""
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Put a character or a break on it, now.  Returns how long it is taken by it."""
+        """Send a character or a break now.  Return the ns for which it occupies the wire."""
 
 
 class _Nowhere:
-    """A plug that nothing is connected to."""
+    """The wire of an unconnected plug."""
 
     instant, ready = False, True
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """It is lost."""
+        """Lose the character."""
         return item.duration_ns if isinstance(item, Break) else sent.frame_ns
 
 
 class _Reading:
-    """A character that is being received in `fmt`: the levels at the middles of its bits, one after the other.
+    """A character that is being received in format `fmt`: the levels sampled in the middle of each bit so far.
 
     Instants are whole numbers of 1/`per` ns.  `edge/edge_per` ns: the falling edge of its start bit.
     """
@@ -69,17 +71,17 @@ class _Reading:
         self.next, self.step = begin + half_bit, 2 * half_bit
         self.levels, self.taken, self.left = 0, 0, fmt.samples
         self.idle = begin + fmt.receive_ns * self.per - half_bit
-        """From here on the receiver looks for the next start bit: the middle of the stop bit, as the chip does it."""
+        """The instant from which the receiver searches for a start bit: the middle of the stop bit, as in the chip."""
         self.edge_ns = edge // edge_per
         self.end_ns = self.edge_ns + fmt.receive_ns
         """The end of the first stop bit."""
         self.whole = whole
-        """A frame that is received as it was sent, as long as nothing else is put on the wire before the end."""
+        """The frame, while it is certain to be received as sent: until another signal appears on the wire."""
         self.space = space
-        """Otherwise the space that begins with the edge."""
+        """The space that begins with the edge, if the character is sampled."""
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
-        """Take the levels before this time, or all; after a false start no more.  Returns how many."""
+        """Sample the levels before this time, or all of them; end at a false start.  Return the number of samples."""
         count = self.left
         if before_ns is not None:
             missing = before_ns * self.per - self.next
@@ -97,7 +99,7 @@ class _Reading:
 
     @property
     def false_start(self) -> bool:
-        """True if the start bit is over before its middle."""
+        """True if the start bit ends before its middle."""
         return self.levels & 1 == 1
 
 
@@ -107,54 +109,54 @@ class Line:
     def __init__(self, clock: Clock, receiver: "Uart", instant: bool = False) -> None:
         self.clock, self.receiver, self.instant = clock, receiver, instant
         self.samples = 0
-        """Levels that have been read off the wire so far."""
+        """Number of levels sampled so far."""
         self._levels = Levels()
         self._reading: _Reading | None = None
-        self._idle = 0, 1  # from this instant on a falling edge is a start bit: a number, and in units of what
-        self._troubles: list[Trouble] = []
+        self._idle = 0, 1  # a falling edge is a start bit from this instant on: (number, units per ns)
+        self._disturbances: list[Disturbance] = []
         self._cuts: list[object] = []
-        self._free_ns = 0  # until then characters are on their way that have been delayed
+        self._free_ns = 0  # until then delayed characters are in transit
 
-    # Line faults, on demand
+    # Line faults
 
-    def disturb(self, trouble: Trouble) -> Callable[[], None]:
-        """Something happens to the characters from now on.  Returns what ends it; ended twice it is ended."""
-        self._troubles.append(trouble)
-        return lambda: self._troubles.remove(trouble) if trouble in self._troubles else None
+    def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
+        """Apply a disturbance to all characters from now on.  Return a function that removes it."""
+        self._disturbances.append(disturbance)
+        return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
-        """The next characters never arrive."""
-        self.disturb(Trouble(lose, characters))
+        """Lose the next characters."""
+        self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
-        """The next characters arrive twice."""
-        self.disturb(Trouble(double, characters))
+        """Send the next characters twice."""
+        self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
-        """In the next characters the data bits in `mask` are inverted; the parity bit is not."""
-        self.disturb(Trouble(flip(mask), characters))
+        """Invert the data bits in `mask` of the next characters; the parity bit stays."""
+        self.disturb(Disturbance(flip(mask), characters))
 
     def cut(self) -> None:
-        """The wire is open from now on, also in the middle of a character; the receiver sees mark."""
+        """Open the wire from now on, even in the middle of a character; the receiver samples mark."""
         self._cut_by(self)
 
     def sever(self) -> Callable[[], None]:
-        """The same; returns what mends this cut, and no other."""
+        """Open the wire as `cut` does.  Return a function that repairs this cut and no other."""
         token = object()
         self._cut_by(token)
         return lambda: self._cuts.remove(token)
 
     def _cut_by(self, token: object) -> None:
         self._cuts.append(token)
-        self._unfold()
+        self._sample_whole()
         self._levels.cut(self.clock.now)
 
     def mend(self) -> None:
-        """What `cut` has done is mended."""
+        """Repair what `cut` has opened."""
         self._cuts = [token for token in self._cuts if token is not self]
 
     def short(self, duration_ns: int) -> None:
-        """The wire is held at space for so long from now on, whatever the transmitter says."""
+        """Hold the wire at space for `duration_ns` from now on, whatever the transmitter sends."""
         if self.instant:
             self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
         else:
@@ -164,11 +166,11 @@ class Line:
 
     @property
     def ready(self) -> bool:
-        """Whether the receiver has room."""
+        """True if the receiver has room."""
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
-        """The receiver's own transmitter is on the wire, too.  It does not hear itself, but garbles what comes."""
+        """Put the receiver's own signal on the wire.  The receiver ignores it, but it garbles other characters."""
         if self.instant:
             return
         if isinstance(item, Break):
@@ -177,12 +179,12 @@ class Line:
             self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Put a character or a break on the wire, now.  Returns how long the wire is taken by it."""
+        """Send a character or a break now.  Return the ns for which it occupies the wire."""
         if isinstance(item, Break):
             return self._carry_break(item)
-        undisturbed = not self._troubles and not self._cuts and self._free_ns <= self.clock.now
+        undisturbed = not self._disturbances and not self._cuts and self._free_ns <= self.clock.now
         if self.instant and undisturbed and self.receiver.understands(sent):
-            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # nothing to find out on the way
+            self.receiver.take(item & ((1 << sent.bytesize) - 1), SOUND)  # no sampling needed
             return 0
         passage = self._passage(sent)
         if not self._cuts:
@@ -190,16 +192,16 @@ class Line:
         return 0 if self.instant else max(passage.copies, 1) * sent.frame_ns
 
     def _passage(self, sent: UartFormat) -> Passage:
-        """What becomes of a character that is sent now."""
+        """Return the passage of a character that is sent now, with all disturbances applied."""
         passage = Passage(sent)
-        for trouble in tuple(self._troubles):
-            trouble.meet(passage)
-            if trouble.over and trouble in self._troubles:
-                self._troubles.remove(trouble)
+        for disturbance in tuple(self._disturbances):
+            disturbance.meet(passage)
+            if disturbance.over and disturbance in self._disturbances:
+                self._disturbances.remove(disturbance)
         return passage
 
     def _pass(self, passage: Passage, byte: int) -> None:
-        """It arrives as often as it does; what has been delayed is not overtaken."""
+        """Deliver all copies of a character; later characters do not overtake delayed ones."""
         now_ns, frame_ns = self.clock.now, 0 if self.instant else passage.sent.frame_ns
         start_ns = max(now_ns + passage.delay_ns, self._free_ns)
         for copy in range(passage.copies):
@@ -227,29 +229,29 @@ class Line:
     # The receiver's side
 
     def _append(self, frame: Frame) -> None:
-        """A frame begins now.  What a receiver has seen before now cannot change any more."""
+        """Put a frame on the wire now.  Samples before now are final."""
         if self._reading is not None:
-            self._unfold()
+            self._sample_whole()
             if len(self._levels) > MANY:
                 self._read_on(frame.start_ns)
-            self._reconsider()
+            self._discard_future_start()
         reading = self._reading
         if reading is None:
             self._levels.forget(frame.start_ns)
             if self._begin_whole(frame):
                 return
             self._levels.put(frame)
-            self._listen()
-        elif not self._invisible(frame, reading):
+            self._find_start_bit()
+        elif not self._is_unsampled(frame, reading):
             self._levels.put(frame)
 
-    def _invisible(self, frame: Frame, reading: _Reading) -> bool:
-        """True if the frame is over before the receiver looks at the wire again."""
+    def _is_unsampled(self, frame: Frame, reading: _Reading) -> bool:
+        """True if the frame ends before the receiver's next sample."""
         last = reading.left <= (1 if self.receiver.resynchronises else 0)
         return not last and reading.whole is None and frame.end * reading.per <= reading.next * frame.per
 
     def _begin_whole(self, frame: Frame) -> bool:
-        """If the receiver understands this frame and nothing else is on the wire, it need not be sampled."""
+        """Receive the frame without sampling, if the format fits and the wire is otherwise free.  Return True if so."""
         idle, per = self._idle
         receiver = self.receiver
         plain = frame.sent is not None and not frame.own and receiver.understands(frame.sent[0])
@@ -264,23 +266,23 @@ class Line:
         self._begin(_Reading(receiver.format, frame.start_ns, 1, whole=frame))
         return True
 
-    def _unfold(self) -> None:
-        """Something else happens on the wire: a character that was not to be sampled must be, if it is not over."""
+    def _sample_whole(self) -> None:
+        """Start sampling a character that was to be received as a whole, because another signal is on the wire now."""
         reading = self._reading
         if reading is not None and reading.whole is not None and self.clock.now < reading.end_ns:
             self._levels.put(reading.whole)
             reading.whole = None
 
-    def _reconsider(self) -> None:
-        """A start bit that is still to come may be another one, now that something else happens on the wire."""
+    def _discard_future_start(self) -> None:
+        """Discard a start bit in the future, because the new signal may bring an earlier one."""
         reading = self._reading
         if reading is not None and reading.space is not None and reading.edge_ns >= self.clock.now:
             reading.space.unread, self._reading = True, None
 
-    def _listen(self) -> None:
-        """Wait for the next falling edge; known already, as frames are put on the wire whole.
+    def _find_start_bit(self) -> None:
+        """Find the next falling edge; it is known already, as frames are put on the wire as a whole.
 
-        A receiver without a format measures how long the line is low first (automatic baud rate).
+        A receiver without a format first measures how long the line is low (automatic baud rate).
         """
         for space in self._levels.falls(*self._idle):
             fmt = self._format(self._levels, space)
@@ -289,7 +291,7 @@ class Line:
                 return
 
     def _format(self, levels: Levels, space: Space) -> UartFormat | None:
-        """The format in which the receiver reads a character that begins with this space."""
+        """Return the format in which the receiver reads a character that begins with this space."""
         receiver = self.receiver
         if receiver.format is not None and receiver.second_look is None:
             return receiver.format
@@ -298,34 +300,34 @@ class Line:
         return receiver.measure(low_ns, lambda since_ns: levels.at(edge_ns + since_ns))
 
     def _begin(self, reading: _Reading) -> None:
-        """A start bit, perhaps."""
+        """Begin a character at a possible start bit."""
         self._reading = reading
-        self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._over(reading))
+        self.clock.call_later(max(0, reading.end_ns - self.clock.now), lambda: self._end_character(reading))
 
     def _read_on(self, now_ns: int) -> None:
-        """Read the levels up to now."""
+        """Sample the levels up to now."""
         while (reading := self._reading) is not None and reading.whole is None:
             self.samples += reading.read(self._levels, now_ns)
             if not reading.false_start:
                 return
             self._idle, self._reading = (reading.next - reading.step, reading.per), None
-            self._listen()
+            self._find_start_bit()
 
-    def _over(self, reading: _Reading) -> None:
-        """The first stop bit is over: the receiver has a character."""
+    def _end_character(self, reading: _Reading) -> None:
+        """Deliver the character at the end of its first stop bit."""
         self._read_on(self.clock.now)
-        if reading is not self._reading:  # it was a false start
+        if reading is not self._reading:  # a false start
             return
         sent = None if reading.whole is None else reading.whole.sent
         byte, errors = reading.fmt.read(reading.levels) if sent is None else (sent[1], SOUND)
         again = self.receiver.resynchronises and LineError.FRAMING in errors
         self._idle = reading.idle - again * reading.step, reading.per
-        self.receiver.take(byte, errors)  # it may choose the format for what follows
+        self.receiver.take(byte, errors)  # it may change the format for later characters
         self._reading = None
-        self._listen()
+        self._find_start_bit()
 
     def _receive_at_once(self, frame: Frame) -> None:
-        """A line that takes no time: each character is read by itself."""
+        """Deliver a frame on a line without delays: each character is sampled by itself."""
         levels = Levels()
         levels.put(frame)
         [first, *_] = levels.falls(0, 1)
@@ -349,26 +351,26 @@ class Uart:
     format: UartFormat | None = field(default_factory=UartFormat)
     on_receive: Callable[[int, LineError], None] = lambda byte, errors: None
     on_measure: Callable[[Fraction], UartFormat | None] = lambda low_ns: None
-    """Asked for a format while `format` is None; it is told how long the line was low."""
+    """Return a format for a start bit of this length; called while `format` is None."""
     second_look: Callable[[Fraction, LevelAt], UartFormat | None] | None = None
-    """Asked at each start bit while there is a `format`: another format for this one character, or None.
+    """Return another format for one character, or None; called at each start bit while there is a `format`.
 
-    It is given how long the line is low, and the levels from the falling edge on.
+    Arguments: the time that the line is low, and the levels from the falling edge on.
     """
     resynchronises: bool = False
-    """True: a falling edge between the last data bit and a low stop bit is taken for the next start bit."""
+    """If True, a falling edge between the last data bit and a low stop bit is the next start bit."""
     has_room: Callable[[], bool] = lambda: True
-    """On a line that takes no time the sender waits while the receiver has no room."""
+    """False while the receiver is full; on an instant line the sender then blocks."""
 
     on_idle: Callable[[], None] = lambda: None
-    """Called when the last character given has left."""
+    """Called when the last queued character has left."""
 
     def __post_init__(self) -> None:
         self.line: Wire = _Nowhere()
         self.peers: tuple[Uart, ...] = ()
-        """Whose characters come here."""
-        self.hearers: list[Callable[[int, LineError], None]] = []
-        """Told of each character that the receiver has, after whom it belongs to."""
+        """The ends whose characters arrive here."""
+        self.received: Signal[int, LineError] = Signal()
+        """Emitted with each received character, after `on_receive`."""
         self.queue: deque[int | Break] = deque()
         self.sending = False
         self.held = False
@@ -376,34 +378,33 @@ class Uart:
         self._idle: Event | None = None
 
     def take(self, byte: int, errors: LineError) -> None:
-        """The receiver has a character."""
+        """Receive a character."""
         self.on_receive(byte, errors)
-        for hearer in tuple(self.hearers):
-            hearer(byte, errors)
+        self.received.emit(byte, errors)
 
     def understands(self, sent: UartFormat) -> bool:
-        """Whether characters sent in this format are received as they are."""
+        """Return True if characters sent in this format are received correctly."""
         return self.format is not None and self.format.shape == sent.shape
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
-        """Return the format for a character that begins with the line low for so long."""
+        """Return the format for a character that begins with the line low for `low_ns`."""
         if self.format is None:
             return self.on_measure(low_ns)
         other = None if self.second_look is None else self.second_look(low_ns, level_at)
         return other or self.format
 
     def send(self, data: bytes) -> None:
-        """Queue characters; they leave one after the other, each in the format in force when it leaves."""
+        """Queue characters.  They leave one after the other, each in the format that is set when it leaves."""
         self.queue.extend(data)
         self.pump()
 
     def send_break(self, seconds: float) -> None:
-        """Hold the line at space for so long, after what is queued already."""
+        """Hold the line at space for `seconds`, after the characters that are queued already."""
         self.queue.append(Break(to_ns(seconds)))
         self.pump()
 
     def pump(self) -> None:
-        """Go on sending, if there is something to send and the wire is free."""
+        """Send the next queued item, if the wire is free."""
         line, queue = self.line, self.queue
         while queue and not self.sending and not self.held:
             assert self.format is not None
@@ -418,24 +419,24 @@ class Uart:
             event.succeed()
 
     def pump_peer(self) -> None:
-        """There is room again: on a line that takes no time the other end may go on."""
+        """Resume the other end on an instant line: this receiver has room again."""
         for peer in self.peers:
             if peer.queue:
                 peer.pump()
 
     @property
     def instant(self) -> bool:
-        """Whether characters take no time on this connection."""
+        """True if characters take no time on this connection."""
         return self.line.instant
 
     def when_empty(self) -> Event:
-        """An event for the moment when the holding register is free; the last character may still be on its way."""
+        """Return an event for the moment when the holding register is empty."""
         if self._empty is None:
             self._empty = self.clock.event()
         return self._empty
 
     def when_idle(self) -> Event:
-        """An event for the moment when the last character has left."""
+        """Return an event for the moment when the last character has left."""
         if self._idle is None:
             self._idle = self.clock.event()
         return self._idle

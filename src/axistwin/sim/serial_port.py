@@ -1,4 +1,4 @@
-"""The host's end of a serial connection: what it writes and reads, its format, its control lines, its flow control."""
+"""The host's end of a serial connection: data, format, control lines and flow control."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,6 +11,7 @@ from axistwin.sim.frames import LineError, Parity, UartFormat
 from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 from axistwin.sim.wirings import Wiring
 from axistwin.units import to_ns
 
@@ -18,7 +19,7 @@ X_ON, X_OFF = 0x11, 0x13
 
 
 class Flow(Enum):
-    """What makes a host hold back its characters: nothing, the device's DTR, or what the device sends."""
+    """The host's flow control: none, by the device's DTR, or by X_ON and X_OFF from the device."""
 
     NONE = "none"
     DTR = "dtr"
@@ -26,19 +27,19 @@ class Flow(Enum):
 
 
 class _Output(Pin):
-    """An output of the host's."""
+    """An output line of the host."""
 
     def __init__(self, clock: Clock, kind: str, doing: HostActs) -> None:
         super().__init__(clock, f"host {kind}", True)
         self._kind, self._doing = kind, doing
 
     def set(self, level: bool) -> None:
-        """The host does it."""
+        """Set the line, as an action of the host."""
         self._doing(self._kind, bool(level), super().set)
 
 
 class HostEnd:
-    """The host's end of a connection: its format and its two output lines.  Assign to change them."""
+    """The host's end of a connection: its format and its two output lines.  Assign to its attributes to change them."""
 
     def __init__(self, clock: Clock, uart: Uart, doing: HostActs) -> None:
         self._uart, self._doing = uart, doing
@@ -84,7 +85,7 @@ class HostEnd:
 
     @property
     def stopbits(self) -> float:
-        """1, 1.5 or 2."""
+        """Stop bits: 1, 1.5 or 2."""
         return self.format.stopbits
 
     @stopbits.setter
@@ -111,7 +112,7 @@ class HostEnd:
 
 
 class SerialPort:
-    """What a host sees of a serial connection.  Without lines `dtr` and `rts` of a device these count as on."""
+    """A serial connection as the host uses it.  Without device lines `dtr` and `rts`, both count as on."""
 
     def __init__(
         self, clock: Clock, wiring: Wiring, dtr: Pin | None = None, rts: Pin | None = None, *, line: UartFormat
@@ -121,56 +122,54 @@ class SerialPort:
         self._doing = HostActs(clock)
         self.host = HostEnd(clock, self._uart, self._doing)
         self.handshake = dtr is not None
-        """Whether there are control lines."""
+        """True if there are control lines."""
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
         self._received_bytes = bytearray()
-        self._hearers: list[Callable[[int, LineError], None]] = []
-        self._break_watchers: list[Callable[[float], None]] = []
-        self._listeners: list[Callable[[bytes], None]] = []
-        self._setting_watchers: list[Callable[[HostAct], None]] = []
+        self._receives: Signal[int, LineError] = Signal()
+        self._breaks: Signal[float] = Signal()
+        self._writes: Signal[bytes] = Signal()
+        self._settings: Signal[HostAct] = Signal()
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
-        self.dtr_line.watch(lambda _: self._settle())
+        self.dtr_line.watch(lambda _: self._update_flow())
 
     def write(self, data: bytes) -> None:
-        """Queue what the host transmits; it leaves as its flow control allows."""
+        """Queue data for transmission; flow control decides when it leaves."""
         self._doing("write", data, self._write)
 
     def _write(self, data: bytes) -> None:
-        for listener in tuple(self._listeners):
-            listener(data)
+        self._writes.emit(data)
         self._uart.send(data)
 
     def read(self) -> bytes:
-        """Everything the host has received and not yet read."""
+        """Return and remove all received bytes."""
         data = bytes(self._received_bytes)
         self._received_bytes.clear()
         return data
 
     def send_break(self, seconds: float = 0.25) -> None:
-        """Hold the host's transmit line at space for so long.  Raises UsageError for less than 1 ns."""
+        """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
         if to_ns(seconds) < 1:
-            raise UsageError(f"a break of {seconds:g} s is none: give 1 ns or more, such as 0.25 s")
+            raise UsageError(f"invalid break of {seconds:g} s: expected 1 ns or more, e.g. 0.25 s")
         self._doing("break", seconds, self._break)
 
     def _break(self, seconds: float) -> None:
         self._uart.send_break(seconds)
-        for watcher in tuple(self._break_watchers):
-            watcher(seconds)
+        self._breaks.emit(seconds)
 
     @property
     def control_lines(self) -> dict[str, Pin]:
-        """The device's control lines by its names: its outputs `dtr` and `rts`, its inputs `dsr` and `cts`.
+        """The device's control lines by the device's names: its outputs `dtr` and `rts`, its inputs `dsr` and `cts`.
 
-        A host's output is what the device's input is wired to.
+        Each input is the host's output that is wired to it.
         """
         own, host = {"dtr": self.dtr_line, "rts": self.rts_line}, self.host
         return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
 
     @property
     def flow(self) -> Flow:
-        """What makes this host hold back its characters.  Set, also anew, it forgets an X_OFF that has come before."""
+        """The host's flow control.  Every assignment forgets an earlier X_OFF."""
         return self._flow
 
     @flow.setter
@@ -181,11 +180,11 @@ class SerialPort:
         if flow is not self._flow or self._stopped:
             self._tell_setting("flow", flow)
         self._flow, self._stopped = flow, False
-        self._settle()
+        self._update_flow()
 
     @property
     def held(self) -> bool:
-        """While True the host transmits nothing, whatever its flow control; the character on the wire is the last."""
+        """While True the host transmits nothing, whatever its flow control; a character on the wire is completed."""
         return self._held
 
     @held.setter
@@ -196,10 +195,10 @@ class SerialPort:
         if on is not self._held:
             self._tell_setting("hold", on)
         self._held = on
-        self._settle()
+        self._update_flow()
 
     def drop_pending(self) -> None:
-        """Forget what is queued and has not left yet."""
+        """Discard all queued characters that have not left yet."""
         self._doing("drop", None, self._drop)
 
     def _drop(self, _: None) -> None:
@@ -209,12 +208,12 @@ class SerialPort:
 
     @property
     def pending(self) -> int:
-        """Characters queued by `write` that have not left yet."""
+        """Number of characters queued by `write` that have not left yet."""
         return len(self._uart.queue)
 
     @property
     def instant(self) -> bool:
-        """Whether characters take no time on this connection."""
+        """True if characters take no time on this connection."""
         return self.to_device.instant
 
     @instant.setter
@@ -233,44 +232,39 @@ class SerialPort:
         """The device's request to send."""
         return self.rts_line.level
 
-    def watch_breaks(self, watcher: Callable[[float], None]) -> Callable[[], None]:
-        """Call `watcher(seconds)` with each break that the host sends.  Returns what ends the watching."""
-        self._break_watchers.append(watcher)
-        return lambda: self._break_watchers.remove(watcher)
+    def watch_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
+        """Call `callback(seconds)` with each break that the host sends.  Return an unsubscribe function."""
+        return self._breaks.subscribe(callback)
 
-    def hear(self, hearer: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `hearer(byte, errors)` for each character the host receives.  Returns what ends the hearing."""
-        self._hearers.append(hearer)
-        return lambda: self._hearers.remove(hearer)
+    def hear(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
+        """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
+        return self._receives.subscribe(callback)
 
-    def listen(self, listener: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `listener(data)` with what the host writes, when it is queued.  Returns what ends the listening."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
+    def listen(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback(data)` with data from the host when it is queued.  Return an unsubscribe function."""
+        return self._writes.subscribe(callback)
 
-    def watch_settings(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `watcher(act)` before each `flow`, `hold`, `drop` and `instant` that changes something, for recordings.
+    def watch_settings(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `callback(act)` before each `flow`, `hold`, `drop` and `instant` that changes something, for recordings.
 
-        Also within another act; not what the bench does by itself.  Returns what ends the watching.
+        Settings within another act are reported, settings by the bench itself are not.  Return an unsubscribe function.
         """
-        self._setting_watchers.append(watcher)
-        return lambda: self._setting_watchers.remove(watcher)
+        return self._settings.subscribe(callback)
 
     def _tell_setting(self, kind: str, value: object) -> None:
         if not self.clock.by_itself:
-            for watcher in tuple(self._setting_watchers):
-                watcher(HostAct(kind, value))
+            self._settings.emit(HostAct(kind, value))
 
-    def watch_host(self, watcher: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `watcher(act)` before everything that is done from the host's side.  Returns what ends the watching.
+    def watch_host(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+        """Call `callback(act)` before every action of the host.  Return an unsubscribe function.
 
-        Kinds, with their values: `write` (bytes), `break` (seconds), `hold`, `dtr`, `rts` (bool), `flow` (Flow),
+        Kinds with their values: `write` (bytes), `break` (seconds), `hold`, `dtr`, `rts` (bool), `flow` (Flow),
         `format` (UartFormat), `drop` (None).
         """
-        return self._doing.watch(watcher)
+        return self._doing.subscribe(callback)
 
     def perform(self, act: HostAct) -> None:
-        """Do, from the host's side, what such an act says."""
+        """Perform this action of the host."""
         match act.kind:
             case "write":
                 self.write(act.value)
@@ -285,18 +279,17 @@ class SerialPort:
             case "drop":
                 self.drop_pending()
             case _:
-                raise UsageError(f"a host at a serial line cannot {act.kind!r}")
+                raise UsageError(f"unknown action {act.kind!r} at a serial line")
 
     def _received(self, byte: int, errors: LineError) -> None:
         self._received_bytes.append(byte)
-        for hearer in tuple(self._hearers):
-            hearer(byte, errors)
+        self._receives.emit(byte, errors)
         if byte in (X_ON, X_OFF) and self._flow is Flow.X_ON_X_OFF:
             self._stopped = byte == X_OFF
-            self._settle()
+            self._update_flow()
 
-    def _settle(self) -> None:
-        """Hold the characters back, or let them go."""
+    def _update_flow(self) -> None:
+        """Hold the characters or release them."""
         by_dtr = self._flow is Flow.DTR and not self.dtr
         held = self._held or self._stopped or by_dtr
         if held is not self._uart.held:

@@ -1,6 +1,6 @@
-"""How the ends of serial lines are connected: two to each other, in a ring, or all to one pair of wires.
+"""Connections of serial ends: two ends to each other, several in a ring, or several on one pair of wires.
 
-How the host's end is wired is told by a `Wiring`: `direct` to a device, through a `daisy_chain`, to a `shared_pair`.
+A `Wiring` connects the host's end: `direct` to a device, through a `daisy_chain`, or to a `shared_pair`.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,7 +10,7 @@ from axistwin.sim.frames import Break, UartFormat
 from axistwin.sim.serial import Line, Uart
 
 Wiring = Callable[[Uart], tuple[Line, Line]]
-"""Connects a host's end; returns the line that leads away from it and the one that comes to it."""
+"""Connects the host's end.  Returns the line away from the host and the line to the host."""
 
 
 def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
@@ -21,27 +21,28 @@ def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
 
 
 def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
-    """Connect two ends, transmitter to receiver both ways."""
+    """Connect two ends in both directions, transmitter to receiver."""
     wire(first, second, instant)
     wire(second, first, instant)
 
 
 class Pair:
-    """One pair of wires that several ends share, as in RS-485: everybody hears everybody else.
+    """One pair of wires that several ends share, as in RS-485: each end receives what all others send.
 
-    The wire is at space when anybody says so; who speaks while another does garbles both.  Nobody hears itself.
+    The wire is at space when any end sends space; two simultaneous senders garble each other.  No end receives its own
+    characters.
     """
 
     def __init__(self, ends: Sequence[Uart], instant: bool = False) -> None:
         self.lines = tuple(Line(end.clock, end, instant) for end in ends)
-        """What arrives at each end, in their order."""
+        """One line per end, in the order of the ends: the signals that arrive there."""
         for end in ends:
             end.line = _Tap(self.lines, end)
             end.peers = tuple(other for other in ends if other is not end)
 
 
 class _Tap:
-    """Where one end's transmitter is connected to the pair."""
+    """The connection of one end's transmitter to the pair."""
 
     def __init__(self, lines: Sequence[Line], sender: Uart) -> None:
         self._others = [line for line in lines if line.receiver is not sender]
@@ -61,12 +62,12 @@ class _Tap:
 
 
 def direct(device: Uart, *, instant: bool = False) -> Wiring:
-    """To one device, both ways."""
+    """Return a wiring to one device, in both directions."""
     return daisy_chain([device], instant=instant)
 
 
 def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Host to the first device, each device's transmitter to the next one's receiver, the last one's to the host."""
+    """Return a ring: host to first device, each device's transmitter to the next receiver, the last one to the host."""
 
     def connect(host: Uart) -> tuple[Line, Line]:
         ends = (host, *devices, host)
@@ -77,7 +78,7 @@ def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
 
 
 def shared_pair(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
-    """Host and devices on one pair; the lines are the first device's and the host's."""
+    """Return a wiring of host and devices on one pair; its lines are the first device's and the host's."""
 
     def connect(host: Uart) -> tuple[Line, Line]:
         pair = Pair((host, *devices), instant)

@@ -153,7 +153,7 @@ class Tracer:
         self._stack = ExitStack()
         for begin in self._begin:
             begin(self._stack)
-        self._stack.callback(self.bench.clock.look_on(self._look))
+        self._stack.callback(self.bench.clock.subscribe(self._look))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -202,7 +202,7 @@ class Tracer:
             if isinstance(axis, ServoAxis) and wanted:
                 self._add_servo(scope, ServoTrace(axis, wanted))
             elif wanted and not isinstance(axis, ServoAxis):
-                self._add_stepper(scope, StepperTrace(axis.train, wanted, self.bench.now), axis.on_motion)
+                self._add_stepper(scope, StepperTrace(axis.train, wanted, self.bench.now), axis.on_motion.subscribe)
 
     def _add_pin(self, controller: str, pin_name: str, pin: Pin) -> None:
         add, clock = self._waiting.add, self.bench.clock
@@ -259,15 +259,16 @@ class Tracer:
 
         self._begin.append(follow)
 
-    def _add_stepper(self, scope: str, trace: StepperTrace, on_motion: list[Callable[[], None]]) -> None:
+    def _add_stepper(
+        self, scope: str, trace: StepperTrace, subscribe: Callable[[Callable[[], None]], Callable[[], None]]
+    ) -> None:
         self._steppers.append(trace)
         self._first |= {
             f"{scope}.{name}": trace.first(name, self.bench.now) for name in ("direction", "pulses", "velocity")
         }
 
         def watch(stack: ExitStack) -> None:
-            on_motion.append(self._count_stroke)
-            stack.callback(on_motion.remove, self._count_stroke)
+            stack.callback(subscribe(self._count_stroke))
 
         self._begin.append(watch)
 

@@ -1,6 +1,6 @@
-"""What can happen to characters on their way along a line.
+"""Disturbances of characters on a line.
 
-A `Passage` is one character that has just left its transmitter; each `Trouble` on the line changes it in turn.
+A `Passage` is one character that has just left its transmitter.  Each `Disturbance` on the line changes the passage.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from axistwin.sim.frames import UartFormat
 
 @dataclass
 class Passage:
-    """A character on its way: how often it arrives, with which data bits inverted, how much later, how framed."""
+    """A character in transit: number of copies, inverted data bits, delay, and format."""
 
     sent: UartFormat
     copies: int = 1
@@ -23,27 +23,30 @@ Effect = Callable[[Passage], None]
 
 
 def always() -> bool:
-    """Each character is met."""
+    """Return True: the disturbance meets each character."""
     return True
 
 
 @dataclass(eq=False)
-class Trouble:
-    """Does `effect` to the characters that `strikes`, asked once for each, says; `left` of them (None: to all)."""
+class Disturbance:
+    """A line disturbance: applies `effect` to characters for which `strikes()` is True.
+
+    `left`: the number of characters still to be disturbed; None: no limit.
+    """
 
     effect: Effect
     left: int | None = None
     strikes: Callable[[], bool] = always
     on_over: Callable[[], None] = lambda: None
-    """Called when it is over."""
+    """Called when the disturbance has finished."""
 
     @property
     def over(self) -> bool:
-        """Whether it has met all it was to meet."""
+        """True if the disturbance has met all its characters."""
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """A character comes by."""
+        """Apply the disturbance to a character, if it strikes."""
         if self.left == 0 or not self.strikes():
             return
         self.effect(passage)
@@ -54,17 +57,17 @@ class Trouble:
 
 
 def lose(passage: Passage) -> None:
-    """It never arrives."""
+    """Lose the character."""
     passage.copies = 0
 
 
 def double(passage: Passage) -> None:
-    """It arrives twice as often."""
+    """Double the number of copies."""
     passage.copies *= 2
 
 
 def flip(mask: int) -> Effect:
-    """The data bits in `mask` are inverted; the parity bit is not."""
+    """Return an effect that inverts the data bits in `mask`; the parity bit stays."""
 
     def effect(passage: Passage) -> None:
         passage.flips ^= mask
@@ -72,8 +75,8 @@ def flip(mask: int) -> Effect:
     return effect
 
 
-def late(delay_ns: Callable[[], int]) -> Effect:
-    """It arrives so much later."""
+def delay(delay_ns: Callable[[], int]) -> Effect:
+    """Return an effect that delays the character."""
 
     def effect(passage: Passage) -> None:
         passage.delay_ns += delay_ns()
@@ -82,7 +85,7 @@ def late(delay_ns: Callable[[], int]) -> Effect:
 
 
 def at_rate(baudrate: Callable[[int], int]) -> Effect:
-    """Its bits have another length than the sender believes."""
+    """Return an effect that changes the bit length: the character is sent at another baud rate than intended."""
 
     def effect(passage: Passage) -> None:
         passage.sent = replace(passage.sent, baudrate=baudrate(passage.sent.baudrate))

@@ -1,0 +1,49 @@
+"""A setting and the defects that override it while they last; neither undoes the other."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(eq=False)
+class _Value(Generic[T]):
+    value: T
+
+
+class Override(Generic[T]):
+    """`values[0]` is the setting; the values of the defects follow, the latest at the end.
+
+    `before_change` is called before each change, `on_change` after it.
+    """
+
+    def __init__(
+        self, first: T, on_change: Callable[[], None], before_change: Callable[[], None] = lambda: None
+    ) -> None:
+        self._on_change, self._before_change = on_change, before_change
+        self._values = [_Value(first)]
+
+    @property
+    def values(self) -> list[T]:
+        """The setting and all overriding values."""
+        return [added.value for added in self._values]
+
+    def set(self, value: T) -> None:
+        """Change the setting."""
+        self._before_change()
+        self._values[0].value = value
+        self._on_change()
+
+    def add(self, value: T) -> Callable[[], None]:
+        """Begin a defect.  Return a function that ends it."""
+        added = _Value(value)
+        self._before_change()
+        self._values.append(added)
+        self._on_change()
+        return lambda: self._end(added)
+
+    def _end(self, added: _Value[T]) -> None:
+        self._before_change()
+        self._values.remove(added)
+        self._on_change()

@@ -1,0 +1,26 @@
+"""The observer pattern: one class for everything that others subscribe to."""
+
+from collections.abc import Callable
+from typing import Generic, ParamSpec
+
+P = ParamSpec("P")
+
+
+class Signal(Generic[P]):
+    """Callbacks, called in the order of their subscription.  True if there are any."""
+
+    def __init__(self) -> None:
+        self._callbacks: list[Callable[P, object]] = []
+
+    def __bool__(self) -> bool:
+        return bool(self._callbacks)
+
+    def subscribe(self, callback: Callable[P, object]) -> Callable[[], None]:
+        """Call `callback` at every `emit` from now on.  Return an unsubscribe function."""
+        self._callbacks.append(callback)
+        return lambda: self._callbacks.remove(callback)
+
+    def emit(self, *args: P.args, **kwargs: P.kwargs) -> None:
+        """Call all callbacks that are subscribed at this moment, also those that are removed meanwhile."""
+        for callback in tuple(self._callbacks):
+            callback(*args, **kwargs)
