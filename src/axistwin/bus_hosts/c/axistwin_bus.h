@@ -1,10 +1,10 @@
 /* Port input and output that reach a board of axistwin, over the socket of `axistwin serve 1811 --bus HOST:PORT`.
  *
-  * The environment variable AXISTWIN_BUS=HOST:PORT gives the address.  The first access opens the connection.  The
-  * lowest address bit selects the register (even: data, odd: status and control).  The other bits are ignored, so any
-  * base address works.  An error of the connection ends the program with a message and exit code 3.
-  *
-  * C of 1989, which compiles with old and new programs.
+ * The environment variable AXISTWIN_BUS=HOST:PORT gives the address.  The first access opens the connection.  The
+ * lowest address bit selects the register (even: data, odd: status and control).  The other bits are ignored, so any
+ * base address works.  An error of the connection ends the program with a message and exit code 3.
+ *
+ * C of 1989, which compiles with old and new programs.
  */
 #ifndef AXISTWIN_BUS_H
 #define AXISTWIN_BUS_H
