@@ -96,7 +96,7 @@ async def _serve(bench: Bench, name: str, link: str, speed: float, program: int,
 async def _read(bench: Bench, pacer: Pacer) -> None:
     """Let the time pass that a person takes to read a prompt."""
     read, seen = bench.clock.timeout(to_ns(READING_S)), asyncio.Event()
-    unwatch = pacer.watch(lambda: seen.set() if read.processed else None)
+    unwatch = pacer.subscribe(lambda: seen.set() if read.processed else None)
     pacer.work()
     await seen.wait()
     unwatch()

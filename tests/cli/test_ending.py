@@ -41,7 +41,7 @@ def test_a_defect_of_the_bench_ends_it():
 def test_a_defect_of_the_bench_ends_it_also_when_the_panel_has_let_time_pass():
     def advance(loop, ended):
         pacer = Pacer(broken_bench().clock, None)
-        pacer.broken = lambda error: fail(ended, error)
+        pacer.on_defect = lambda error: fail(ended, error)
         with pytest.raises(KeyError):  # which the framework catches
             pacer.sync()
 

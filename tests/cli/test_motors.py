@@ -493,7 +493,7 @@ WRONG = {
     "a motor that is not there": (SCENE.replace('["left",', '["middle",'), "11:11: no controller 'middle': there are"),
     "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: left is on 'this line' already"),
     "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),
-    "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: no port 'tcp'"),
+    "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: invalid port 'tcp'"),
     "a stepper in a chain": (
         SCENE.replace('"right"\n\n[[chain', '"right"\n[[controller]]\nmodel = "if1"\n[[chain').replace(
             '["left", "right"]', '["if1"]'

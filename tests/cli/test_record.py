@@ -194,7 +194,7 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
             served.do(served.server.close)
             _, words = program.communicate(timeout=PATIENCE_S)
     assert program.returncode == 2
-    assert f"socket://{url.address} is gone" in words
+    assert f"lost socket://{url.address}" in words
     assert load(tmp_path / "a.talk").headers["line"] == "9600 8N2"
 
 
@@ -238,7 +238,7 @@ def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
         program.send_signal(signal.SIGTERM)
         _, words = program.communicate(timeout=PATIENCE_S)
     assert program.returncode == 0
-    assert words.count(f"{url} carries characters only: no line format, control lines or breaks are passed on") == 1
+    assert words.count(f"{url} carries characters only: line format, control lines and breaks are not forwarded") == 1
     assert not [act for act in load(path).acts if isinstance(act, Do)]
     told = re.findall(r"^; (\w+) (\S+).* by the host did not reach the controller$", path.read_text(), re.MULTILINE)
     assert [what for what, _ in told if what != "line"] == ["break", "rts", "rts", "break"]

@@ -162,7 +162,7 @@ def test_a_port_in_use_is_one_line():
     assert code == 2
     assert words == (
         f"axistwin: cannot listen on tcp://{address}: address already in use: "
-        "choose another address, or port 0 for any free\n"
+        "choose another address, or port 0 for any free port\n"
     )
 
 
@@ -170,8 +170,8 @@ def test_a_port_in_use_is_one_line():
     ("arguments", "words"),
     [
         (["if9"], "no model 'if9'"),
-        (["if1", "--speed", "fast"], "no speed 'fast'"),
-        (["if1", "--port", "ftp://x"], "no port 'ftp://x'"),
+        (["if1", "--speed", "fast"], "invalid speed 'fast'"),
+        (["if1", "--port", "ftp://x"], "invalid port 'ftp://x'"),
         (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
         (["no.toml", "--line", "instant"], "belong to a MODEL"),

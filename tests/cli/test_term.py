@@ -78,7 +78,7 @@ def test_what_a_local_command_does_not_know():
     assert lines[1] == "no command :what: :help tells what there is"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected high, on, low, off, release"
-    assert lines[7] == "no speed 'no': give a number such as 1 (real time) or 0.5, up to 1000000, or max"
+    assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
     assert lines[9] == "'x' is no number of seconds: write it like :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
@@ -143,7 +143,7 @@ def test_a_controller_that_does_not_answer_is_told():
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
-        (["if1", "--speed", "fast"], "no speed 'fast': give a number"),
+        (["if1", "--speed", "fast"], "invalid speed 'fast': expected a number"),
         (["if1", "--line", "fast"], "invalid line format 'fast': expected e.g."),
     ],
 )

@@ -12,7 +12,7 @@ from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.serial_port import Flow
 
-PATIENCE_S = 10
+HOST_TIMEOUT_S = 10
 """A test that waits longer than this has failed."""
 
 
@@ -36,7 +36,7 @@ class Served:
         self.do(self.server.close)
         self.do(lambda: None)  # connections are closed in the loop's next turn
         self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(PATIENCE_S)
+        self._thread.join(HOST_TIMEOUT_S)
         self._loop.close()
         assert self.problems == []
 
@@ -46,7 +46,7 @@ class Served:
         async def act() -> Any:
             return action()
 
-        return asyncio.run_coroutine_threadsafe(act(), self._loop).result(PATIENCE_S)
+        return asyncio.run_coroutine_threadsafe(act(), self._loop).result(HOST_TIMEOUT_S)
 
     def later(self, action: Callable[[], object]) -> None:
         """The same, without waiting for it."""
@@ -81,7 +81,7 @@ class Served:
     def open_name(self, name: str, url: str = "tcp://127.0.0.1:0") -> PortUrl:
         """Open a port to whom a host reaches by this name."""
         opening = self.server.open(name, parse(url))
-        return asyncio.run_coroutine_threadsafe(opening, self._loop).result(PATIENCE_S)
+        return asyncio.run_coroutine_threadsafe(opening, self._loop).result(HOST_TIMEOUT_S)
 
     def until(self, condition: Callable[[], object]) -> None:
         """Wait until something is so; it is looked at whenever the bench has been advanced."""
@@ -91,9 +91,9 @@ class Served:
             if condition():
                 so.set()
 
-        unwatch = self.do(lambda: self.server.pacer.watch(look))
+        unwatch = self.do(lambda: self.server.pacer.subscribe(look))
         self.do(look)
-        assert so.wait(PATIENCE_S), "it never happened"
+        assert so.wait(HOST_TIMEOUT_S), "it never happened"
         self.do(unwatch)
 
 
@@ -110,7 +110,7 @@ def initialise(bench: Bench, controller: Controller) -> Controller:
 
 def dial(url: PortUrl) -> socket.socket:
     """A connection to a TCP port."""
-    return socket.create_connection((url.host, url.port), timeout=PATIENCE_S)
+    return socket.create_connection((url.host, url.port), timeout=HOST_TIMEOUT_S)
 
 
 def ask(connection: socket.socket, text: bytes = b"E\r", answer: bytes = b"C\r") -> bytes:

@@ -6,10 +6,10 @@ import struct
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.links.bus import LONGEST, MOST
+from axistwin.links.bus import LONGEST, MAX_BLOCK
 from axistwin.units import S
 
-from .serving import PATIENCE_S, Served
+from .serving import HOST_TIMEOUT_S, Served
 
 READY, MESSAGE = 0x10, 0x08
 
@@ -21,7 +21,7 @@ class Host:
         self.socket = socket.socket()
         if room:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, room)
-        self.socket.settimeout(PATIENCE_S)
+        self.socket.settimeout(HOST_TIMEOUT_S)
         self.socket.connect((url.host, url.port))
         self._lines = self.socket.makefile("rb")
 
@@ -168,21 +168,21 @@ def test_a_board_without_power_drives_nothing(served, port):
 @pytest.mark.parametrize(
     ("request_", "answer"),
     [
-        ("x", "error: no request 'x': there are r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"),
-        ("r", "error: no request 'r'"),
-        ("r 2", "error: no offset '2': give a number from 0 to 1"),
-        ("r -1", "error: no offset '-1'"),
-        ("r ²", "error: no offset"),
-        ("r 0 0", "error: no count '0': give a number from 1 to 256"),
-        ("r 0 257", "error: no count '257'"),
-        ("w 0", "error: no request"),
-        ("w 0 100", "error: no byte '100': give two hex digits"),
-        ("w 0 33 xx", "error: no byte 'xx'"),
-        ("w 0 " + "00 " * (MOST + 1), "error: 257 bytes are too many: a block has at most 256"),
-        ("s 2", "error: no request"),
-        ("init now", "error: no request"),
-        ("x" * (LONGEST + 1), "error: a line has at most 1024 characters"),
-        ("x" * 10 * LONGEST, "error: a line has at most 1024 characters"),
+        ("x", "error: unknown request 'x': expected r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"),
+        ("r", "error: unknown request 'r'"),
+        ("r 2", "error: invalid offset '2': expected a number from 0 to 1"),
+        ("r -1", "error: invalid offset '-1'"),
+        ("r ²", "error: invalid offset"),
+        ("r 0 0", "error: invalid count '0': expected a number from 1 to 256"),
+        ("r 0 257", "error: invalid count '257'"),
+        ("w 0", "error: unknown request"),
+        ("w 0 100", "error: invalid byte '100': expected two hex digits"),
+        ("w 0 33 xx", "error: invalid byte 'xx'"),
+        ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: too many bytes (257): expected at most 256"),
+        ("s 2", "error: unknown request"),
+        ("init now", "error: unknown request"),
+        ("x" * (LONGEST + 1), "error: line too long: expected at most 1024 characters"),
+        ("x" * 10 * LONGEST, "error: line too long: expected at most 1024 characters"),
     ],
 )
 def test_what_is_wrong_is_answered_by_one_line(port, request_, answer):
@@ -212,7 +212,7 @@ def test_a_line_that_is_too_long_spoils_no_other_however_it_is_cut_up(served, po
         while (master := served.server._slots["1811"].client) is None or not served.do(lambda: master._too_long):
             pass
         host.send(end)
-        assert host.line() == "error: a line has at most 1024 characters"
+        assert host.line() == "error: line too long: expected at most 1024 characters"
         assert host.ask("i") == "0"
 
 
@@ -243,7 +243,7 @@ def test_a_host_that_does_not_read_is_not_read_from(served, port):
         while not client.stalled:
             sent += flood(host.socket, b"r 0 256\n" * 8)
         assert served.do(lambda: client._transport.get_write_buffer_size()) < 200_000
-        host.socket.settimeout(PATIENCE_S)
+        host.socket.settimeout(HOST_TIMEOUT_S)
         answers = [host.line() for _ in range(sent // 8)]
         assert {len(answer) for answer in answers} == {3 * 256 - 1}
 

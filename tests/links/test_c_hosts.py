@@ -162,7 +162,7 @@ def test_the_whole_header(bus, tmp_path):
 
 @pytest.mark.parametrize(
     ("where", "words"),
-    [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "nobody answers")],
+    [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "no answer")],
 )
 def test_a_bus_that_is_not_there_ends_the_program(tmp_path, where, words):
     done = run(compiled(tmp_path, STRICT, host=WHOLE_HEADER), where)

@@ -19,7 +19,7 @@ from axistwin.sim.serial_port import Flow, SerialPort
 from axistwin.sim.wirings import direct
 from axistwin.units import S
 
-from .serving import PATIENCE_S, Served, ask, dial, initialise, receive
+from .serving import HOST_TIMEOUT_S, Served, ask, dial, initialise, receive
 from .test_bus import Host
 
 FAST = UartFormat(19200, 8, "N", 1)
@@ -76,15 +76,15 @@ class Place:
 
     def again(self, seconds=0.0):
         """Another device like this one takes its place, at this time."""
-        self.plug.deaf = True
+        self.plug.muted = True
         self.device = Device()
         self.run(seconds)
-        self.plug.exchange(self.port)
-        self.pacer.exchange(self.device.clock)
+        self.plug.replace_port(self.port)
+        self.pacer.replace_clock(self.device.clock)
 
     def hear_again(self):
-        self.plug.deaf = False
-        self.plug.make_up()
+        self.plug.muted = False
+        self.plug.catch_up()
 
     def told(self):
         """From now on what is done from the host's side."""
@@ -103,13 +103,13 @@ def place():
     return Place()
 
 
-# A plug that is deaf
+# A plug that is muted
 
 
 def test_what_is_said_while_it_is_deaf_is_not_heard_and_what_was_said_before_is(place):
     place.plug.connect(place.client)
     place.say(b"a")
-    place.plug.deaf = True
+    place.plug.muted = True
     place.say(b"b")
     assert (place.client.heard, place.client.reading) == (b"a", False)
     place.hear_again()
@@ -117,31 +117,31 @@ def test_what_is_said_while_it_is_deaf_is_not_heard_and_what_was_said_before_is(
     assert (place.client.heard, place.client.reading) == (b"ac", True)
 
 
-def test_words_that_had_not_been_handed_over_are_when_it_falls_deaf(place):
+def test_words_that_had_not_been_handed_over_are_when_it_falls_muted(place):
     place.plug.connect(place.client)
     place.device.uart.send(b"a")
-    place.plug.deaf = True
+    place.plug.muted = True
     assert place.client.heard == b"a"
 
 
 def test_another_client_is_refused_and_told_once_why(place, caplog):
-    place.plug.deaf = True
+    place.plug.muted = True
     with caplog.at_level(logging.WARNING, "axistwin.links"):
         assert not place.plug.connect(Client("first"))
         assert not place.plug.connect(Client("second"))
     assert [record.getMessage() for record in caplog.records] == ["if1: refused first, as the run is being repeated"]
     place.hear_again()
     assert place.plug.connect(Client("third"))
-    assert place.plug.who == "third"
+    assert place.plug.client_name == "third"
 
 
 def test_nothing_is_done_when_a_client_goes_and_all_of_it_later(place):
     place.plug.connect(place.client)
     place.plug.change(lambda: setattr(place.port.host, "rts", False))
     acts = place.told()
-    place.plug.deaf = True
+    place.plug.muted = True
     place.plug.disconnect(place.client)
-    assert (acts, place.plug.who, place.port.host.rts) == ([], "", False)
+    assert (acts, place.plug.client_name, place.port.host.rts) == ([], "", False)
     place.hear_again()
     assert (place.plug.client, place.port.host.rts) == (None, True)
     assert HostAct("rts", True) in acts
@@ -151,7 +151,7 @@ def test_a_client_that_is_not_read_from_for_another_reason_waits_on(place):
     place.plug.connect(place.client)
     place.port.held = True
     place.plug.send(b"x" * (FULL + 1))
-    place.plug.deaf = True
+    place.plug.muted = True
     place.hear_again()
     assert place.client.reading is False
     place.port.drop_pending()
@@ -163,7 +163,7 @@ def test_room_that_there_is_again_while_it_is_deaf_is_used_afterwards(place):
     place.plug.connect(place.client)
     place.port.held = True
     place.plug.send(b"x" * (FULL + 1))
-    place.plug.deaf = True
+    place.plug.muted = True
     place.port.drop_pending()
     place.pacer.work()
     assert (place.client.reading, place.plug.full) == (False, True)
@@ -250,12 +250,12 @@ def test_a_break_that_was_begun_later_goes_on_and_ends(place):
 
 def test_whoever_watches_a_line_watches_it_on_the_bench_that_has_come(place):
     seen = []
-    unwatch = place.plug.watch(
+    unwatch = place.plug.subscribe(
         lambda: place.port.dtr_line, lambda pin: seen.append((pin is place.port.dtr_line, pin.level))
     )
     before = place.port.dtr_line.level
     place.again()
-    place.plug.deaf = False
+    place.plug.muted = False
     place.port.dtr_line.set(not before)
     assert seen == [(True, not before)]
     unwatch()
@@ -267,7 +267,7 @@ def test_whoever_watches_a_line_watches_it_on_the_bench_that_has_come(place):
 def test_while_it_is_deaf_a_line_may_go_up_and_down_and_how_it_stands_is_told_afterwards(place, after, told):
     seen = []
     place.plug.connect(place.client)
-    place.plug.watch(lambda: place.port.dtr_line, lambda pin: seen.append(pin.level))
+    place.plug.subscribe(lambda: place.port.dtr_line, lambda pin: seen.append(pin.level))
     place.again()
     for level in (False, True, False, after):
         place.port.dtr_line.set(level)
@@ -292,7 +292,7 @@ def test_a_client_goes_on_with_a_bench_that_has_taken_the_place_of_another(serve
     with dial(url) as host:
         assert ask(host) == b"C\r"
         old, new = served.bench, served.do(lambda: another(served))
-        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: served.server.replace_bench(new))
         reached = old.now
         assert ask(host) == b"C\r"
         host.sendall(b"X1000S3$\r")
@@ -307,15 +307,15 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
     url = served.open(if1)
     with dial(url) as host:
         ask(host)
-        served.do(lambda: setattr(served.server, "deaf", True))
+        served.do(lambda: setattr(served.server, "muted", True))
         host.sendall(b"E\r")
         new = served.do(lambda: another(served))
         heard = []
         new["if1"].serial.listen(heard.append)
-        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: served.server.replace_bench(new))
         served.do(lambda: None)  # the loop has had a turn
         assert heard == []
-        served.do(lambda: setattr(served.server, "deaf", False))
+        served.do(lambda: setattr(served.server, "muted", False))
         assert receive(host, 2) == b"C\r"
         assert b"".join(heard) == b"E\r"
 
@@ -329,24 +329,24 @@ def test_who_is_connected_is_told_by_name_until_he_goes(served):
         address = "{}:{}".format(*host.getsockname())
         assert served.do(lambda: served.server.client("if1")) == address
         assert served.do(lambda: served.server.client("somebody else")) == ""
-        served.do(lambda: setattr(served.server, "deaf", True))
-    served.do(lambda: setattr(served.server, "deaf", False))
+        served.do(lambda: setattr(served.server, "muted", True))
+    served.do(lambda: setattr(served.server, "muted", False))
     served.until(lambda: served.server.client("if1") == "")
 
 
 def test_a_client_that_comes_while_nobody_is_heard_is_disconnected_and_may_come_again(served):
     url = served.open(served.add())
-    served.do(lambda: setattr(served.server, "deaf", True))
+    served.do(lambda: setattr(served.server, "muted", True))
     with dial(url) as host:
         assert receive(host, 1) == b""
-    served.do(lambda: setattr(served.server, "deaf", False))
+    served.do(lambda: setattr(served.server, "muted", False))
     with dial(url) as host:
         assert ask(host) == b"C\r"
 
 
 def test_a_port_opened_while_nobody_is_heard_is_deaf_too(served):
     if1 = served.add()
-    served.do(lambda: setattr(served.server, "deaf", True))
+    served.do(lambda: setattr(served.server, "muted", True))
     with dial(served.open(if1)) as host:
         assert receive(host, 1) == b""
 
@@ -356,7 +356,7 @@ def test_a_bench_on_which_somebody_is_missing_is_refused_and_all_stays_as_it_was
     url = served.open(if1)
     with dial(url) as host:
         with pytest.raises(UsageError, match="no controller 'if1'"):
-            served.do(lambda: served.server.exchange(Bench()))
+            served.do(lambda: served.server.replace_bench(Bench()))
         assert (ask(host), served.server.bench) == (b"C\r", served.bench)
 
 
@@ -365,17 +365,17 @@ def test_a_master_goes_on_with_the_registers_that_have_come_and_is_told_how_the_
     url = served.open(served.bench["1811"], "bus://:0")
     with Host(url) as host:
         assert host.ask("s 1") == "ok"
-        served.do(lambda: setattr(served.server, "deaf", True))
+        served.do(lambda: setattr(served.server, "muted", True))
         host.send("r 1\n")
         new = served.do(Bench)
         served.do(lambda: new.add("1811"))
-        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: served.server.replace_bench(new))
         line = new["1811"].bus.interrupt_line
         for level in (True, False, True):
             served.do(lambda level=level: line.set(level))
         acts = []
         new["1811"].bus.watch_host(acts.append)
-        served.do(lambda: setattr(served.server, "deaf", False))
+        served.do(lambda: setattr(served.server, "muted", False))
         assert host.line() == "! 1"
         status = int(host.line(), 16)
         assert status == new["1811"].bus.status
@@ -404,7 +404,7 @@ def test_somebody_is_told_of_a_port_before_anything_is_done_there():
         served.bench.ports[name].watch_host(told.append)
 
     with Served() as served:
-        served.server = Server(served.bench, speed=None, opening=opening)
+        served.server = Server(served.bench, speed=None, on_open=opening)
         served.do(lambda: served.bench.add("smartmotor", line="instant"))
         for _ in range(2):
             address = served.open_name("smartmotor.rs485")
@@ -425,7 +425,7 @@ def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(
         served.do(lambda: plug.change(lambda: setattr(plug.serial.host, "rts", False)))
         new = Bench()
         new.add("if1", line="instant")
-        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: served.server.replace_bench(new))
         assert new["if1"].serial.host.rts is False
 
 
@@ -435,12 +435,12 @@ def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(
 @pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
 def test_a_client_of_rfc_2217_has_its_format_and_lines_on_a_bench_that_is_earlier(served):
     url = served.open(served.add(), "rfc2217://127.0.0.1:0")
-    with serial.serial_for_url(str(url), 9600, stopbits=2, timeout=PATIENCE_S) as host:
+    with serial.serial_for_url(str(url), 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.apply_settings({"baudrate": 1200, "bytesize": 7, "parity": "E", "stopbits": 1})
         host.rts = False
         new = served.do(Bench)
         served.do(lambda: new.add("if1", line="instant"))
-        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: served.server.replace_bench(new))
         port = new["if1"].serial
         assert (port.host.format, port.host.rts) == (UartFormat(1200, 7, "E", 1), False)
         heard = []
@@ -451,17 +451,17 @@ def test_a_client_of_rfc_2217_has_its_format_and_lines_on_a_bench_that_is_earlie
 
 def test_a_client_of_a_pty_waits_and_goes_on(served):
     url = served.open(served.add(), "pty:")
-    with serial.Serial(url.path, 9600, stopbits=2, timeout=PATIENCE_S) as host:
+    with serial.Serial(url.path, 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"E\r")
         assert host.read(2) == b"C\r"
-        served.do(lambda: setattr(served.server, "deaf", True))
+        served.do(lambda: setattr(served.server, "muted", True))
         host.write(b"E\r")
         new = served.do(lambda: another(served))
-        served.do(lambda: served.server.exchange(new))
+        served.do(lambda: served.server.replace_bench(new))
         heard = []
         new["if1"].serial.listen(heard.append)
         assert heard == []
-        served.do(lambda: setattr(served.server, "deaf", False))
+        served.do(lambda: setattr(served.server, "muted", False))
         assert host.read(2) == b"C\r"
         assert served.do(lambda: served.server.client("if1")) == str(url)
     served.until(lambda: served.server.client("if1") == "")
@@ -469,12 +469,12 @@ def test_a_client_of_a_pty_waits_and_goes_on(served):
 
 def test_a_pty_closed_while_nobody_is_heard_is_closed_afterwards(served):
     url = served.open(served.add(), "pty:")
-    with serial.Serial(url.path, 9600, stopbits=2, timeout=PATIENCE_S) as host:
+    with serial.Serial(url.path, 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"E\r")
         assert host.read(2) == b"C\r"
-        served.do(lambda: setattr(served.server, "deaf", True))
-    served.do(lambda: setattr(served.server, "deaf", False))
+        served.do(lambda: setattr(served.server, "muted", True))
+    served.do(lambda: setattr(served.server, "muted", False))
     served.until(lambda: served.server.client("if1") == "")
-    with serial.Serial(url.path, 9600, stopbits=2, timeout=PATIENCE_S) as host:
+    with serial.Serial(url.path, 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"E\r")
         assert host.read(2) == b"C\r"

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.links.manual import ManualPacer
+from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.pacing import BLOCK_S, Pacer, read_speed
 from axistwin.sim.clock import Clock
 from axistwin.units import MOST_NS, MS, S
@@ -162,7 +162,7 @@ def test_a_port_is_flushed_once_when_the_bench_has_been_advanced(clock, loop):
 
     port = Port()
     pacer = paced(clock, loop, 1)
-    clock.call_later(10 * MS, lambda: pacer.mark(port))
+    clock.call_later(10 * MS, lambda: pacer.request_flush(port))
     loop.run_to(0.005)
     assert port.flushed == 0
     loop.run_to(1)
@@ -220,7 +220,7 @@ def test_what_has_been_said_until_it_stops_is_handed_over(clock, loop, speed):
             flushed.append(clock.now)
 
     pacer = Pacer(clock, speed)
-    clock.call_later(10 * MS, lambda: (pacer.mark(Port()), pacer.stop()))
+    clock.call_later(10 * MS, lambda: (pacer.request_flush(Port()), pacer.stop()))
     pacer.start(loop)
     loop.run_to(1)
     assert flushed == [10 * MS]
@@ -312,7 +312,7 @@ def test_it_is_being_advanced_while_something_happens_and_only_then(clock, loop,
     seen = []
     clock.call_later(10 * MS, lambda: seen.append(pacer.advancing))
     pacer = Pacer(clock, speed)
-    pacer.watch(lambda: seen.append(pacer.advancing))
+    pacer.subscribe(lambda: seen.append(pacer.advancing))
     pacer.start(loop)
     loop.run_to(1)
     assert True in seen
@@ -385,7 +385,7 @@ def test_another_clock_is_advanced_from_where_it_is(clock, loop):
     other, log = Clock(), []
     other.run_to(100 * S)
     other.call_later(2 * S, lambda: log.append(other.now))
-    pacer.exchange(other)
+    pacer.replace_clock(other)
     reached = clock.now
     loop.run_to(7)
     pacer.sync()
@@ -399,5 +399,5 @@ def test_a_speed_is_a_number_or_max(text, speed):
 
 @pytest.mark.parametrize("text", ["", "0", "-1", "fast", "nan", "inf", "1e7", "1e300"])
 def test_a_bad_speed_is_refused(text):
-    with pytest.raises(UsageError, match="no speed"):
+    with pytest.raises(UsageError, match="invalid speed"):
         read_speed(text)

@@ -13,7 +13,7 @@ from axistwin.errors import LinkError
 from axistwin.links.plug import CHUNK, FULL
 from axistwin.sim.frames import UartFormat
 
-from .serving import PATIENCE_S, dial, receive
+from .serving import HOST_TIMEOUT_S, dial, receive
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 
@@ -33,7 +33,7 @@ def path(served, if1, tmp_path):
 
 
 def opened(path, **settings):
-    return serial.Serial(path, timeout=PATIENCE_S, **{"baudrate": 9600, "stopbits": 2, **settings})
+    return serial.Serial(path, timeout=HOST_TIMEOUT_S, **{"baudrate": 9600, "stopbits": 2, **settings})
 
 
 def initialise(host):
@@ -215,7 +215,7 @@ def test_something_else_at_the_path_is_left_alone(served, if1, tmp_path, name):
     (tmp_path / "file").write_text("mine")
     (tmp_path / "directory").mkdir()
     (tmp_path / "link").symlink_to("file")
-    with pytest.raises(LinkError, match=r"cannot make pty:.*: there is something at .*: remove it"):
+    with pytest.raises(LinkError, match=r"cannot create pty:.*: .* already exists: remove it"):
         served.open(if1, f"pty:{tmp_path}/{name}")
     assert (tmp_path / name).exists()
 

@@ -91,7 +91,7 @@ class Session:
                 self.plug.change(lambda: self.plug.set_break(value))
             case "flow":
                 self.plug.flow = value
-                self.plug.change(self.plug.settle_flow)
+                self.plug.change(self.plug.apply_flow)
             case "speed":
                 self.pacer.speed = value
             case "stop":

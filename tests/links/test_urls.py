@@ -58,12 +58,12 @@ def test_an_option_names_the_scheme(scheme, text):
     ],
 )  # fmt: skip
 def test_a_bad_url_is_one_line_that_shows_a_good_one(text):
-    with pytest.raises(UsageError, match=r"write it like \w+:") as caught:
+    with pytest.raises(UsageError, match=r"expected .*, e\.g\. \w+:") as caught:
         parse(text)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["tcp://h:1?cts=dtr", "rfc2217://h:1?cts=dsr", "rfc2217://h:1?baud=9600"])
 def test_an_option_that_a_port_does_not_take_is_told(text):
-    with pytest.raises(UsageError, match=r"rfc2217 takes \?cts=dtr, tcp none"):
+    with pytest.raises(UsageError, match=r"expected \?cts=dtr for rfc2217"):
         parse(text)

@@ -176,7 +176,7 @@ WRONG = {
     ),
     "a home switch": (controllers("if1", more="axes.X.home = [0, 9]"), "3:1: if1 has no home input: leave out `home`"),
     "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
-    "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: no address and port in 'tcp:/x': write it like"),
+    "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
     "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: give each a name"),
     "a name with a blank": (controllers("if1", more="name = 'a b'"), "3:1: controller.name: only letters, digits, _ a"),
     "two things": (
@@ -282,7 +282,7 @@ WRONG = {
     ),
     "a link that is no name": (
         controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
-        "3:10: no port 'pty:/tmp/\\x00b': there is a NUL in it",
+        "3:10: invalid port 'pty:/tmp/\\x00b': expected no NUL character",
     ),
     "a delay into the past": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),

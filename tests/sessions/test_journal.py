@@ -37,29 +37,29 @@ def test_what_is_forgotten_has_never_been():
     for n in range(3):
         journal.add(n * MS, n, Say(b"%d" % n, controller="if1"))
     first, cursor = journal.moment(Cursor())
-    journal.forget_from(cursor)
+    journal.truncate(cursor)
     journal.add(5 * MS, 2, POLL)
     assert list(journal) == [first, Moment(5 * MS, (POLL,))]
 
 
 def test_a_full_journal_keeps_no_more_and_says_since_when():
-    journal = Journal(most_bytes=1000)
+    journal = Journal(max_bytes=1000)
     kept = [journal.add(n * MS, n, Say(b"%d" % n, controller="if1")) for n in range(10)]
     assert kept == [True] * 3 + [False] * 7
     assert journal.full_ns == 3 * MS
     assert len(list(journal)) == 3
-    journal.forget_from(Cursor())
+    journal.truncate(Cursor())
     assert journal.full_ns is None
 
 
 def test_what_is_forgotten_takes_no_room():
-    journal = Journal(most_bytes=1000)
+    journal = Journal(max_bytes=1000)
     journal.add(0, 0, POLL)
     _, cursor = journal.moment(Cursor())
     kept = journal.bytes
     for n in range(1, 10):
         journal.add(n * MS, n, Say(b"%d" % n, controller="if1"))
-    journal.forget_from(cursor)
+    journal.truncate(cursor)
     assert journal.bytes == kept
     assert [journal.add(n * MS, n, POLL) for n in range(1, 4)] == [True] * 3
     assert list(journal) == [Moment(n * MS, (POLL,)) for n in range(4)]

@@ -84,14 +84,14 @@ def test_to_a_board_only_commands_are_said(said, why):
 
 
 def test_a_program_that_nobody_has_given_is_not_loaded():
-    with pytest.raises(UsageError, match=r"x\.if1 has not been given"):
+    with pytest.raises(UsageError, match=r"unknown program x\.if1"):
         Session(two).do("a", "load", "x.if1")
 
 
 @pytest.mark.parametrize("speed", [0, -1, float("inf"), float("nan")])
 def test_what_is_no_speed_is_refused(speed):
     session = Session(two, 2.0)
-    with pytest.raises(UsageError, match="no speed"):
+    with pytest.raises(UsageError, match="invalid speed"):
         session.speed = speed
     assert session.speed == 2
 
@@ -115,7 +115,7 @@ def test_on_the_way_nothing_is_forgotten_and_no_break_is_added():
         on_the_way = asyncio.ensure_future(session.go_to(recorded_s / 2))
         await asyncio.sleep(0)
         for wish in (session.forget_rest, lambda: session.add_break("a.input1 rises")):
-            with pytest.raises(UsageError, match="on its way"):
+            with pytest.raises(UsageError, match="cannot act during a step"):
                 wish()
         await on_the_way
         assert session.repeating
@@ -156,7 +156,7 @@ def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_path):
         (tmp_path / "state").write_text("no directory any more")
         with pytest.raises(AxistwinError, match=r"cannot remove .*if2\.json: not a directory"):
             await session.go_to(0)
-        assert not server.deaf
+        assert not server.muted
         assert not session.busy
 
     drive(main())

@@ -4,9 +4,9 @@ import asyncio
 
 from axistwin import Bench
 from axistwin.links.urls import parse
-from axistwin.sessions.session import DRAINED_EVERY, Session
+from axistwin.sessions.session import DRAIN_EVERY, Session
 
-PATIENCE_S = 10
+HOST_TIMEOUT_S = 10
 
 
 def if1() -> Bench:
@@ -30,7 +30,7 @@ async def connected(session, name, scheme="tcp", **serving):
 
 async def ask(reader, writer, question, end=b"\r"):
     writer.write(question)
-    return await asyncio.wait_for(reader.readuntil(end), PATIENCE_S)
+    return await asyncio.wait_for(reader.readuntil(end), HOST_TIMEOUT_S)
 
 
 async def settled():
@@ -68,7 +68,7 @@ def test_a_client_polls_waits_while_the_run_is_repeated_and_goes_on():
         await settled()
         assert len(list(session.journal)) == told
         session.run()
-        assert (await asyncio.wait_for(reader.readuntil(b"\r"), PATIENCE_S)).endswith(b"\r")
+        assert (await asyncio.wait_for(reader.readuntil(b"\r"), HOST_TIMEOUT_S)).endswith(b"\r")
         assert not session.repeating
         assert session.seconds >= end_s
         assert len(list(session.journal)) > told
@@ -92,7 +92,7 @@ def test_another_future_begins_where_somebody_does_something_and_the_client_is_h
         session.do("if1", "input1", "high")
         assert (session.recorded_seconds, session.repeating) == (0.5, False)
         session.run()
-        assert await asyncio.wait_for(reader.readuntil(b"\r"), PATIENCE_S) == b"U\r"
+        assert await asyncio.wait_for(reader.readuntil(b"\r"), HOST_TIMEOUT_S) == b"U\r"
         assert session.bench["if1"].pins["input1"].level
         writer.close()
         session.server.close()
@@ -108,7 +108,7 @@ def test_a_host_at_a_bus_is_repeated_too():
         while session.seconds < 1:
             await asyncio.sleep(0)
         assert await ask(reader, writer, b"w 0 83\nw 1 10\n", b"ok\n") == b"ok\n"
-        await asyncio.wait_for(reader.readuntil(b"ok\n"), PATIENCE_S)
+        await asyncio.wait_for(reader.readuntil(b"ok\n"), HOST_TIMEOUT_S)
         status = b""
         while not status or not int(status, 16) & 8:
             status = await ask(reader, writer, b"r 1\n", b"\n")
@@ -163,7 +163,7 @@ def test_a_host_at_a_second_channel_is_repeated_too():
         session.pause()
         session.server.close()
 
-    asyncio.run(asyncio.wait_for(main(), PATIENCE_S))
+    asyncio.run(asyncio.wait_for(main(), HOST_TIMEOUT_S))
 
 
 def test_what_nobody_is_connected_to_hear_is_not_kept_for_ever():
@@ -172,10 +172,10 @@ def test_what_nobody_is_connected_to_hear_is_not_kept_for_ever():
         session.do("if1", "estop", "high")
         session.say("if1", b"(")
         session.run()
-        while session.pacer.passes <= 2 * DRAINED_EVERY:
+        while session.pacer.passes <= 2 * DRAIN_EVERY:
             await asyncio.sleep(0)
-            session.pacer.by_hand(lambda _: session.bench.run(0.001))
+            session.pacer.advance_slice(lambda _: session.bench.run(0.001))
         session.pause()
         assert session.bench["if1"].serial.read() == b""
 
-    asyncio.run(asyncio.wait_for(main(), PATIENCE_S))
+    asyncio.run(asyncio.wait_for(main(), HOST_TIMEOUT_S))

@@ -1,6 +1,6 @@
-"""Hosts of boards on a bus: C programs at the bus socket (`c/`), and an 8086 in this process (`x86.py`)."""
+"""Hosts of bus boards: C files for programs at the bus socket (`c/`), and an emulated 8086 (`x86.py`)."""
 
 from pathlib import Path
 
 C_FILES = Path(__file__).parent / "c"
-"""Where `axistwin_bus.c` and `axistwin_bus.h` are."""
+"""Directory of `axistwin_bus.c` and `axistwin_bus.h`."""

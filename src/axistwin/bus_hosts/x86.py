@@ -1,9 +1,9 @@
-"""A host computer of the time: an 8086 in real mode, run by Unicorn, with boards on its bus.
+"""A host computer: an 8086 in real mode, emulated by Unicorn, with boards on its bus.
 
-Its IN and OUT reach the boards of a bench; while a board interrupts, and the processor lets it, the interrupt's vector
-is taken between two instructions.  Time: every instruction takes the same (`instruction_ns`), which is honest about an
-average and about nothing else; virtual time is brought to the processor's at each access to a port, and events of the
-bench happen when they are due.  Unicorn is an optional extra: `pip install "axistwin[x86]"`.
+IN and OUT access the boards of a bench.  While a board interrupts and interrupts are enabled, the processor takes the
+vector between two instructions.  Every instruction takes the same time (`instruction_ns`), so only average speed is
+realistic.  Virtual time follows the processor at each port access, and events of the bench are executed when due.
+Unicorn is an optional extra: `pip install "axistwin[x86]"`.
 """
 
 from collections.abc import Mapping
@@ -16,23 +16,22 @@ from axistwin.units import US, to_ns
 try:
     from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc
     from unicorn import x86_const as x86
-except ImportError:  # the module is of no use without it, and says how to get it
+except ImportError:  # the error names the extra to install
     raise MissingExtraError("unicorn", "x86") from None
 
 MEMORY = 0x10_0000
-"""Bytes: all that an 8086 can address."""
+"""Address space of an 8086 in bytes."""
 INTERRUPT_FLAG, TRAP_FLAG = 0x200, 0x100
 HALT, STI = 0xF4, 0xFB
 INSTRUCTION_NS = 2 * US
-"""Ten cycles of a 5 MHz clock."""
+"""Time of one instruction: ten cycles of a 5 MHz clock."""
 
 
 class Computer:
     """An 8086 with a megabyte of memory.
 
-    `boards`: each by the base address of its two ports.  `vector`: the number of the interrupt that their wire-ORed
-    line requests, as the computer's interrupt controller is set; it is level sensitive.  Ports where no board sits read
-    FFh.
+    `boards`: boards by the base address of their two ports.  `vector`: interrupt number of their common (wire-ORed)
+    request line, which is level sensitive.  Ports without a board read FFh.
     """
 
     def __init__(
@@ -45,14 +44,14 @@ class Computer:
     ) -> None:
         self.bench, self.vector, self.instruction_ns = bench, vector, instruction_ns
         self.instructions = 0
-        """How many have been executed."""
+        """Number of executed instructions."""
         self._ports: dict[int, tuple[RegisterPort, int]] = {
             base + offset: (board.bus, offset) for base, board in boards.items() for offset in (0, 1)
         }
         self._buses = [board.bus for board in boards.values()]
         self._time_ns = bench.now
         self._stop_ns = 0
-        self._last = 0  # where the instruction before stood
+        self._last = 0  # address of the last instruction
         self._halted = False
         self._uc = Uc(UC_ARCH_X86, UC_MODE_16)
         self._uc.mem_map(0, MEMORY)
@@ -64,19 +63,19 @@ class Computer:
     # Memory and registers
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
-        """Put bytes into memory."""
+        """Write bytes into memory."""
         self._uc.mem_write((segment << 4) + offset, data)
 
     def memory(self, segment: int, offset: int, size: int) -> bytes:
-        """Bytes out of memory."""
+        """Read bytes from memory."""
         return bytes(self._uc.mem_read((segment << 4) + offset, size))
 
     def set_vector(self, number: int, segment: int, offset: int) -> None:
-        """Where interrupt `number` leads."""
+        """Set the handler's address of interrupt `number`."""
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:
-        """The first instruction; data, extra and stack segment are the same, the stack begins at its end."""
+        """Set the address of the first instruction.  DS, ES and SS equal CS; `stack` is the initial stack pointer."""
         for register in (x86.UC_X86_REG_CS, x86.UC_X86_REG_DS, x86.UC_X86_REG_ES, x86.UC_X86_REG_SS):
             self._uc.reg_write(register, segment)
         self._uc.reg_write(x86.UC_X86_REG_SP, stack)
@@ -85,18 +84,18 @@ class Computer:
 
     @property
     def interruptible(self) -> bool:
-        """Whether its interrupt flag is set."""
+        """True if the interrupt flag is set."""
         return bool(self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & INTERRUPT_FLAG)
 
     @property
     def stopped(self) -> bool:
-        """Whether it has halted with interrupts disabled, so that nothing will ever wake it."""
+        """True if the processor has halted with interrupts disabled, which nothing can end."""
         return self._halted and not self.interruptible
 
     # Running
 
     def run(self, seconds: float) -> None:
-        """Execute for so long, or until it has stopped."""
+        """Execute instructions for `seconds`, or until `stopped`."""
         end_ns = self.bench.now + to_ns(seconds)
         self._time_ns = self.bench.now
         while self._time_ns < end_ns and not self.stopped:
@@ -114,34 +113,34 @@ class Computer:
         return any(bus.interrupt for bus in self._buses)
 
     def _execute(self, end_ns: int) -> None:
-        """Up to the next event of the bench, or one instruction while an interrupt waits to be let in."""
+        """Execute up to the next event of the bench, or one instruction while an interrupt is requested."""
         due_ns = self.bench.clock.next_event_ns()
         self._stop_ns = min(end_ns, end_ns if due_ns is None else max(due_ns, self._time_ns + 1))
         if self._requested:
             self._stop_ns = self._time_ns + 1
         begin = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
-        self._uc.emu_start(begin, MEMORY)  # the hooks end it
+        self._uc.emu_start(begin, MEMORY)  # the hooks stop the processor
         self._halted = self._has_just_halted()
         self._catch_up()
 
     def _has_just_halted(self) -> bool:
-        """Whether the last instruction was a HLT, and the next one is the one behind it."""
+        """True if the last instruction was HLT, and the next instruction follows it in memory."""
         here = (self._uc.reg_read(x86.UC_X86_REG_CS) << 4) + self._uc.reg_read(x86.UC_X86_REG_IP)
         return bool(self._uc.mem_read(self._last, 1)[0] == HALT and here == self._last + 1)
 
     def _sleep(self, end_ns: int) -> None:
-        """Halted: time passes until something happens."""
+        """Advance to the next event while the processor is halted."""
         due_ns = self.bench.clock.next_event_ns()
         self._time_ns = end_ns if due_ns is None else min(end_ns, max(due_ns, self._time_ns))
         self._catch_up()
 
     def _catch_up(self) -> None:
-        """Bring virtual time to the processor's."""
+        """Advance virtual time to the processor's time."""
         if self._time_ns > self.bench.now:
             self.bench.clock.run_to(self._time_ns)
 
     def _interrupt(self, number: int) -> None:
-        """Take a vector: flags, CS and IP go onto the stack, interrupts are disabled."""
+        """Take an interrupt: push flags, CS and IP, disable interrupts, and load CS and IP from the vector."""
         flags = self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & 0xFFFF
         for value in (flags, self._uc.reg_read(x86.UC_X86_REG_CS), self._uc.reg_read(x86.UC_X86_REG_IP)):
             self._push(value)
@@ -155,10 +154,10 @@ class Computer:
         self._uc.reg_write(x86.UC_X86_REG_SP, pointer)
         self.load(self._uc.reg_read(x86.UC_X86_REG_SS), pointer, value.to_bytes(2, "little"))
 
-    # What Unicorn calls
+    # Called by Unicorn
 
     def _instruction(self, uc: Uc, address: int, size: int, _: object) -> None:  # noqa: ARG002
-        """Before each instruction.  Behind STI one more is executed before an interrupt is let in."""
+        """Called before each instruction.  After STI one more instruction is executed before an interrupt is taken."""
         if self._time_ns >= self._stop_ns and uc.mem_read(self._last, 1)[0] != STI:
             uc.emu_stop()
             return
@@ -183,4 +182,4 @@ class Computer:
             bus, offset = self._ports.get(port + place, (None, 0))
             if bus is not None:
                 bus.write(offset, value >> 8 * place & 0xFF)
-        self._stop_ns = 0  # something may be due earlier now
+        self._stop_ns = 0  # the write may have scheduled an earlier event

@@ -248,7 +248,7 @@ def _talk() -> None:
 
 async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:
     ended = ending()
-    server.pacer.broken = partial(fail, ended)  # also when somebody at the panel has had it advanced
+    server.pacer.on_defect = partial(fail, ended)  # also when somebody at the panel has had it advanced
     try:
         for name, url in wanted:
             await server.open(name, url)

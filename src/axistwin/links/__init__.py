@@ -1,1 +1,1 @@
-"""Ring 5: how the outside reaches a port.  asyncio and the wall clock live here."""
+"""Real ports for the controllers of a bench.  Only this package uses asyncio and the wall clock."""

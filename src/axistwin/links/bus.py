@@ -1,38 +1,38 @@
-"""The bus socket: the registers of a board on a bus, over TCP, in lines that anyone can type.
+"""The bus socket: access to the registers of a board over TCP, in text lines.
 
 request         answer          meaning
 r 1             50              read a register: the offset; two hex digits
-r 0 16          80 00 00 …      read it so many times
+r 0 16          80 00 00 …      read a register repeatedly: the offset, the count
 w 1 10          ok              write a register: the offset, and one byte or several in hex
-i               0               the interrupt line: 1 while the board interrupts
-s 1             ok              from now on `! 1` and `! 0` tell at once when that line changes; s 0 ends it
-init            ok              the bus's reset line
+i               0               read the interrupt line: 1 while the board interrupts
+s 1             ok              report each change of the interrupt line as `! 1` or `! 0`; s 0 ends the reports
+init            ok              pulse the reset line of the bus
 
-What is wrong is answered by one line, `error: …`, and nothing is done.  An access takes no virtual time; what a write
-sets off happens after the answer.  A bus has one master: one client at a time is connected, as with a serial plug.
+An invalid request has no effect and is answered by one line, `error: …`.  An access takes no virtual time; the effects
+of a write follow after the answer.  A bus has one master: only one client can be connected.
 
-A client that does not read its answers is not read from until it does.  Meanwhile changes of the interrupt line are
-not queued: it is told the last one.  `docs/bus.md` has it all.
+No requests are read from a client that does not read its answers.  Changes of the interrupt line are not queued
+meanwhile: the client then receives the last level.  See `docs/bus.md`.
 """
 
 from collections.abc import Callable
 
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.links.one import OneClient
 from axistwin.links.pacing import Pacer
+from axistwin.links.single_client import SingleClient
 from axistwin.links.tcp import Connection
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import CONTROL, RegisterPort
 
 LONGEST = 1024
-"""Bytes of a line; a longer one is refused, and nothing is kept of it."""
-MOST = 256
-"""Bytes of a block transfer."""
+"""Longest request line in bytes; a longer line is discarded and answered with an error."""
+MAX_BLOCK = 256
+"""Largest block transfer in bytes."""
 USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 
-class Slot(OneClient["Master"]):
-    """A board's slot on the bus.  `reset`: what is done for each new client."""
+class Slot(SingleClient["Master"]):
+    """A board's slot on the bus.  `reset` is called for each new client."""
 
     def __init__(
         self, name: str, bus: RegisterPort, pacer: Pacer, *, reset: Callable[[], object] = lambda: None
@@ -42,38 +42,38 @@ class Slot(OneClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """Whether the client is not read from, as it does not read or is not heard."""
-        return self._deaf or (self.client is not None and self.client.stalled)
+        """True while no requests are read from the client: the slot is muted, or the client does not read."""
+        return self._muted or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
-        """A client has come."""
+        """Prepare the board for a new client."""
         self.reset()
 
-    def exchange(self, bus: RegisterPort) -> None:
-        """These registers take the place of the ones before.  They are left as they are."""
+    def replace_bus(self, bus: RegisterPort) -> None:
+        """Connect the client to other registers, without changing them."""
         self.bus = bus
-        self.exchanged()
+        self.resubscribe()
 
-    def hand_over(self) -> None:
-        """Tell the client what there is to tell by now."""
+    def flush_pending(self) -> None:
+        """Flush pending output to the client."""
         if self.client is not None:
             self.client.flush()
 
 
 class Master(Connection):
-    """A client: a host with the board on its bus."""
+    """A client of the bus socket: the bus master."""
 
     def __init__(self, slot: Slot) -> None:
         super().__init__(slot)
         self.slot = slot
         self._line = b""
         self._too_long = False
-        self._unwatch: Callable[[], None] | None = None
+        self._unsubscribe: Callable[[], None] | None = None
         self._changes: list[bool] = []
-        self._told = False
+        self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Requests, or parts of them."""
+        """Execute requests; `data` may end within a request."""
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -88,12 +88,12 @@ class Master(Connection):
     def _answer(self, request: bytes, too_long: bool) -> str:
         try:
             if too_long:
-                raise UsageError(f"a line has at most {LONGEST} characters")
-            return self._obey(request.decode("ascii", "replace").split())
+                raise UsageError(f"line too long: expected at most {LONGEST} characters")
+            return self._execute(request.decode("ascii", "replace").split())
         except AxistwinError as error:
             return f"error: {error}"
 
-    def _obey(self, words: list[str]) -> str:
+    def _execute(self, words: list[str]) -> str:
         match words:
             case ["r", offset]:
                 return f"{self.slot.bus.read(_offset(offset)):02x}"
@@ -109,14 +109,14 @@ class Master(Connection):
             case ["init"]:
                 self.slot.bus.init()
                 return "ok"
-        raise UsageError(f"no request {_shown(' '.join(words))}: there are {USAGE}")
+        raise UsageError(f"unknown request {_shown(' '.join(words))}: expected {USAGE}")
 
     def _read(self, offset: int, count: int) -> str:
         return " ".join(f"{self.slot.bus.read(offset):02x}" for _ in range(count))
 
     def _store(self, offset: int, values: list[int]) -> str:
-        if len(values) > MOST:
-            raise UsageError(f"{len(values)} bytes are too many: a block has at most {MOST}")
+        if len(values) > MAX_BLOCK:
+            raise UsageError(f"too many bytes ({len(values)}): expected at most {MAX_BLOCK}")
         for value in values:
             self.slot.bus.write(offset, value)
         return "ok"
@@ -126,53 +126,53 @@ class Master(Connection):
     def _subscribe(self, on: bool) -> None:
         self._end_subscription()
         if on:
-            self._told = self.slot.bus.interrupt
-            self._unwatch = self.slot.watch(lambda: self.slot.bus.interrupt_line, self._changed)
+            self._last_reported = self.slot.bus.interrupt
+            self._unsubscribe = self.slot.subscribe(lambda: self.slot.bus.interrupt_line, self._changed)
 
     def _end_subscription(self) -> None:
-        if self._unwatch is not None:
-            self._unwatch()
-        self._unwatch = None
+        if self._unsubscribe is not None:
+            self._unsubscribe()
+        self._unsubscribe = None
         self._changes.clear()
 
     def _changed(self, line: Pin) -> None:
         if not self._changes:
-            self.slot.pacer.mark(self)
+            self.slot.pacer.request_flush(self)
         self._changes.append(line.level)
 
     def flush(self) -> None:
-        """Tell how the interrupt line has changed."""
+        """Report the changes of the interrupt line."""
         changes, self._changes = self._changes, []
         if not self.stalled:
             for level in changes:
-                self._tell(level)
+                self._report(level)
 
-    def _tell(self, level: bool) -> None:
-        self._told = level
+    def _report(self, level: bool) -> None:
+        self._last_reported = level
         self._write(f"! {level:d}")
 
-    # A client that does not read, or has gone
+    # Slow and closed clients
 
     def pause_writing(self) -> None:
-        """It does not read: nothing more is taken from it."""
+        """Stop reading from a client that does not read its answers."""
         self.stalled = True
         self.pause()
 
     def resume_writing(self) -> None:
-        """It reads again."""
+        """Continue after the client has read its answers."""
         self.stalled = False
         if not self.slot.full:
             self.resume()
-        if self._unwatch is not None and self._told is not self.slot.bus.interrupt:
-            self._tell(self.slot.bus.interrupt)
+        if self._unsubscribe is not None and self._last_reported is not self.slot.bus.interrupt:
+            self._report(self.slot.bus.interrupt)
 
     def resume(self) -> None:
-        """Go on taking what it sends, unless it does not read."""
+        """Continue reading from the client, unless the client does not read."""
         if not self.stalled:
             super().resume()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """The client has gone."""
+        """Release the slot after the client has disconnected."""
         self._end_subscription()
         super().connection_lost(exc)
 
@@ -186,9 +186,9 @@ def _offset(text: str) -> int:
 
 
 def _count(text: str) -> int:
-    count = _number(text, 10, MOST, "count")
+    count = _number(text, 10, MAX_BLOCK, "count")
     if not count:
-        raise UsageError(f"no count '0': give a number from 1 to {MOST}")
+        raise UsageError(f"invalid count '0': expected a number from 1 to {MAX_BLOCK}, e.g. 16")
     return count
 
 
@@ -200,7 +200,7 @@ def _number(text: str, base: int, highest: int, what: str) -> int:
     digits = "0123456789abcdefABCDEF" if base == 16 else "0123456789"
     if not set(text) <= set(digits) or len(text) > 3 or int(text, base) > highest:
         limits = "two hex digits" if base == 16 else f"a number from 0 to {highest}"
-        raise UsageError(f"no {what} {_shown(text)}: give {limits}")
+        raise UsageError(f"invalid {what} {_shown(text)}: expected {limits}")
     return int(text, base)
 
 

@@ -1,10 +1,10 @@
-"""RFC 2217, the access server's side of one connection: bytes from the client in, events out.  No sockets, no clock.
+"""RFC 2217, access server side of one connection: bytes from the client in, events out.  No sockets, no clock.
 
-The client negotiates the Com Port Control option and then commands: line format, control lines, break, flow control,
-purging.  Every command is answered with what is in force now.  The server tells the client's DSR and CTS, which are
-the device's DTR and RTS, when they change, and what is wrong with received characters if the client asks for that.
+The client negotiates the Com Port Control option and then sends commands: line format, control lines, break, flow
+control, purge.  Every command is answered with the setting now in force.  The server reports changes of the client's
+DSR and CTS, which are the device's DTR and RTS.  Line errors of received characters are reported on request.
 
-`receive` returns what the client wants; what it is to be answered stands in `replies` until it is taken.
+`receive` returns the client's requests as events; answers are collected in `replies`.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Su
 from axistwin.sim.frames import FASTEST_BAUD, LineError, Parity, UartFormat
 
 SERVER = 100
-"""An answer has the code of the command, and this on top."""
+"""Offset of an answer's code from the code of its command."""
 
 
 class Code(IntEnum):
@@ -37,7 +37,7 @@ class Code(IntEnum):
 
 
 class Control(IntEnum):
-    """Values of SET-CONTROL.  `ASK` values ask for the state that the values after them set."""
+    """Values of SET-CONTROL.  `ASK` values request the present state of the setting that follows them."""
 
     ASK_FLOW = 0
     FLOW_NONE = 1
@@ -62,7 +62,7 @@ class Control(IntEnum):
 
 
 class ModemState(IntFlag):
-    """NOTIFY-MODEMSTATE: the client's input lines, and which of them have changed."""
+    """NOTIFY-MODEMSTATE: the client's input lines, and their changes."""
 
     NONE = 0
     CTS_CHANGED = 1
@@ -72,7 +72,7 @@ class ModemState(IntFlag):
 
 
 class LineState(IntFlag):
-    """NOTIFY-LINESTATE: what a UART's line status register says."""
+    """NOTIFY-LINESTATE: bits of a UART's line status register."""
 
     NONE = 0
     PARITY_ERROR = 4
@@ -83,14 +83,14 @@ class LineState(IntFlag):
 
 @dataclass(frozen=True)
 class SetFormat:
-    """The client has chosen a line format."""
+    """Request of a line format."""
 
     format: UartFormat
 
 
 @dataclass(frozen=True)
 class SetLines:
-    """The client's control lines."""
+    """Request of control line levels."""
 
     dtr: bool
     rts: bool
@@ -98,21 +98,21 @@ class SetLines:
 
 @dataclass(frozen=True)
 class SetBreak:
-    """The client begins or ends a break."""
+    """Begin or end of a break."""
 
     on: bool
 
 
 @dataclass(frozen=True)
 class SetFlow:
-    """What is to hold back characters to the device: FLOW_NONE, FLOW_X_ON_X_OFF, FLOW_HARDWARE or FLOW_DSR."""
+    """Request of flow control for characters to the device: FLOW_NONE, FLOW_X_ON_X_OFF, FLOW_HARDWARE or FLOW_DSR."""
 
     outbound: Control
 
 
 @dataclass(frozen=True)
 class Purge:
-    """Forget what has been received from the device, or what has not been transmitted to it."""
+    """Request to discard characters received from the device, or not yet transmitted to the device."""
 
     received: bool
     to_transmit: bool
@@ -120,7 +120,7 @@ class Purge:
 
 @dataclass(frozen=True)
 class Suspend:
-    """The client wants no data for the moment (True), or again (False)."""
+    """Request to suspend (True) or resume (False) data to the client."""
 
     on: bool
 
@@ -128,9 +128,9 @@ class Suspend:
 Event = bytes | SetFormat | SetLines | SetBreak | SetFlow | Purge | Suspend
 
 OURS = frozenset((Option.BINARY, Option.ECHO, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
-"""What the server does if the client asks.  Echo: if any, it is the controller's."""
+"""Options that the server accepts for itself.  An echo, if any, comes from the controller."""
 THEIRS = frozenset((Option.BINARY, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
-"""What the client may do."""
+"""Options that the server accepts for the client."""
 PARITIES: dict[int, Parity] = {1: "N", 2: "O", 3: "E", 4: "M", 5: "S"}
 STOPBITS: dict[int, float] = {1: 1, 2: 2, 3: 1.5}
 INBOUND = {
@@ -138,11 +138,11 @@ INBOUND = {
     Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
     Control.FLOW_HARDWARE: Control.INBOUND_HARDWARE,
 }
-"""Settings for "outbound or both" set both."""
+"""Inbound settings that the settings for "outbound or both" also make."""
 
 
 class ComPort:
-    """The state of one client's port.  `line` is the format to begin with."""
+    """The state of one client's port.  `line`: the initial format."""
 
     def __init__(self, line: UartFormat, signature: str) -> None:
         self.format, self.signature = line, signature
@@ -150,7 +150,7 @@ class ComPort:
         self.break_on = False
         self.outbound, self.inbound = Control.FLOW_NONE, Control.INBOUND_NONE
         self.agreed = False
-        """Whether the client speaks RFC 2217."""
+        """True after the client has negotiated RFC 2217."""
         self.replies = bytearray()
         self._ours: set[int] = set()
         self._theirs: set[int] = set()
@@ -161,17 +161,17 @@ class ComPort:
     # Bytes in, events out
 
     def receive(self, data: bytes) -> list[Event]:
-        """What the client sent."""
-        events = [self._obey(item) for item in self._parser.feed(data)]
+        """Process bytes from the client and return its requests."""
+        events = [self._process(item) for item in self._parser.feed(data)]
         return [event for event in events if event is not None]
 
     def take_replies(self) -> bytes:
-        """What is to be sent to the client."""
+        """Return pending answers for the client, and clear them."""
         replies = bytes(self.replies)
         self.replies.clear()
         return replies
 
-    def _obey(self, item: Item) -> Event | None:
+    def _process(self, item: Item) -> Event | None:
         match item:
             case bytes():
                 return item
@@ -185,7 +185,7 @@ class ComPort:
                 pass
         return None
 
-    # Options: a change is answered, what is so already is not, or both sides would answer for ever
+    # Options: only a change is answered; otherwise both sides would answer each other for ever
 
     def _negotiate(
         self, asked: Negotiation, active: set[int], possible: frozenset[Option], yes: Verb, no: Verb
@@ -198,15 +198,15 @@ class ComPort:
             self.replies += bytes(Negotiation(yes if on else no, asked.option))
             if on and asked.option == Option.COM_PORT and not self.agreed:
                 self.agreed = True
-                self._tell_modem_state()
+                self._report_modem_state()
 
     def _answer(self, code: Code, value: bytes) -> None:
         self.replies += bytes(Subnegotiation(Option.COM_PORT, bytes((SERVER + code,)) + value))
 
-    # Commands.  A value that makes no sense changes nothing; the answer says what is in force.
+    # Commands.  An invalid value changes nothing; the answer gives the setting in force.
 
-    def _tell_signature(self, value: bytes) -> None:
-        if not value:  # else it tells its own
+    def _report_signature(self, value: bytes) -> None:
+        if not value:  # with a value the client states its own signature
             self._answer(Code.SIGNATURE, self.signature.encode())
 
     def _set_baudrate(self, value: bytes) -> Event | None:
@@ -285,7 +285,7 @@ class ComPort:
     def _set_modem_state_mask(self, value: bytes) -> None:
         self._modem_mask = value[0] if value else self._modem_mask
         self._answer(Code.SET_MODEMSTATE_MASK, bytes((self._modem_mask,)))
-        self._tell_modem_state()
+        self._report_modem_state()
 
     def _purge(self, value: bytes) -> Event | None:
         if value not in (b"\1", b"\2", b"\3"):
@@ -293,50 +293,50 @@ class ComPort:
         self._answer(Code.PURGE_DATA, value)
         return Purge(received=bool(value[0] & 1), to_transmit=bool(value[0] & 2))
 
-    # What the server tells by itself, or when a client asks for it
+    # Notifications
 
     def set_modem_state(self, *, dsr: bool, cts: bool, moved: ModemState = ModemState.NONE) -> None:
-        """The client's input lines are so; `moved`: these have changed meanwhile, even if they are back."""
+        """Report the client's input lines; `moved`: lines that have changed, even if their old level is restored."""
         now = (ModemState.DSR if dsr else ModemState.NONE) | (ModemState.CTS if cts else ModemState.NONE)
         changed = self._modem_state ^ now
         moved |= ModemState.DSR_CHANGED if changed & ModemState.DSR else ModemState.NONE
         moved |= ModemState.CTS_CHANGED if changed & ModemState.CTS else ModemState.NONE
         self._modem_state = now
         if self.agreed and (moved | moved << 4) & self._modem_mask:
-            self._tell_modem_state(moved=moved)
+            self._report_modem_state(moved=moved)
 
     def set_line_state(self, errors: LineError) -> None:
-        """This was wrong with characters received from the device."""
+        """Report line errors of characters received from the device."""
         state = LineState.EMPTY
         state |= LineState.PARITY_ERROR if LineError.PARITY in errors else LineState.NONE
         state |= LineState.FRAMING_ERROR if LineError.FRAMING in errors else LineState.NONE
         state |= LineState.BREAK if LineError.BREAK in errors else LineState.NONE
         self._line_state = state
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:
-            self._tell_line_state()
+            self._report_line_state()
 
-    def _tell_modem_state(self, _: bytes = b"", moved: ModemState = ModemState.NONE) -> None:
+    def _report_modem_state(self, _: bytes = b"", moved: ModemState = ModemState.NONE) -> None:
         self._answer(Code.NOTIFY_MODEMSTATE, bytes(((self._modem_state | moved) & self._modem_mask,)))
 
-    def _tell_line_state(self, _: bytes = b"") -> None:
+    def _report_line_state(self, _: bytes = b"") -> None:
         self._answer(Code.NOTIFY_LINESTATE, bytes((self._line_state,)))
         self._line_state = LineState.EMPTY
 
     @staticmethod
     def escape(data: bytes) -> bytes:
-        """Data for the client, as it is sent."""
+        """Escape data for the client."""
         return escape(data)
 
 
 _COMMANDS: dict[int, Callable[[ComPort, bytes], Event | None]] = {
-    Code.SIGNATURE: ComPort._tell_signature,
+    Code.SIGNATURE: ComPort._report_signature,
     Code.SET_BAUDRATE: ComPort._set_baudrate,
     Code.SET_DATASIZE: ComPort._set_datasize,
     Code.SET_PARITY: ComPort._set_parity,
     Code.SET_STOPSIZE: ComPort._set_stopsize,
     Code.SET_CONTROL: ComPort._set_control,
-    Code.NOTIFY_LINESTATE: ComPort._tell_line_state,
-    Code.NOTIFY_MODEMSTATE: ComPort._tell_modem_state,
+    Code.NOTIFY_LINESTATE: ComPort._report_line_state,
+    Code.NOTIFY_MODEMSTATE: ComPort._report_modem_state,
     Code.FLOWCONTROL_SUSPEND: ComPort._suspend,
     Code.FLOWCONTROL_RESUME: ComPort._resume,
     Code.SET_LINESTATE_MASK: ComPort._set_line_state_mask,

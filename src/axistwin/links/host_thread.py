@@ -1,7 +1,7 @@
-"""A host program in a thread, and whether it waits: then virtual time may pass, and not before.
+"""A host program in a thread.  Virtual time may pass only while the thread is blocked.
 
-A thread that waits (for characters, for a lock, for time to pass) is asleep, and the system says so.  It is looked at
-several times, as one that only waits for its turn to run Python is asleep for a moment, too.
+The operating system reports a thread that waits for characters, a lock or a timer as sleeping.  The state is polled
+several times, because a thread that waits for Python's interpreter lock also sleeps for a moment.
 """
 
 import threading
@@ -11,14 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-LOOKS, LOOK_S = 3, 0.0003
-"""So often, at such intervals, it must be found asleep."""
+POLLS, POLL_S = 3, 0.0003
+"""Number of polls, and seconds between them, in which the thread must be sleeping."""
 REACTION_S = 0.02
-"""Where the system does not tell, a host that has done nothing for so long waits."""
+"""Seconds without activity after which a host counts as blocked, on systems that do not report thread states."""
 
 
 class HostThread:
-    """Calls a function of a host in a thread of its own, from `start` on."""
+    """Calls a host's function in a separate thread."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
@@ -27,39 +27,39 @@ class HostThread:
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     @property
     def done(self) -> bool:
-        """Whether it has come to its end."""
+        """True after the function has returned or raised."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     @property
     def current(self) -> bool:
-        """True within the host's function."""
+        """True when called from the host's own thread."""
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
-        """What it has returned; what it has raised is raised."""
+        """Wait for the function.  Returns its result, or raises its exception."""
         self._thread.join()
         if self._error is not None:
             raise self._error
         return self._outcome
 
     def join(self, seconds: float) -> None:
-        """Wait until it is done, but not longer."""
+        """Wait for the function, at most `seconds`."""
         self._thread.join(seconds)
 
-    def asleep(self) -> bool:
-        """Whether it waits for something at this moment, or has come to its end."""
+    def blocked(self) -> bool:
+        """True if the thread is blocked at this moment, or has ended."""
         if self.done:
             return True
-        if self._thread.native_id is None:  # it is just beginning
+        if self._thread.native_id is None:  # the thread is just starting
             return False
         try:
             stat = Path(f"/proc/self/task/{self._thread.native_id}/stat").read_text(encoding="ascii", errors="replace")
-        except FileNotFoundError:  # it has just ended, or this is not Linux
+        except FileNotFoundError:  # the thread has just ended, or the system is not Linux
             self.join(REACTION_S)
             return True
         return stat.rpartition(")")[2].split()[0] == "S"
@@ -67,10 +67,10 @@ class HostThread:
     def _run(self) -> None:
         try:
             self._outcome = self._call()
-        except BaseException as error:  # noqa: BLE001  # it is raised where the outcome is asked for
+        except BaseException as error:  # noqa: BLE001  # `outcome` raises the error again
             self._error = error
 
 
 def pause() -> None:
-    """Between two looks."""
-    time.sleep(LOOK_S)
+    """Sleep between two polls."""
+    time.sleep(POLL_S)

@@ -1,11 +1,11 @@
-"""A pseudo terminal: for programs that want to open a serial device.
+"""A pseudo terminal, for host programs that open a serial device.
 
-Linux shows this end the client's baud rate, its stop bits and whether it asked for odd parity.  Data bits and even
-parity it hides, and there are no control lines and no break; what cannot be seen is as given with `--line`.  A baud
-rate of 0 hangs up, that is, DTR and RTS go off.  Whoever needs more takes RFC 2217.
+Linux passes the client's baud rate, stop bits and odd parity to this end, but not data bits and even parity.  A pty has
+no control lines and no break.  Hidden settings are those of `--line`.  A baud rate of 0 sets DTR and RTS off.  Use RFC
+2217 for all settings.
 
-A client is connected from the first thing it does (a setting, a character) until it closes the device.  To notice that,
-this end keeps the device open itself only while there is no client: once the last one closes it, reading tells.
+A client is connected from its first act (a setting, a character) until the client closes the device.  This end holds
+the device open only while no client is connected: reading then fails as soon as the last client closes the device.
 """
 
 import asyncio
@@ -26,7 +26,7 @@ from axistwin.links.writer import Writer
 from axistwin.sim.frames import FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
-EXTPROC = 0o200000  # tell this end about every change of settings; Python's termios has no name for it
+EXTPROC = 0o200000  # report every change of settings to this end; missing in Python's termios
 TIOCPKT_IOCTL = 0x40
 FLUSHED = termios.TIOCPKT_FLUSHREAD | termios.TIOCPKT_FLUSHWRITE
 TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
@@ -35,13 +35,13 @@ CBAUD, BOTHER = 0o010017, 0o010000
 
 
 class PtyPort:
-    """A pseudo terminal, its link, and the client that has it open."""
+    """A pseudo terminal, its symbolic link, and its client."""
 
     flow: Flow | None = None
 
     def __init__(self, plug: Plug, url: PortUrl) -> None:
         if sys.platform != "linux":
-            raise LinkError("a pty needs Linux: use tcp or rfc2217")
+            raise LinkError("pty ports need Linux: use tcp or rfc2217")
         self.plug = plug
         self._master, slave = os.openpty()
         self.device = os.ttyname(slave)
@@ -51,7 +51,7 @@ class PtyPort:
         self.url = PortUrl("pty", path=url.path or self.device)
         self.name = str(self.url)
         tty.setraw(slave)
-        self._show(plug.usual)
+        self._show(plug.default_format)
         fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 1))
         os.set_blocking(self._master, False)
         self._make_link()
@@ -60,24 +60,24 @@ class PtyPort:
         self._loop.add_reader(self._master, self._readable)
 
     def _make_link(self) -> None:
-        """The link may replace one that leads nowhere, as a killed server leaves it behind, and nothing else."""
+        """Create the symbolic link.  Only a dangling link, as a killed server leaves one, is replaced."""
         if self._link is None:
             return
         try:
             if self._link.is_symlink() and (not self._link.exists() or os.readlink(self._link) == self.device):
-                self._link.unlink()  # left behind by a server that was killed; its number may be ours now
+                self._link.unlink()  # left by a killed server; the device may have the same number again
             self._link.symlink_to(self.device)
         except FileExistsError:
             self._close_files()
-            raise LinkError(f"cannot make {self.url}: there is something at {self._link}: remove it") from None
+            raise LinkError(f"cannot create {self.url}: {self._link} already exists: remove it") from None
         except OSError as error:
             self._close_files()
             raise LinkError(
-                f"cannot make {self.url}: {(error.strerror or str(error)).lower()}: choose another path"
+                f"cannot create {self.url}: {(error.strerror or str(error)).lower()}: choose another path"
             ) from None
 
     def close(self) -> None:
-        """Take the device and its link away."""
+        """Close the device and remove its link."""
         self._loop.remove_reader(self._master)
         self._writer.clear()
         self.plug.disconnect(self)
@@ -93,7 +93,7 @@ class PtyPort:
 
     def _readable(self) -> None:
         try:
-            packet = os.read(self._master, 1 + self.plug.chunk)  # with a byte of its own in front
+            packet = os.read(self._master, 1 + self.plug.chunk)  # the first byte is the packet's type
         except BlockingIOError:
             return
         except OSError as error:
@@ -102,12 +102,12 @@ class PtyPort:
             self._hang_up()
             return
         if packet[0] | FLUSHED == FLUSHED and packet[0] and self.plug.client is not self:
-            return  # this end did that, to be fresh for the next client
+            return  # caused by `_hold`
         if self._connect():
             self._take(packet[0], packet[1:])
 
     def _take(self, happened: int, data: bytes) -> None:
-        """A packet: characters, or what the client has done to the device."""
+        """Process a packet: characters, or a change of the device by the client."""
         if happened & TIOCPKT_IOCTL:
             self.plug.change(self._take_over_settings)
         if happened & termios.TIOCPKT_FLUSHREAD:
@@ -118,7 +118,7 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """Whether this client is the one that is connected; once refused it is not asked for again until it closes."""
+        """True if this client is connected.  A refused client is not tried again until the client closes the device."""
         if self.plug.client is self:
             return True
         if self._refused:
@@ -130,7 +130,7 @@ class PtyPort:
         return not self._refused
 
     def _hang_up(self) -> None:
-        """Nobody has the device open any more."""
+        """Disconnect after the last program has closed the device."""
         self._hold()
         self.plug.disconnect(self)
 
@@ -140,7 +140,7 @@ class PtyPort:
             self._slave = None
 
     def _hold(self) -> None:
-        """Keep the device open, and fresh for the next client."""
+        """Hold the device open and empty for the next client."""
         if self._slave is None:
             self._slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
         termios.tcflush(self._slave, termios.TCIOFLUSH)
@@ -149,7 +149,7 @@ class PtyPort:
 
     def _take_over_settings(self) -> None:
         _, _, flags, _, _, _, speed = self._settings()
-        host, usual = self.plug.serial.host, self.plug.usual
+        host, usual = self.plug.serial.host, self.plug.default_format
         host.dtr = host.rts = speed > 0
         host.format = UartFormat(
             min(speed, FASTEST_BAUD) or host.baudrate,
@@ -165,22 +165,22 @@ class PtyPort:
         self._writer.write(data)
 
     def hung_up(self) -> bool:
-        """Whether the client has gone; seen also while it is not read from."""
+        """True if the client has closed the device; works also while nothing is read."""
         poll = select.poll()
         poll.register(self._master, select.POLLHUP)
         return bool(poll.poll(0))
 
     def drop(self) -> None:
-        """Disconnect it."""
+        """Disconnect the client."""
         self._hold()
         self.resume()
 
     def pause(self) -> None:
-        """Take nothing from the client for the moment."""
+        """Stop reading from the client."""
         self._loop.remove_reader(self._master)
 
     def resume(self) -> None:
-        """Go on taking what it sends."""
+        """Continue reading from the client."""
         self._loop.add_reader(self._master, self._readable)
 
     # Settings
@@ -192,7 +192,7 @@ class PtyPort:
         return settings
 
     def _show(self, fmt: UartFormat) -> None:
-        """Set the device to this format, as far as a pty can show it."""
+        """Set the device to this format, as far as a pty supports it."""
         iflag, oflag, flags, lflag, characters, _, _ = self._settings()
         flags = flags & ~(CBAUD | termios.CSTOPB | termios.PARODD) | getattr(termios, f"B{fmt.baudrate}", BOTHER)
         flags |= termios.CSTOPB if fmt.stopbits > 1 else 0

@@ -1,18 +1,18 @@
-"""A real controller behind a port of ours: what a host says goes to it, what it says goes to the host.
+"""A relay between a host and a real controller, for recording their conversation.
 
-To the host it looks like a controller on a bench of its own, whose virtual time is real time: every kind of port
-works, and whoever observes the bench, such as a recorder, sees what is said and when.  The line from the host's port
-to here takes no time; the characters take theirs on the real wire.
+For the host the relay is a controller on a bench whose virtual time is real time.  All kinds of ports work, and a
+recorder can observe the bench.  The simulated line between host and relay takes no time; characters take their time on
+the real wire.
 
-The real device is whatever pyserial opens: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  A thread listens to it, and
-looks at its control lines meanwhile; another does at the device what the host wants, in order, as hardware on a network
-that does not answer takes seconds for each thing.  Everything else happens in the event loop.
+The real device is any URL of pyserial: `/dev/ttyUSB0`, `rfc2217://…`, `socket://…`.  One thread reads from the device
+and polls its control lines.  A second thread executes the host's acts at the device in order, because a network device
+that does not answer can take seconds for each act.  All other work is done in the event loop.
 
-    host ── port ── Plug ── SerialPort ── Through ── pyserial ── controller
+    host ── port ── Plug ── SerialPort ── PassThrough ── pyserial ── controller
 
-The host's line format, DTR, RTS and breaks are passed on; the controller's DTR and RTS (the device's DSR and CTS, the
-cable being crossed) are shown to the host.  A break begins when the host has ended it, and is as long.  Hardware on raw
-TCP (`socket://`) gets characters and nothing else.
+The host's line format, DTR, RTS and breaks are forwarded.  The host sees the controller's DTR and RTS, which are the
+device's DSR and CTS on a crossed cable.  A break begins when the host has ended its break, and has the same length.
+Hardware on raw TCP (`socket://`) receives characters only.
 """
 
 import asyncio
@@ -29,7 +29,7 @@ from axistwin.bench.bench import SharedLine
 from axistwin.errors import LinkError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
-from axistwin.links.serialdev import Lines, control_lines, settings_of, why
+from axistwin.links.serialdev import Lines, control_lines, error_text, settings_of
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
@@ -41,37 +41,34 @@ if TYPE_CHECKING:
 
 log = getLogger("axistwin.links")
 
-LOOK_S = 0.01
-"""So often the control lines are looked at while nothing is said; nothing tells when they change."""
+POLL_S = 0.01
+"""Interval in which the control lines are polled; their changes cause no event."""
+MAX_QUEUED = 1000
+"""A device with more queued acts counts as lost."""
+LINGER_S = 1.0
+"""Longest time that `close` waits for queued acts."""
 
 
-MOST_WAITING = 1000
-"""A device that has left so many things undone is given up."""
-LAST_WORDS_S = 1.0
-"""So long what is still to be done at the end may take."""
-
-
-class Through(Uart):
-    """The end of the line, where the real one begins: it takes characters in whatever format."""
+class PassThrough(Uart):
+    """The device's end of the simulated line; accepts characters in any format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
-        """It need not."""
+        """True: no format is checked here."""
         return True
 
 
 class Relay:
-    """A bench with one line, `name`, that leads to a real device.
+    """A bench with one serial line, `name`, that is connected to a real device.
 
-    `url`: a device or what pyserial calls a URL.  `line`: the format to begin with.  Raises LinkError if it cannot be
-    opened.
+    `url`: a device or a URL of pyserial.  `line`: the initial format.  Raises LinkError if the device cannot be opened.
     """
 
     def __init__(self, url: str, name: str, line: UartFormat) -> None:
         self.bench, self.url = Bench(), url
         self._device = _open(url, line)
         clock = self.bench.clock
-        self._through = Through(clock, line, on_receive=self._to_device)
-        wiring = direct(self._through, instant=True)
+        self._pass_through = PassThrough(clock, line, on_receive=self._to_device)
+        wiring = direct(self._pass_through, instant=True)
         self.port = SerialPort(clock, wiring, Pin(clock, "dtr", True), Pin(clock, "rts", True), line=line)
         self.bench.lines[name] = SharedLine(self.port, ())
         self._applied = line
@@ -80,14 +77,14 @@ class Relay:
         self._lines: Lines | None = None
         self._thread: Thread | None = None
         self.raw = url.startswith("socket://")
-        """Whether the device can be told nothing but characters."""
-        self._hands = ThreadPoolExecutor(1, "axistwin-device")
+        """True if the transport carries characters only."""
+        self._worker = ThreadPoolExecutor(1, "axistwin-device")
         self._latest: Future[None] | None = None
         self._asked, self._done = 0, 0
-        self._told: set[str] = set()
+        self._warned: set[str] = set()
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
-        """From now on pass on; `lost` is told when the device is gone.  Within the event loop of the pacer."""
+        """Start forwarding; `lost` is called when the device is lost.  Call within the event loop of the pacer."""
         self._pacer, self._lost, self._loop = pacer, lost, asyncio.get_running_loop()
         self._lines = control_lines(self._device)
         if self._lines is not None:
@@ -96,65 +93,65 @@ class Relay:
         host.dtr_line.watch(lambda _: self._drive())
         host.rts_line.watch(lambda _: self._drive())
         self.port.watch_breaks(self._break)
-        pacer.watch(self._pass_on)
+        pacer.subscribe(self._forward)
         self._thread = Thread(target=self._listen, daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Close the device."""
         self._closing = True
         if self._thread is not None:
-            self._thread.join()  # which looks up often
+            self._thread.join()  # `_listen` polls `_closing`
         if self._latest is not None:
-            wait([self._latest], LAST_WORDS_S)
-        self._hands.shutdown(wait=False, cancel_futures=True)
+            wait([self._latest], LINGER_S)
+        self._worker.shutdown(wait=False, cancel_futures=True)
         self._device.close()
 
     # From the host
 
     def _to_device(self, byte: int, errors: LineError) -> None:
-        if not errors:  # a break is passed on by itself
+        if not errors:  # `_break` forwards a break
             self._outgoing.append(byte)
 
-    def _pass_on(self) -> None:
-        """The bench has been advanced: what has come from the host goes out, in the format that the host has now."""
+    def _forward(self) -> None:
+        """Forward characters from the host to the device, in the host's present format."""
         if self.port.host.format != self._applied:
-            self._applied = self._through.format = self.port.host.format
+            self._applied = self._pass_through.format = self.port.host.format
             settings = settings_of(self._applied)
-            self._at_the_device(f"do {self._applied}", partial(self._device.apply_settings, settings))
+            self._queue_setting(f"do {self._applied}", partial(self._device.apply_settings, settings))
         if self._outgoing:
             data, self._outgoing = bytes(self._outgoing), bytearray()
-            self._soon(partial(self._write, data))
+            self._queue(partial(self._write, data))
 
     def _drive(self) -> None:
         if self._lines is not None:
             host = self.port.host
-            self._at_the_device("set DTR and RTS", partial(_set_lines, self._lines, host.dtr, host.rts))
+            self._queue_setting("set DTR and RTS", partial(_set_lines, self._lines, host.dtr, host.rts))
 
     def _break(self, seconds: float) -> None:
-        self._pass_on()
-        self._at_the_device("send a break", partial(setattr, self._device, "break_condition", True))
+        self._forward()
+        self._queue_setting("send a break", partial(setattr, self._device, "break_condition", True))
         self._loop.call_later(seconds, self._end_break)
 
     def _end_break(self) -> None:
-        self._at_the_device("end a break", partial(setattr, self._device, "break_condition", False))
+        self._queue_setting("end a break", partial(setattr, self._device, "break_condition", False))
 
-    def _at_the_device(self, what: str, do: Callable[[], object]) -> None:
+    def _queue_setting(self, what: str, do: Callable[[], object]) -> None:
         if self.raw:
-            self._tell_once("carries characters only: no line format, control lines or breaks are passed on")
+            self._warn_once("carries characters only: line format, control lines and breaks are not forwarded")
         else:
-            self._soon(partial(self._try, what, do))
+            self._queue(partial(self._apply, what, do))
 
-    def _soon(self, do: Callable[[], None]) -> None:
-        """Have it done at the device after all that has been asked for before; nobody waits for it."""
+    def _queue(self, do: Callable[[], None]) -> None:
+        """Queue an act for the device thread."""
         self._asked += 1
-        if self._asked - self._done > MOST_WAITING:
-            self._gone(TimeoutError("it does not answer"))
+        if self._asked - self._done > MAX_QUEUED:
+            self._lose(TimeoutError("it does not answer"))
         elif not self._closing:
-            self._latest = self._hands.submit(self._counted, do)
-            asyncio.wrap_future(self._latest)  # tells of a bug
+            self._latest = self._worker.submit(self._counted, do)
+            asyncio.wrap_future(self._latest)  # reports unexpected exceptions
 
-    # At the device, in a thread
+    # In the device thread
 
     def _counted(self, do: Callable[[], None]) -> None:
         try:
@@ -167,22 +164,22 @@ class Relay:
             self._device.write(data)
         except (OSError, ValueError, termios.error) as error:
             if not self._closing:
-                self._loop.call_soon_threadsafe(self._gone, error)
+                self._loop.call_soon_threadsafe(self._lose, error)
 
-    def _try(self, what: str, do: Callable[[], object]) -> None:
-        """What the device cannot do is told, and the recording goes on.  That it is gone, `_listen` finds out."""
+    def _apply(self, what: str, do: Callable[[], object]) -> None:
+        """Log an act that the device cannot do.  `_listen` detects a lost device."""
         try:
             do()
         except (OSError, ValueError, termios.error) as error:
             if not self._closing:
-                self._tell_once(f"cannot {what}: {why(error)}")
+                self._warn_once(f"cannot {what}: {error_text(error)}")
 
-    def _tell_once(self, words: str) -> None:
-        if words not in self._told:
-            self._told.add(words)
+    def _warn_once(self, words: str) -> None:
+        if words not in self._warned:
+            self._warned.add(words)
             log.warning("%s %s", self.url, words)
 
-    # From the device.  `_listen` is the thread.
+    # From the device; `_listen` runs in the reading thread
 
     def _listen(self) -> None:
         loop = self._loop
@@ -190,15 +187,15 @@ class Relay:
             try:
                 data = self._read()
                 levels = None if self._lines is None else (self._lines.dsr, self._lines.cts)
-            except (OSError, TypeError) as error:  # TypeError: how pyserial says that it has been closed meanwhile
+            except (OSError, TypeError) as error:  # pyserial raises TypeError if the device has been closed meanwhile
                 if not self._closing:
-                    loop.call_soon_threadsafe(self._gone, error)
+                    loop.call_soon_threadsafe(self._lose, error)
                 return
             if data or levels not in (None, (self.port.dtr, self.port.rts)):
                 loop.call_soon_threadsafe(self._take, data, levels)
 
     def _read(self) -> bytes:
-        """What has come; waits a moment for the first character."""
+        """Return received characters; block for at most `POLL_S` for the first one."""
         data = bytearray(self._device.read(1))
         while data and len(data) < CHUNK and (more := self._device.in_waiting):
             data += self._device.read(more)
@@ -208,16 +205,16 @@ class Relay:
         self._pacer.sync()
         if levels is not None:
             self._show_lines(*levels)
-        self._through.format = self.port.host.format
-        self._through.send(data)
+        self._pass_through.format = self.port.host.format
+        self._pass_through.send(data)
         self._pacer.work()
 
     def _show_lines(self, dsr: bool, cts: bool) -> None:
         self.port.dtr_line.set(dsr)
         self.port.rts_line.set(cts)
 
-    def _gone(self, error: Exception) -> None:
-        self._lost(LinkError(f"{self.url} is gone: {error}"))
+    def _lose(self, error: Exception) -> None:
+        self._lost(LinkError(f"lost {self.url}: {error}"))
 
 
 def _set_lines(lines: Lines, dtr: bool, rts: bool) -> None:
@@ -225,9 +222,11 @@ def _set_lines(lines: Lines, dtr: bool, rts: bool) -> None:
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":
-    import serial  # late: it is asked for here only
+    import serial  # lazy import: needed here only
 
     try:
-        return serial.serial_for_url(url, timeout=LOOK_S, **settings_of(line))
+        return serial.serial_for_url(url, timeout=POLL_S, **settings_of(line))
     except (OSError, ValueError, termios.error) as error:
-        raise LinkError(f"cannot open {url}: {why(error)}: is it there, free, and are you allowed to use it?") from None
+        raise LinkError(
+            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
+        ) from None

@@ -1,9 +1,9 @@
 """RFC 2217: TCP with line format, control lines, break and flow control.
 
-The client's DTR is the device's DSR and its RTS the device's CTS; the device's DTR is the client's DSR and its RTS the
-client's CTS (or its DTR, with `?cts=dtr`).  The client decides about flow control; with hardware flow control (RTS/CTS
-or DSR) characters for the device wait while its DTR is off, as the manual's 5-wire cable joins that to whichever input
-the host looks at.
+The client's DTR is the device's DSR, and the client's RTS is the device's CTS.  The device's DTR is the client's DSR,
+and the device's RTS is the client's CTS (with `?cts=dtr`: the device's DTR).  The client chooses the flow control.
+With hardware flow control (RTS/CTS or DSR), characters for the device are held while the device's DTR is off: the
+manual's 5-wire cable connects DTR to the input that the host uses.
 """
 
 import asyncio
@@ -38,39 +38,39 @@ FLOWS = {
 class ComPortClient(TcpClient):
     """A client that speaks RFC 2217."""
 
-    last_words_s = 0  # it has gone, and its control lines with it
+    linger_s = 0  # the control lines end with the connection
 
     def __init__(self, plug: Plug, cts: str = "rts") -> None:
         super().__init__(plug)
         self._cts = cts
         self.flow = Flow.NONE
-        self._port = ComPort(plug.usual, f"axistwin {plug.title}")
+        self._port = ComPort(plug.default_format, f"axistwin {plug.title}")
         self._moved = ModemState.NONE
         self._suspended: bytearray | None = None
-        self._unwatch: list[Callable[[], None]] = []
+        self._unsubscribe: list[Callable[[], None]] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """A client has come."""
+        """Connect a client."""
         super().connection_made(transport)
         self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level)
-        self._unwatch = [
-            self.plug.watch(lambda: self.plug.serial.dtr_line, lambda _: self._line_moved(ModemState.DSR_CHANGED)),
-            self.plug.watch(self._cts_line, lambda _: self._line_moved(ModemState.CTS_CHANGED)),
+        self._unsubscribe = [
+            self.plug.subscribe(lambda: self.plug.serial.dtr_line, lambda _: self._line_moved(ModemState.DSR_CHANGED)),
+            self.plug.subscribe(self._cts_line, lambda _: self._line_moved(ModemState.CTS_CHANGED)),
         ]
 
     def _cts_line(self) -> Pin:
         return self.plug.serial.dtr_line if self._cts == "dtr" else self.plug.serial.rts_line
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """The client has gone."""
-        for unwatch in self._unwatch:
-            unwatch()
+        """Disconnect the client."""
+        for unsubscribe in self._unsubscribe:
+            unsubscribe()
         super().connection_lost(exc)
 
     # From the client
 
     def received(self, data: bytes) -> None:
-        """Bytes from the client: commands and data."""
+        """Process bytes from the client: commands and data."""
         for event in self._port.receive(data):
             self._obey(event)
         self._reply()
@@ -88,7 +88,7 @@ class ComPortClient(TcpClient):
                 plug.change(lambda: plug.set_break(on))
             case SetFlow(outbound):
                 self.flow = FLOWS[outbound]
-                plug.change(plug.settle_flow)
+                plug.change(plug.apply_flow)
             case Purge(received, to_transmit):
                 self._purge(received, to_transmit)
             case Suspend(on):
@@ -113,8 +113,8 @@ class ComPortClient(TcpClient):
     # To the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send the client what the device sends, and how its lines stand."""
-        self._tell_lines()
+        """Send the device's characters and control lines to the client."""
+        self._report_lines()
         if errors:
             self._port.set_line_state(errors)
         self._reply()
@@ -126,18 +126,18 @@ class ComPortClient(TcpClient):
             self.dropped += len(data[room:])
 
     def pause_writing(self) -> None:
-        """A client that does not read is not obeyed either, or its answers would pile up."""
+        """Stop reading commands from a client that does not read, as answers would accumulate."""
         super().pause_writing()
         self.pause()
 
     def resume_writing(self) -> None:
-        """It reads again."""
+        """Continue after the client has read its data."""
         super().resume_writing()
         if not self.plug.full:
             self.resume()
 
     def resume(self) -> None:
-        """Go on taking what it sends, unless it does not read."""
+        """Continue reading from the client, unless the client does not read."""
         if not self.stalled:
             super().resume()
 
@@ -148,9 +148,9 @@ class ComPortClient(TcpClient):
 
     def _line_moved(self, moved: ModemState) -> None:
         self._moved |= moved
-        self.plug.mark()
+        self.plug.request_flush()
 
-    def _tell_lines(self) -> None:
+    def _report_lines(self) -> None:
         if self._moved and not self.stalled:
             moved, self._moved = self._moved, ModemState.NONE
             self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level, moved=moved)

@@ -1,12 +1,11 @@
-"""A real serial device, such as /dev/ttyUSB0: here axistwin is the *controller* at the end of a real cable.
+"""A real serial device, such as /dev/ttyUSB0: axistwin is the *controller* at the end of a real cable.
 
-On a real wire the real UART counts.  Its baud rate is the one in the URL (`?baud=9600`) or of `--line`, and must be
-the host's: a UART cannot measure one.  So automatic baud rate detection finds that rate.  Data bits, parity and stop
-bits follow the controller's UART as the host configures it.  What is received with an error on the wire arrives as the
-real UART delivers it.
+The real UART uses the baud rate of the URL (`?baud=9600`) or of `--line`.  The host must use the same rate, because a
+UART cannot measure a baud rate; automatic baud rate detection finds this rate.  Data bits, parity and stop bits follow
+the controller's UART as the host configures it.  A character with a line error arrives as the real UART delivers it.
 
-The adapter's outputs DTR and RTS are the controller's, its inputs DSR and CTS are what the controller sees (a crossed
-cable, as between two computers).  With `--flow none`, or where the device has no such lines (a pty), they count as on.
+The adapter's outputs DTR and RTS carry the controller's lines; its inputs DSR and CTS are read as the host's lines (a
+crossed cable, as between two computers).  With `--flow none`, or on a device without these lines (a pty), they are on.
 """
 
 import asyncio
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
 
 log = getLogger("axistwin.links")
 
-LOOK_S = 0.02
-"""So often the input lines are looked at; nothing tells when they change."""
+POLL_S = 0.02
+"""Interval in which the input lines are polled; their changes cause no event."""
 
 
 class Lines(Protocol):
@@ -49,48 +48,48 @@ class Lines(Protocol):
 
 
 class SerialDevice:
-    """A serial device on which a controller is plugged in all the time."""
+    """A serial device that is permanently connected to a controller."""
 
     flow: Flow | None = Flow.NONE
-    """The host at the other end watches the controller's DTR itself."""
+    """The real host at the other end handles the controller's DTR."""
 
     def __init__(self, plug: Plug, url: PortUrl) -> None:
         self.plug, self.name = plug, str(url)
-        self.format = plug.usual if url.baud is None else replace(plug.usual, baudrate=url.baud)
+        self.format = plug.default_format if url.baud is None else replace(plug.default_format, baudrate=url.baud)
         self.url = replace(url, baud=self.format.baudrate)
         self._device = _open(url, self.format)
         self._descriptor: int = self._device.fileno()
         self._applied = self.format
         self._loop = asyncio.get_running_loop()
         self._writer = Writer(self._descriptor, f"{plug.name}: {self.name}")
-        self._look: asyncio.TimerHandle | None = None
-        self._unwatch: list[Callable[[], None]] = []
+        self._poll: asyncio.TimerHandle | None = None
+        self._unsubscribe: list[Callable[[], None]] = []
         self._lines: Lines | None = None
         if not plug.connect(self):
             self._device.close()
-            raise LinkError(f"cannot use {url}: another port of {plug.name} is connected already")
+            raise LinkError(f"cannot use {url}: another port of {plug.name} is already connected")
         self._begin()
 
     def _begin(self) -> None:
         plug = self.plug
         plug.serial.host.format = self.format
         self._loop.add_reader(self._descriptor, self._readable)
-        self._unwatch = [plug.pacer.watch(self._follow_format)]
+        self._unsubscribe = [plug.pacer.subscribe(self._follow_format)]
         self._lines = control_lines(self._device) if plug.flow is not Flow.NONE else None
         if self._lines is not None:
             lines = lambda: plug.serial.dtr_line, lambda: plug.serial.rts_line
-            self._unwatch += [plug.watch(line, self._drive) for line in lines]
+            self._unsubscribe += [plug.subscribe(line, self._drive) for line in lines]
             self._drive()
-            self._look_at_lines()
+            self._poll_lines()
 
     def close(self) -> None:
-        """Let go of the device, unless that has been done already."""
+        """Close the device, unless already closed."""
         if not self._device.is_open:
             return
-        for unwatch in self._unwatch:
-            unwatch()
-        if self._look is not None:
-            self._look.cancel()
+        for unsubscribe in self._unsubscribe:
+            unsubscribe()
+        if self._poll is not None:
+            self._poll.cancel()
         self._loop.remove_reader(self._descriptor)
         self._writer.clear()
         self._device.close()
@@ -104,23 +103,23 @@ class SerialDevice:
         except BlockingIOError:
             return
         except OSError as error:
-            self._gone(error.strerror or str(error))
+            self._lose(error.strerror or str(error))
             return
         if data:
             self.plug.send(data)
         else:
-            self._gone("it is at its end")
+            self._lose("end of file")
 
-    def _gone(self, reason: str) -> None:
-        log.warning("%s: %s has gone: %s", self.plug.name, self.name, reason)
+    def _lose(self, reason: str) -> None:
+        log.warning("%s: lost %s: %s", self.plug.name, self.name, reason)
         self.close()
 
-    def _look_at_lines(self) -> None:
+    def _poll_lines(self) -> None:
         assert self._lines is not None
         host, dsr, cts = self.plug.serial.host, self._lines.dsr, self._lines.cts
-        if (host.dtr, host.rts) != (dsr, cts) and not self.plug.deaf:
+        if (host.dtr, host.rts) != (dsr, cts) and not self.plug.muted:
             self.plug.change(lambda: _set_lines(host, dsr, cts))
-        self._look = self._loop.call_later(LOOK_S, self._look_at_lines)
+        self._poll = self._loop.call_later(POLL_S, self._poll_lines)
 
     # To the host
 
@@ -129,62 +128,64 @@ class SerialDevice:
         self._writer.write(data)
 
     def _drive(self, _: object = None) -> None:
-        """The controller's output lines, on the real ones."""
+        """Copy the controller's output lines to the device."""
         assert self._lines is not None
         self._lines.dtr, self._lines.rts = self.plug.serial.dtr, self.plug.serial.rts
 
     def _follow_format(self) -> None:
-        """The real UART is the controller's: it follows what the controller has been configured to."""
+        """Set the real UART to the format of the controller's UART."""
         inside = self.plug.serial.to_device.receiver.format
         wanted = self.format if inside is None else replace(inside, baudrate=self.format.baudrate)
-        if wanted == self._applied or self.plug.deaf:
+        if wanted == self._applied or self.plug.muted:
             return
         self._applied = self.plug.serial.host.format = wanted
         try:
             self._device.apply_settings(settings_of(wanted))
         except (OSError, ValueError, termios.error) as error:
-            log.warning("%s: %s cannot do %s: %s", self.plug.name, self.name, wanted, error)
+            log.warning("%s: %s does not support %s: %s", self.plug.name, self.name, wanted, error)
 
-    # What the plug wants to know
+    # Called by the plug
 
     def hung_up(self) -> bool:
-        """A cable stays where it is."""
+        """False: a cable stays connected."""
         return False
 
     def drop(self) -> None:
-        """A cable stays where it is."""
+        """Do nothing: a cable stays connected."""
 
     def pause(self) -> None:
-        """Take nothing from the device for the moment."""
+        """Stop reading from the device."""
         self._loop.remove_reader(self._descriptor)
 
     def resume(self) -> None:
-        """Go on taking what comes."""
+        """Continue reading from the device."""
         self._loop.add_reader(self._descriptor, self._readable)
 
 
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
-    import serial  # late: most ports do not need it
+    import serial  # lazy import: most ports do not need it
 
     try:
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
     except (OSError, ValueError, termios.error) as error:
-        raise LinkError(f"cannot open {url}: {why(error)}: is it there, free, and are you allowed to use it?") from None
+        raise LinkError(
+            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
+        ) from None
 
 
-def why(error: Exception) -> str:
-    """In words what has gone wrong with a device; pyserial and termios know it by number."""
+def error_text(error: Exception) -> str:
+    """Return the text of a device error; pyserial and termios give numbers only."""
     number = getattr(error, "errno", None) or (error.args[0] if isinstance(error, termios.error) else None)
     return os.strerror(number).lower() if number else str(error)
 
 
 def settings_of(fmt: UartFormat) -> dict[str, Any]:
-    """A format as pyserial has it."""
+    """Return a format as keyword arguments of pyserial."""
     return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
 
 
 def control_lines(device: "serial.Serial") -> Lines | None:
-    """The control lines of the device; a pty has none."""
+    """Return the control lines of the device; None if it has none, such as a pty."""
     try:
         device.dtr = device.dtr
     except OSError:

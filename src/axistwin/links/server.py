@@ -1,13 +1,13 @@
-"""Controllers of a bench on real ports."""
+"""A server: the controllers of a bench on real ports."""
 
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import Bench
-from axistwin.links.one import OneClient
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import Plug
+from axistwin.links.single_client import SingleClient
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial_port import Flow
 
@@ -16,22 +16,21 @@ if TYPE_CHECKING:
 
 
 class OpenPort(Protocol):
-    """A port that is open."""
+    """An open port."""
 
     url: PortUrl
-    """Where it really is: with the number that was given for port 0."""
+    """Actual address, with the number that the system has chosen for port 0."""
 
     def close(self) -> None:
-        """Close it."""
+        """Close the port."""
 
 
 class Server:
-    """Paces a bench and opens ports to its controllers.  Used within a running event loop.
+    """Paces a bench and opens ports to its controllers.  Use within a running event loop.
 
-    `speed`: times real time, None as fast as it goes.  `flow`: what holds back characters of the host on a transport
-    that does not say so itself.  `reset`: whether a new client finds the controller just switched on; or what does that
-    to whoever has a name, in place of a power cycle.  `pacer`: one that advances the bench in another way.  `opening`:
-    told the name of each who is opened a port to, the first time, before anything is done there.
+    `speed`: times real time; None: as fast as possible.  `flow`: the host's flow control, on transports without one.
+    `reset`: True power-cycles the controller for each new client; a function is called with its name instead.  `pacer`:
+    replaces the default pacer.  `on_open` is called with a controller's name before its first port is opened.
     """
 
     def __init__(
@@ -42,22 +41,22 @@ class Server:
         flow: Flow = Flow.DTR,
         reset: bool | Callable[[str], object] = False,
         pacer: Pacer | None = None,
-        opening: Callable[[str], object] = lambda name: None,
+        on_open: Callable[[str], object] = lambda name: None,
     ) -> None:
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
-        """Each open port, with its controller's name."""
-        self._flow, self._opening = flow, opening
+        """Open ports, each with the name of its controller."""
+        self._flow, self._on_open = flow, on_open
         self._reset = reset if callable(reset) else self._power_cycle if reset else lambda name: None
-        self._deaf = False
+        self._muted = False
         self._plugs: dict[str, Plug] = {}
         self._slots: dict[str, Slot] = {}
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
-        """Open a port to whom a host reaches by this name: a controller, its second channel, a line of motors.
+        """Open a port to the endpoint of this name: a controller, a second channel, or a line of motors.
 
-        Raises LinkError; UsageError if there is nothing of this name.
+        Raises LinkError; UsageError for an unknown name.
         """
         port = await (_open_slot(self._slot(name), url) if url.scheme == "bus" else _open(self._plug(name), url))
         self._open.append(port)
@@ -65,77 +64,77 @@ class Server:
         return port.url
 
     def start(self) -> None:
-        """From now on virtual time passes."""
+        """Start virtual time."""
         self.pacer.start()
 
     def close(self) -> None:
-        """Close every port and disconnect every client.  Virtual time stands still."""
-        for place in self._places:
-            if place.client is not None:
-                place.client.drop()
+        """Close all ports, disconnect all clients, and stop virtual time."""
+        for endpoint in self._endpoints:
+            if endpoint.client is not None:
+                endpoint.client.drop()
         while self._open:
             self._open.pop().close()
         self.pacer.stop()
 
     def client(self, name: str) -> str:
-        """Who is connected to whom a host reaches by this name, such as `127.0.0.1:4711`; "" if nobody is."""
-        return next((place.who for place in self._places if place.name == name), "")
+        """Return the address of the client at this endpoint, such as `127.0.0.1:4711`; "" without a client."""
+        return next((endpoint.client_name for endpoint in self._endpoints if endpoint.name == name), "")
 
-    # While a run is repeated, on another bench
+    # Replaying a run on another bench
 
     @property
-    def deaf(self) -> bool:
-        """While True nothing reaches the bench from outside: clients wait, new ones are refused.
+    def muted(self) -> bool:
+        """True while no data passes between clients and the bench, and new clients are refused.
 
-        They are told nothing either: what is repeated they have heard.  Then what has been missed is made up for.
+        A replay repeats what clients have already received.  Setting False updates the clients with all later changes.
         """
-        return self._deaf
+        return self._muted
 
-    @deaf.setter
-    def deaf(self, on: bool) -> None:
-        if on is self._deaf:
+    @muted.setter
+    def muted(self, on: bool) -> None:
+        if on is self._muted:
             return
-        self._deaf = on
-        for place in self._places:
-            place.deaf = on
+        self._muted = on
+        for endpoint in self._endpoints:
+            endpoint.muted = on
         if not on:
-            for place in self._places:
-                place.make_up()
+            for endpoint in self._endpoints:
+                endpoint.catch_up()
             self.pacer.work()
 
-    def exchange(self, bench: Bench) -> None:
-        """Another bench, with the same names, takes the place of this one; clients stay connected.
+    def replace_bench(self, bench: Bench) -> None:
+        """Serve another bench with the same names; clients stay connected.
 
-        Its ports are left as they are: who repeats a run does there what hosts have done.  Not while the bench is being
-        advanced.  Raises UsageError if somebody is missing on it; then nothing has changed.
+        The ports of the new bench are not changed: a replay repeats there the acts of the hosts.  Not allowed while the
+        bench is being advanced.  Raises UsageError, without any change, if a name is missing on the new bench.
         """
         ports, buses = {name: bench.port(name) for name in self._plugs}, {name: bench[name].bus for name in self._slots}
-        deaf, self.deaf = self.deaf, True
+        muted, self.muted = self.muted, True
         self.bench = bench
         for name, port in ports.items():
-            self._plugs[name].exchange(port)
+            self._plugs[name].replace_port(port)
         for name, bus in buses.items():
-            self._slots[name].exchange(bus)
-        self.pacer.exchange(bench.clock)
-        self.deaf = deaf
+            self._slots[name].replace_bus(bus)
+        self.pacer.replace_clock(bench.clock)
+        self.muted = muted
 
     @property
-    def _places(self) -> list[OneClient[Any]]:
+    def _endpoints(self) -> list[SingleClient[Any]]:
         return [*self._plugs.values(), *self._slots.values()]
 
     def _plug(self, name: str) -> Plug:
         if name not in self._plugs:
             port = self.bench.port(name)
             title = self.bench[name].product.model if name in self.bench.controllers else name
-            self._opening(name)
+            self._on_open(name)
             self.pacer.sync()
             plug = Plug(name, port, self.pacer, title=title, flow=self._flow, reset=partial(self._reset, name))
-            plug.deaf = self._deaf
+            plug.muted = self._muted
             self._plugs[name] = plug
         return self._plugs[name]
 
     def _power_cycle(self, name: str) -> None:
-        """Everybody who is reached by this name."""
+        """Switch all controllers at this endpoint off and on."""
         line = self.bench.lines.get(name)
         for controller in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             controller.power_cycle()
@@ -144,15 +143,15 @@ class Server:
         from axistwin.links.bus import Slot
 
         if name not in self._slots:
-            self._opening(name)
+            self._on_open(name)
             slot = Slot(name, self.bench[name].bus, self.pacer, reset=partial(self._reset, name))
-            slot.deaf = self._deaf
+            slot.muted = self._muted
             self._slots[name] = slot
         return self._slots[name]
 
 
 async def _open(plug: Plug, url: PortUrl) -> OpenPort:
-    """Each transport is imported when it is asked for."""
+    """Open a serial port; each transport is imported on first use."""
     match url.scheme:
         case "pty":
             from axistwin.links.pty import PtyPort

@@ -1,4 +1,4 @@
-"""Telnet as far as RFC 2217 needs it: which bytes are data, which are commands.  Bytes in, items out; no sockets."""
+"""The part of Telnet that RFC 2217 needs: separates data from commands.  Bytes in, items out; no sockets."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -6,11 +6,11 @@ from enum import IntEnum
 IAC = 0xFF
 SE, SB = 0xF0, 0xFA
 LONGEST = 64
-"""A subnegotiation that does not end within so many bytes is rubbish, and is forgotten."""
+"""Longest subnegotiation in bytes; a longer one is invalid and discarded."""
 
 
 class Verb(IntEnum):
-    """What is said about an option."""
+    """Verbs of option negotiation."""
 
     WILL = 0xFB
     WONT = 0xFC
@@ -19,7 +19,7 @@ class Verb(IntEnum):
 
 
 class Option(IntEnum):
-    """The options that matter here."""
+    """Options used by RFC 2217."""
 
     BINARY = 0
     ECHO = 1
@@ -29,7 +29,7 @@ class Option(IntEnum):
 
 @dataclass(frozen=True)
 class Negotiation:
-    """IAC verb option."""
+    """An option negotiation: IAC verb option."""
 
     verb: Verb
     option: int
@@ -40,7 +40,7 @@ class Negotiation:
 
 @dataclass(frozen=True)
 class Subnegotiation:
-    """IAC SB option payload IAC SE."""
+    """A subnegotiation: IAC SB option payload IAC SE."""
 
     option: int
     payload: bytes
@@ -51,7 +51,7 @@ class Subnegotiation:
 
 @dataclass(frozen=True)
 class Command:
-    """IAC and a code that stands alone, such as BRK."""
+    """A command without parameters, such as BRK: IAC code."""
 
     code: int
 
@@ -60,18 +60,18 @@ Item = bytes | Negotiation | Subnegotiation | Command
 
 
 def escape(data: bytes) -> bytes:
-    """Data as it is sent: each FF twice."""
+    """Double each FF of the data, for sending."""
     return data.replace(b"\xff", b"\xff\xff")
 
 
 class Parser:
-    """Takes a stream of bytes apart, whatever pieces it comes in."""
+    """Splits a byte stream into items; the stream may arrive in pieces of any size."""
 
     def __init__(self) -> None:
         self._begun = b""
 
     def feed(self, data: bytes) -> list[Item]:
-        """The items that are complete now.  Data between two commands is one item."""
+        """Return the items that `data` completes.  Data between two commands is one item."""
         items: list[Item] = []
         plain = bytearray()
         data, at = self._begun + data, 0
@@ -98,7 +98,7 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """What begins with the IAC at this place, and where it ends; None: there is more to come."""
+    """Return the item that begins with this IAC, and the index of its end; None if it is incomplete."""
     if len(data) < iac + 2:
         return None
     code = data[iac + 1]
@@ -124,6 +124,6 @@ def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:
             at += 2
         elif data[at + 1] == SE and payload:
             return Subnegotiation(payload[0], bytes(payload[1:])), at + 2
-        else:  # another command in the middle of it: what was begun is worth nothing
+        else:  # another command inside the subnegotiation: discard the incomplete subnegotiation
             return Command(SB), at
     return None if at < begin + LONGEST else (Command(SB), at)

@@ -1,10 +1,10 @@
-"""Ports as URLs, in pyserial's manner.
+"""Ports as URLs, in the style of pyserial.
 
-tcp://127.0.0.1:5001        raw TCP; port 0: any free one
-rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217); ?cts=dtr: the client's CTS shows
-                            the device's DTR, as the 5-wire cable for hosts that look at no DSR joins them
-pty:/tmp/if1                a pseudo terminal with a link to it at this path; `pty:` alone: without a link
-bus://127.0.0.1:1811        the registers of a board on a bus, a line for each access (`links/bus.py`)
+tcp://127.0.0.1:5001        raw TCP; port 0: any free port
+rfc2217://127.0.0.1:2217    TCP with line format, control lines and break (RFC 2217); ?cts=dtr: the client's CTS is the
+                            device's DTR, as on the 5-wire cable for hosts that do not use DSR
+pty:/tmp/if1                a pseudo terminal with a symbolic link at this path; `pty:` alone: without a link
+bus://127.0.0.1:1811        the registers of a board on a bus, one text line per access (`links/bus.py`)
 serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is the controller
 """
 
@@ -25,7 +25,7 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class PortUrl:
-    """Where a controller is to be reached: an address for `tcp`, `rfc2217` and `bus`, a path for `pty` and `serial`."""
+    """The URL of a port: an address for `tcp`, `rfc2217` and `bus`, a path for `pty` and `serial`."""
 
     scheme: str
     host: str = ""
@@ -33,7 +33,7 @@ class PortUrl:
     path: str = ""
     baud: int | None = None
     cts: str = "rts"
-    """The output of the device that a client of `rfc2217` sees as CTS: "rts" or "dtr"."""
+    """The device's output that an `rfc2217` client sees as CTS: "rts" or "dtr"."""
 
     def __str__(self) -> str:
         if self.scheme in ("tcp", "rfc2217", "bus"):
@@ -44,21 +44,21 @@ class PortUrl:
 
     @property
     def address(self) -> str:
-        """`host:port`."""
+        """The address as `host:port`."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
     def at(self, host: str, port: int) -> "PortUrl":
-        """The same, at this address."""
+        """Return the same URL with this address."""
         return replace(self, host=host, port=port)
 
 
 def parse(text: str) -> PortUrl:
-    """Read a port's URL.  Raises UsageError."""
+    """Parse the URL of a port.  Raises UsageError."""
     scheme, colon, rest = text.partition(":")
     if "\0" in text:
-        raise UsageError(f"no port {text!r}: there is a NUL in it")
+        raise UsageError(f"invalid port {text!r}: expected no NUL character, e.g. {EXAMPLES['tcp']}")
     if scheme not in EXAMPLES or not colon:
-        raise UsageError(f"no port {text!r}: write it like {', '.join(EXAMPLES.values())}")
+        raise UsageError(f"invalid port {text!r}: expected a URL, e.g. {', '.join(EXAMPLES.values())}")
     rest = rest.removeprefix("//")
     if scheme == "pty":
         return PortUrl("pty", path=rest)
@@ -66,7 +66,7 @@ def parse(text: str) -> PortUrl:
 
 
 def parse_as(scheme: str, text: str) -> PortUrl:
-    """Read what an option that names the scheme is given, such as `--tcp 127.0.0.1:5001`."""
+    """Parse the value of an option that names the scheme, such as `--tcp 127.0.0.1:5001`."""
     return parse(f"{scheme}:{text}" if scheme == "pty" else f"{scheme}://{text}")
 
 
@@ -75,9 +75,9 @@ def _network(scheme: str, rest: str, text: str) -> PortUrl:
     host, _, number = address.rpartition(":")
     port = _number(number)
     if port is None or port > 0xFFFF:
-        raise UsageError(f"no address and port in {text!r}: write it like {EXAMPLES[scheme]}")
+        raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {EXAMPLES[scheme]}")
     if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
-        raise UsageError(f"no option {query!r} in {text!r}: rfc2217 takes ?cts=dtr, tcp none")
+        raise UsageError(f"invalid option {query!r} in {text!r}: expected ?cts=dtr for rfc2217, none for tcp and bus")
     return PortUrl(scheme, host.strip("[]") or LOOPBACK, port, cts="dtr" if query == "cts=dtr" else "rts")
 
 
@@ -86,12 +86,12 @@ def _serial(rest: str, text: str) -> PortUrl:
     key, _, baud = query.partition("=")
     rate = _number(baud)
     if not path or (query and not (key == "baud" and rate)):
-        raise UsageError(f"no serial device in {text!r}: write it like {EXAMPLES['serial']}")
+        raise UsageError(f"invalid serial device {text!r}: expected PATH?baud=RATE, e.g. {EXAMPLES['serial']}")
     return PortUrl("serial", path=path, baud=rate if query else None)
 
 
 def _number(text: str) -> int | None:
-    """A number without a sign; None: it is none."""
+    """Return a number without a sign; None if `text` is not a number."""
     try:
         return whole(text, 0) if text.isdecimal() else None
     except NumberError:

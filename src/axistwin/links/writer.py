@@ -1,4 +1,4 @@
-"""Writing to a file descriptor that may not take everything at once."""
+"""Buffered writing to a non-blocking file descriptor."""
 
 import asyncio
 import os
@@ -7,11 +7,11 @@ from logging import getLogger
 log = getLogger("axistwin.links")
 
 STALLED = 64 * 1024
-"""What is kept for a reader that does not read, beyond what the system keeps."""
+"""Bytes buffered for a reader that does not read, in addition to the system's own buffer."""
 
 
 class Writer:
-    """Writes to a non-blocking descriptor; what the reader does not take in time is lost, the newest first."""
+    """Writes to a non-blocking descriptor.  When the buffer is full, the newest characters are lost."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self.descriptor, self.name = descriptor, name
@@ -20,7 +20,7 @@ class Writer:
         self._dropped = 0
 
     def write(self, data: bytes) -> None:
-        """Write now, or later as the reader takes it."""
+        """Write now, or later when the reader makes room."""
         if not self._waiting:
             data = data[self._write(data) :]
             if data:
@@ -30,7 +30,7 @@ class Writer:
         self._dropped += len(data[room:])
 
     def clear(self) -> None:
-        """Forget what has not been taken."""
+        """Discard buffered characters."""
         self._waiting.clear()
         self._loop.remove_writer(self.descriptor)
 
@@ -40,7 +40,7 @@ class Writer:
             return
         self._loop.remove_writer(self.descriptor)
         if self._dropped:
-            log.warning("%s did not take %d characters: they were lost", self.name, self._dropped)
+            log.warning("%s: reader too slow, %d characters were lost", self.name, self._dropped)
             self._dropped = 0
 
     def _write(self, data: bytes) -> int:
@@ -48,5 +48,5 @@ class Writer:
             return os.write(self.descriptor, data)
         except BlockingIOError:
             return 0
-        except OSError:  # nobody at the other end any more; reading tells, and is acted upon
+        except OSError:  # the other end is closed; the reader callback handles that
             return len(data)

@@ -1,1 +1,1 @@
-"""A bench that is driven by people, and that can be run again: what was done to it is kept, moment by moment."""
+"""Interactive sessions: run, pause and step a bench, and go back in time by replaying all external input."""

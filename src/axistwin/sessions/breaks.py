@@ -1,4 +1,4 @@
-"""Breaks: sentences of `fault_injection/triggers.py` that stop the bench when they come true."""
+"""Breakpoints: sentences (see `fault_injection/triggers.py`) that stop the bench when they come true."""
 
 from collections.abc import Callable
 from logging import getLogger
@@ -10,14 +10,14 @@ log = getLogger("axistwin")
 
 
 class Break:
-    """One of them; it is off and on as one likes.  `once`: the first time is the last."""
+    """A breakpoint, which can be switched on and off.  `once`: it stops the bench only once."""
 
-    def __init__(self, sentence: str, bench: Bench, hit: Callable[["Break"], None], *, once: bool = False) -> None:
+    def __init__(self, sentence: str, bench: Bench, on_hit: Callable[["Break"], None], *, once: bool = False) -> None:
         self.sentence, self.once = sentence, once
         self.hits = 0
-        """How often it has stopped the bench."""
-        self._bench, self._hit = bench, hit
-        self._unwatch: Callable[[], object] | None = None
+        """Number of times that this breakpoint has stopped the bench."""
+        self._bench, self._on_hit = bench, on_hit
+        self._unsubscribe: Callable[[], object] | None = None
         self._on = False
         self.on = True
 
@@ -26,24 +26,24 @@ class Break:
 
     @property
     def on(self) -> bool:
-        """Whether it stops the bench.  Switched on it raises UsageError if there is no such thing there."""
+        """True if the breakpoint is on.  Setting True raises UsageError for a sentence that does not fit the bench."""
         return self._on
 
     @on.setter
     def on(self, on: bool) -> None:
-        self.rest()
+        self.suspend()
         if on:
-            self._unwatch = self._bench.when(self.sentence, self._happens)
+            self._unsubscribe = self._bench.when(self.sentence, self._on_true)
         self._on = bool(on)
 
-    def rest(self) -> None:
-        """Stop nothing for the moment."""
-        unwatch, self._unwatch = self._unwatch, None
-        if unwatch is not None:
-            unwatch()
+    def suspend(self) -> None:
+        """Suspend the breakpoint until `resume`."""
+        unsubscribe, self._unsubscribe = self._unsubscribe, None
+        if unsubscribe is not None:
+            unsubscribe()
 
-    def go_on(self, bench: Bench) -> None:
-        """After a rest, on this bench, which may be another.  Off if what it waits for is not there now."""
+    def resume(self, bench: Bench) -> None:
+        """Resume on this bench, which may be a new one.  If the sentence does not fit, the breakpoint goes off."""
         self._bench = bench
         try:
             self.on = self._on
@@ -51,7 +51,7 @@ class Break:
             log.warning("%s", error)
             self._on = False
 
-    def _happens(self) -> None:
-        if self._unwatch is not None:
+    def _on_true(self) -> None:
+        if self._unsubscribe is not None:
             self.hits += 1
-            self._hit(self)
+            self._on_hit(self)

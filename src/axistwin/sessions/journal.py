@@ -1,8 +1,8 @@
-"""What has come from outside, with its time: enough to run a bench again so that the same happens.
+"""The journal: all external input of a run with its time, from which the run can be replayed exactly.
 
-A moment is a nanosecond, and the acts that were done in it without the clock having gone on between them; each act is
-what a conversation has (`Say`, `Do`).  A host that polls for hours says the same all the time, so acts are kept once
-each, and a moment is the time since the one before and the numbers of its acts: some 5 bytes for a poll.
+A moment holds the acts of one nanosecond that follow each other without an advance of the clock.  An act is an act of a
+conversation (`Say`, `Do`).  Equal acts are stored once, and a moment stores the time since the last moment and the
+numbers of its acts.  A poll of a host, which repeats for hours, takes some 5 bytes.
 """
 
 from collections.abc import Iterator
@@ -12,15 +12,15 @@ from axistwin.bench.acts import Do, Say
 from axistwin.errors import UsageError
 
 Act = Say | Do
-MOST_BYTES = 64 << 20
-"""A journal that has grown to this is full: hosts that poll ten times a second take two weeks for it."""
-OF_AN_ACT = 400
-"""Bytes, about, for each act that is not as one before."""
+MAX_BYTES = 64 << 20
+"""Size of a full journal.  A host that polls ten times a second fills it in two weeks."""
+BYTES_PER_ACT = 400
+"""Approximate memory of each different act."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """Acts with no pass of the clock between them."""
+    """Acts without an advance of the clock between them."""
 
     time_ns: int
     acts: tuple[Act, ...]
@@ -28,22 +28,22 @@ class Moment:
 
 @dataclass(frozen=True)
 class Cursor:
-    """A place between two moments of a journal."""
+    """A position between two moments of a journal."""
 
     offset: int = 0
     time_ns: int = 0
-    """Of the moment before it."""
+    """Time of the preceding moment."""
     known: int = 0
-    """Different acts up to there."""
+    """Number of different acts up to this position."""
 
 
 class Journal:
-    """Moments in order of time.  It ends where it is full; what is done after that is not in it."""
+    """Moments in order of time.  A full journal accepts no more acts."""
 
-    def __init__(self, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, max_bytes: int = MAX_BYTES) -> None:
         self.full_ns: int | None = None
-        """Since when it is full; None: it is not.  What was done at that nanosecond is not whole."""
-        self._most_bytes = most_bytes
+        """Time at which the journal became full; None: not full.  The acts of this nanosecond are incomplete."""
+        self._max_bytes = max_bytes
         self._data = bytearray()
         self._numbers: dict[Act, int] = {}
         self._acts: list[Act] = []
@@ -53,12 +53,12 @@ class Journal:
 
     @property
     def bytes(self) -> int:
-        """How much memory it takes, about."""
+        """Approximate memory in bytes."""
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """An act is done now, in this pass of the clock.  Returns whether it is kept."""
-        if self.full_ns is None and self.bytes > self._most_bytes:
+        """Append an act of this time and this pass of the clock.  Returns False if the journal is full."""
+        if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:
             return False
@@ -69,17 +69,17 @@ class Journal:
         return True
 
     def moment(self, cursor: Cursor) -> tuple[Moment, Cursor] | None:
-        """The moment that follows, and the place behind it; None: there is none."""
+        """Return the next moment and the position after it; None at the end."""
         if cursor.offset >= len(self._data):
             return None
         word, offset = self._get(cursor.offset)
         number, offset = self._get(offset)
         time_ns, acts, known = cursor.time_ns + (word >> 1), [self._acts[number]], max(cursor.known, number + 1)
         while offset < len(self._data):
-            word, behind = self._get(offset)
+            word, after = self._get(offset)
             if word & 1:
                 break
-            number, offset = self._get(behind)
+            number, offset = self._get(after)
             acts.append(self._acts[number])
             known = max(known, number + 1)
         return Moment(time_ns, tuple(acts)), Cursor(offset, time_ns, known)
@@ -90,10 +90,10 @@ class Journal:
             moment, cursor = found
             yield moment
 
-    def forget_from(self, cursor: Cursor) -> None:
-        """What is behind this place has never been."""
+    def truncate(self, cursor: Cursor) -> None:
+        """Delete all moments after this position."""
         del self._data[cursor.offset :]
-        for act in self._acts[cursor.known :]:  # they are numbered as they come
+        for act in self._acts[cursor.known :]:  # acts are numbered in order of first use
             del self._numbers[act]
             self._texts -= _size(act)
         del self._acts[cursor.known :]
@@ -107,7 +107,7 @@ class Journal:
         return number
 
     def _put(self, number: int) -> None:
-        """Seven bits a byte, the low ones first; the last byte has its top bit clear."""
+        """Append a number: seven bits per byte, low bits first; the top bit of the last byte is clear."""
         while number > 0x7F:
             self._data.append(number & 0x7F | 0x80)
             number >>= 7
@@ -122,10 +122,10 @@ class Journal:
 
 
 def _size(act: Act) -> int:
-    return OF_AN_ACT + len(act.data if isinstance(act, Say) else act.value)
+    return BYTES_PER_ACT + len(act.data if isinstance(act, Say) else act.value)
 
 
 def check(act: Act) -> None:
-    """Raises UsageError for what cannot stand on a line of a scene or a conversation, so that it could not be kept."""
+    """Raise UsageError for a value that a line of a scene or a conversation cannot hold."""
     if isinstance(act, Do) and (";" in act.value or "\n" in act.value):
-        raise UsageError(f"{act.target} {act.value}: no ; and no new line can stand there")
+        raise UsageError(f"invalid value in {act.target} {act.value!r}: expected neither ; nor a new line")

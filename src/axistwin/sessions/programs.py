@@ -1,4 +1,4 @@
-"""Programs that people load into a controller: looked through before anything is done."""
+"""Checks of a program before a user loads it into a controller."""
 
 import re
 from collections.abc import Mapping
@@ -11,22 +11,20 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.scenes.hosting import KINDS, STORED
 
 OFF_S = 0.1
-"""So long a controller is off before a program is loaded; nothing is on its lines any more then."""
+"""Time for which the controller is off before a load; its serial lines are idle at the end."""
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
-    """The name under which this program is kept, its own unless another text has it.
+    """Return the name under which the program is stored: its own, or a numbered one if another text has that name.
 
-    Raises ProgramError with file, line and column, or UsageError.
+    Raises ProgramError with file, line and column; UsageError.
     """
     file, controller = Path(filename), bench[name]
     if file.suffix.lower() not in (STORED, *KINDS):
-        raise UsageError(
-            f"{filename} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
-        )
+        raise UsageError(f"cannot load {filename}: expected SmartMotor source (.sms) or command lines (.if1, .181x)")
     check_kind(file, controller.product)
     if controller.product.attend is None and name not in bench.ports:
-        raise UsageError(f"{name} shares its line with others: it cannot be loaded into")
+        raise UsageError(f"cannot load into {name}: it shares its serial line with other controllers")
     for found in diagnose_text(text, file.suffix.lower(), controller.product, filename):
         if found.severity is Severity.ERROR:
             raise ProgramError(found.message, file=filename, line=found.line, column=found.column, code=found.code)

@@ -1,7 +1,7 @@
-"""A session as a scene that repeats it: what people did as its script, what hosts did as one conversation for each.
+"""A session saved as a scene that repeats it: acts of users as a script, acts of hosts as conversations.
 
-At one nanosecond what is done is done in one file, so that it is in order: in a script if people did it to one
-controller; otherwise in the conversation of whom a host has talked to, a serial line's if there is one.
+All acts of one nanosecond go into one file, to keep their order.  Acts of users on one controller go into the script.
+All others go into the conversation of the endpoint that a host has used; a serial line is preferred to a bus.
 """
 
 import re
@@ -28,20 +28,20 @@ _HEADER = re.compile(r"^; host: (.+)$", re.MULTILINE)
 def files(
     scene: Scene | None, served: bool, bench: Bench, journal: Journal, programs: dict[str, str], end_ns: int
 ) -> dict[str, str]:
-    """The texts of the scene and of all that it needs, by name.  Raises UsageError for what no scene can say."""
+    """Return the texts of the scene and its files, by name.  Raises UsageError for acts that no scene can contain."""
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # its own keep their names, by which its script may load them
+        found.texts.update(scene.programs)  # these keep their names, as the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     before = _saved_before(found.texts.values())
-    copy, talks = Copy(bench, found), _Talks(bench, before + 1)
+    copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
-        if not before and all(map(_is_script, moments)):  # a script would come before what was saved then
+        if not before and all(map(_is_script, moments)):  # a script would run before an earlier saved session
             copy.script += [_entry(moment) for moment in moments]
         else:
-            talks.add(time_ns, moments)
-    for name, text in talks.texts():
+            conversations.add(time_ns, moments)
+    for name, text in conversations.texts():
         host = name if name in bench.controllers or name in bench.lines else name.rpartition(".")[0]
         copy.add_host(host, f"{name}.talk", text)
     note = f"What was done in a session: axistwin run {SCENE} --for {to_seconds(end_ns):.9g}"
@@ -50,7 +50,7 @@ def files(
 
 
 def _saved_before(texts: Iterable[str]) -> int:
-    """How many sessions there are among these conversations, one going on where the other has ended."""
+    """Return the number of consecutive sessions saved in these conversations."""
     hosts = (found[1] for text in texts if (found := _HEADER.search(text)))
     return max(map(rank_of, hosts), default=0)
 
@@ -64,15 +64,15 @@ def _renamed(moment: Moment, names: dict[str, str]) -> Moment:
 
 
 def _is_script(moment: Moment) -> bool:
-    """Whether people have done it, to one controller."""
+    """True if users have done all acts, on one controller."""
     return len({act.controller for act in moment.acts}) == 1 and all(
-        isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _knows_another(act)
+        isinstance(act, Do) and act.target not in (*LINE_ACTS, *BUS_ACTS) and not _names_a_fault(act)
         for act in moment.acts
     )
 
 
-def _knows_another(act: Do) -> bool:
-    """It is about another fault, by its name: a script would have to know that one from the beginning."""
+def _names_a_fault(act: Do) -> bool:
+    """True if the act names another fault, which a script would have to define at its beginning."""
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
@@ -83,38 +83,38 @@ def _entry(moment: Moment) -> dict[str, object]:
     return entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts)
 
 
-class _Talks:
-    """Conversations in the making, by the names of those who are talked to."""
+class _Conversations:
+    """Conversations under construction, by name of the endpoint."""
 
     def __init__(self, bench: Bench, rank: int) -> None:
         self.bench = bench
         self._host = OUTSIDE if rank == 1 else f"{OUTSIDE} {rank}"
         self._acts: dict[str, list[Act]] = {}
-        self._told_ns: dict[str, int] = {}
+        self._end_ns: dict[str, int] = {}
 
     def add(self, time_ns: int, moments: Iterable[Moment]) -> None:
-        """What was done at this time; each moment when all has happened that is due then."""
+        """Append the moments of one nanosecond, each after all events due by then."""
         moments = list(moments)
-        name = self._whose(act for moment in moments for act in moment.acts)
+        name = self._endpoint_of(act for moment in moments for act in moment.acts)
         acts = self._acts.setdefault(name, [])
         for moment in moments:
-            acts.append(Wait(time_ns - self._told_ns.get(name, 0)))
-            acts += [self._as_said_to(name, act) for act in moment.acts]
-            self._told_ns[name] = time_ns
+            acts.append(Wait(time_ns - self._end_ns.get(name, 0)))
+            acts += [self._addressed(name, act) for act in moment.acts]
+            self._end_ns[name] = time_ns
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Each of them."""
+        """Yield each conversation's name and text."""
         for name, acts in self._acts.items():
             yield name, write((Comment(f"host: {self._host}"), *acts), self._codec(name))
 
-    def _whose(self, acts: Iterable[Say | Do]) -> str:
-        """Whose conversation it is in."""
+    def _endpoint_of(self, acts: Iterable[Say | Do]) -> str:
+        """Return the endpoint whose conversation takes these acts."""
         named = [act.controller for act in acts if act.controller]
         serial = (name for name in named if not endpoints.at_a_bus(self.bench, name))
         return next(serial, named[0] if named else next(iter(self.bench.controllers)))
 
-    def _as_said_to(self, name: str, act: Say | Do) -> Act:
-        """With whom it is about, if that is somebody else."""
+    def _addressed(self, name: str, act: Say | Do) -> Act:
+        """Return the act, with the name of its controller if that differs from `name`."""
         who = "" if act.controller == name and name in (*self.bench.controllers, *self.bench.lines) else act.controller
         return Say(act.data, controller=who) if isinstance(act, Say) else Do(act.target, act.value, controller=who)
 

@@ -1,14 +1,15 @@
-"""A bench in people's hands: run, paused, stepped, spoken to, and run again up to any moment.
+"""An interactive session: run, pause and step a bench, act on it, and go back in time.
 
-Everything that comes from outside goes through a session, which keeps it with its time; what the bench itself does
-(hosts of the scene, its script, planned faults) it does again when it is run again.  So who goes back in time gets a
-new bench, on which the same happens up to then; going on, the rest of what has been recorded happens again, and hosts
-at the ports wait for it, until somebody does something else: that is where another future begins.
+All external input passes through the session, which records it with its time.  The bench itself repeats the acts of the
+scene's hosts, script and faults.  To go back in time, the session builds a new bench and replays the recorded input up
+to that time.  When time then passes, the rest of the recording is replayed, while hosts at real ports are blocked.  The
+first new act of a user ends the replay, and the rest of the recording is deleted.
 """
 
 import asyncio
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import Enum, auto
 from functools import partial
 from logging import getLogger
 
@@ -20,8 +21,8 @@ from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
 from axistwin.sessions import programs, saving, steps
 from axistwin.sessions.breaks import Break
+from axistwin.sessions.external_input import ExternalInput, Replay
 from axistwin.sessions.journal import Journal
-from axistwin.sessions.outside import Outside, Repetition
 from axistwin.sim.serial_port import Flow
 from axistwin.storage import FileStore
 from axistwin.units import S, to_ns, to_seconds
@@ -29,15 +30,30 @@ from axistwin.units import S, to_ns, to_seconds
 log = getLogger("axistwin")
 
 Attach = Callable[[Bench], object]
-DRAINED_EVERY = 1 << 12
-"""So many passes of the clock."""
+DRAIN_EVERY = 1 << 12
+"""Number of passes of the clock between two reads of unconnected ports."""
+
+
+class State(Enum):
+    """State of a session.  A move is a `step` or a `go_to`."""
+
+    IDLE = auto()
+    """Paused; no breakpoint has stopped the bench since the session began or the last move ended."""
+    RUNNING = auto()
+    HALTED = auto()
+    """Paused by a user, a breakpoint or an error."""
+    MOVING = auto()
+    MOVE_HALTED = auto()
+    """A breakpoint or an error ends the move."""
+    MOVE_ABORTED = auto()
+    """A user ends the move."""
 
 
 class Session:
-    """One bench, made by `build`, and what is done to it.
+    """Controls one bench, which `build` creates.
 
-    `speed`: times real time, None as fast as it goes.  `scene`: what `build` builds, for `save`; `served`: without the
-    hosts of controllers that have ports.  Used within a running event loop where time passes.
+    `speed`: times real time; None: as fast as possible.  `scene`: the scene that `build` builds, for `save`.  `served`:
+    the scene was built without its hosts of controllers that have ports.  `run` needs a running event loop.
     """
 
     def __init__(
@@ -50,122 +66,122 @@ class Session:
     ) -> None:
         self._build, self._scene, self._served = build, scene, served
         self.bench = build()
-        """The bench as it is now; another takes its place when somebody goes back in time."""
+        """The present bench; going back in time replaces it."""
         self.pacer = Pacer(self.bench.clock, speed)
         self.server: Server | None = None
-        """What opens ports to it; see `serve`."""
+        """The server of real ports; see `serve`."""
         self.breaks: list[Break] = []
-        """Those that have been added."""
+        """Breakpoints."""
         self.halted_by = ""
-        """Why it stands, in words; "" if it has been paused by hand."""
+        """Text of the breakpoint or error that has stopped the bench; "" if a user has paused it."""
         self.progress: float | None = None
-        """How much of the way to another moment is done, 0 to 1; None: it is not on its way."""
-        self._outside = Outside(self.pacer)
-        self._outside.attach(self.bench)
+        """Progress of `go_to`, 0 to 1; None if not active."""
+        self._input = ExternalInput(self.pacer)
+        self._input.attach(self.bench)
         self._attached: list[Attach] = []
-        self._repetition: Repetition | None = None
+        self._replay: Replay | None = None
         self._recorded_ns = 0
-        self._running = self._busy = self._halted = self._caught_up = self._given_up = False
-        self._aim: Break | None = None
-        self.pacer.watch(self._passed)
-        self.pacer.troubled = self._goes_wrong
+        self._state = State.IDLE
+        self._target: Break | None = None
+        self.pacer.subscribe(self._after_advance)
+        self.pacer.on_failure = self._on_failure
 
     @property
     def seconds(self) -> float:
-        """Virtual time, in seconds, when the bench was last advanced: it sleeps while nothing is due (`pacer.work`)."""
+        """Virtual time of the last advance in seconds.  The pacer sleeps while no event is due (`pacer.work`)."""
         return to_seconds(self.bench.now)
 
     def each_bench(self, attach: Attach) -> None:
-        """Call `attach` with the bench there is, and with each that takes its place, before anything happens on it."""
+        """Call `attach` with the present bench, and with each later bench before its first event."""
         self._attached.append(attach)
         attach(self.bench)
 
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False) -> Server:
-        """A server for hosts at real ports, whose clients stay when another bench takes the place of this one."""
+        """Create the server of real ports.  Its clients stay connected when the bench is replaced."""
         self.pacer.sync()
         self.server = Server(
             self.bench,
             pacer=self.pacer,
             flow=flow,
             reset=self._power_cycle if reset else False,
-            opening=lambda _: self._outside.watch(),
+            on_open=lambda _: self._input.observe_hosts(),
         )
         return self.server
 
     def client(self, name: str) -> str:
-        """Who is connected there from outside; "" if nobody is."""
+        """Return the address of the client at this endpoint; "" without a client."""
         return "" if self.server is None else self.server.client(name)
 
     @property
     def journal(self) -> Journal:
-        """What has been done to it from outside."""
-        return self._outside.journal
+        """The journal of external input."""
+        return self._input.journal
 
-    # Doing something to it
+    # Acts of users
 
     def do(self, who: str, target: str, value: str) -> None:
-        """What `! target value` does in a conversation, to a controller or a line.  Raises AxistwinError."""
+        """Perform `! target value` of a conversation on a controller or a line.  Raises AxistwinError."""
         self._do(Do(target, value, controller=who))
 
     def say(self, name: str, data: bytes) -> None:
-        """A host says this to whom it reaches by this name: characters; to a board on a bus, a whole command.
+        """Send data as a host to this endpoint: characters; to a board on a bus, a whole command.
 
-        Raises AxistwinError if nobody is called so, or if it is no command.
+        Raises AxistwinError for an unknown name or an invalid command.
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # as it is kept; raises if it cannot be
+            codec.read(codec.show(data))  # the form in which it is recorded; raises if invalid
         else:
-            self.bench.port(name)  # raises if there is none
+            self.bench.port(name)  # raises for an unknown name
         self._do(Say(data, controller=name))
 
     def load(self, name: str, filename: str, text: str) -> None:
-        """Switch a controller off and on, load a program into it, and start it.
+        """Switch a controller off and on, load a program into it, and start the program.
 
-        A SmartMotor's source (.sms) is stored and run; command lines (.if1, .181x) are sent by a host.  Raises
-        AxistwinError, for what is wrong in the program with its file, line and column, before anything is done.
+        SmartMotor source (.sms) is stored and run; command lines (.if1, .181x) are sent as by a host.  Raises
+        AxistwinError before any act; an error in the program names file, line and column.
         """
-        file = programs.checked(self.bench, name, filename, text, self._outside.texts)
+        file = programs.checked(self.bench, name, filename, text, self._input.texts)
         if name in self.bench.ports:
             self.do(name, "drop", "pending")
         self.do(name, "power", "off")
         until_ns = self.bench.now + to_ns(programs.OFF_S)
-        self.pacer.by_hand(lambda _: self.bench.clock.run_to(until_ns))
-        self._outside.texts[file] = text
+        self.pacer.advance_slice(lambda _: self.bench.clock.run_to(until_ns))
+        self._input.texts[file] = text
         self.do(name, "load", file)
 
     def _do(self, act: Say | Do) -> None:
         self._check_free()
-        do = self._outside.prepared(act)
+        do = self._input.prepare(act)
         self.forget_rest()
         do()
 
     def _power_cycle(self, name: str) -> None:
-        """For a client that wants to find it just switched on."""
+        """Switch all controllers at this endpoint off and on, for a new client."""
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):
-                self._outside.prepared(Do("power", level, controller=motor.name))()
+                self._input.prepare(Do("power", level, controller=motor.name))()
 
     def _check_free(self) -> None:
-        if self._busy:
-            raise UsageError(f"wait until it is there: it is on its way, at {self.seconds:.3f} s")
+        if self.busy:
+            raise UsageError(f"cannot act during a step or go_to, now at {self.seconds:.3f} s: wait for its end")
 
     # Time
 
     @property
     def busy(self) -> bool:
-        """Whether it is on its way, by a step or to another moment; nobody can do anything meanwhile."""
-        return self._busy
+        """True during `step` and `go_to`, when no acts are possible."""
+        return self._state in (State.MOVING, State.MOVE_HALTED, State.MOVE_ABORTED)
 
     @property
     def running(self) -> bool:
-        """Whether time passes."""
-        return self._running
+        """True while virtual time passes."""
+        return self._state is State.RUNNING
 
     @property
     def speed(self) -> float | None:
-        """Times real time; None: as fast as it goes.  Raises UsageError for what is no speed."""
+        """Times real time; None: as fast as possible.  Raises UsageError for an invalid speed."""
         return self.pacer.speed
 
     @speed.setter
@@ -173,111 +189,117 @@ class Session:
         self.pacer.speed = speed
 
     def run(self) -> None:
-        """Let time pass."""
+        """Start virtual time."""
         self._check_free()
-        self.halted_by, self._halted, self._running = "", False, True
-        self.pacer.agenda_ns = self.bench.agenda_ns  # who drives wants to see what the scene has in store
+        self.halted_by, self._state = "", State.RUNNING
+        self.pacer.agenda_ns = self.bench.agenda_ns  # run at least to the end of the scene's script
         self.pacer.start()
 
     def pause(self) -> None:
-        """Let time stand still, when everything due by now has happened."""
+        """Stop virtual time after all events due by now."""
         self._check_free()
         self.pacer.sync()
         self.pacer.stop()
-        self._stand("")
+        self._halt("")
 
     async def step(self, kind: str) -> bool:
-        """Go on to the next of a kind, and stand there; returns whether there was one within 60 virtual seconds.
+        """Advance to the next event of a kind, and pause.  Returns False if none follows within 60 virtual seconds.
 
-        "event": a nanosecond in which something can be seen: a pin, a character, a message, a fault, a motion that
-        begins or ends; "move": such a motion; "statement": a line of a stored program begins.  Raises UsageError.
+        "event": a change of a pin, a character, a message, a fault, or the start or end of a motion.  "move": the start
+        or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
         """
         self.pause()
-        with steps.Watch(self.bench, kind) as watch, self._on_the_way():
-            end_ns = self.bench.now + steps.MOST_S * S
-            while not (watch.seen or self._halted or self._given_up):
-                if not self.pacer.by_hand(partial(self._step, watch, end_ns)):
+        with steps.StepObserver(self.bench, kind) as watch, self._moving():
+            end_ns = self.bench.now + steps.MAX_S * S
+            while self._state is State.MOVING and not watch.seen:
+                if not self.pacer.advance_slice(partial(self._step, watch, end_ns)):
                     break
                 await asyncio.sleep(0)
             return watch.seen
 
     def add_break(self, sentence: str) -> Break:
-        """Stop whenever this comes true, in the middle of anything: "table.X passes 1000".  Raises UsageError."""
+        """Add a breakpoint that stops the bench when `sentence` comes true, e.g. "table.X passes 1000".
+
+        Raises UsageError.
+        """
         self._check_free()
         self.breaks.append(Break(sentence, self.bench, self._hit))
         return self.breaks[-1]
 
     def remove_break(self, which: Break) -> None:
-        """It stops nothing any more, also if it has been removed before."""
+        """Remove a breakpoint; no error if already removed."""
         which.on = False
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until this comes true, or a break does; then it stands.  Raises UsageError."""
+        """Run until `sentence` comes true or a breakpoint stops the bench.  Raises UsageError."""
         self._check_free()
-        self._aim_at(Break(sentence, self.bench, self._hit, once=True))
+        self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
 
-    def _step(self, watch: steps.Watch, end_ns: int, over: Callable[[], bool]) -> bool:
-        """Returns whether it may be worth while to go on."""
-        return steps.go_on(self.bench, end_ns, lambda: watch.seen or self._halted or self._caught_up or over())
+    def _step(self, watch: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
+        """Advance a step by one slice.  Returns False if no event is left."""
+        return steps.advance(
+            self.bench, end_ns, lambda: watch.seen or self._state is not State.MOVING or self._replayed or over()
+        )
 
     def _hit(self, which: Break) -> None:
-        """While something happens: that is where it stands when all has that is due then."""
+        """Stop at a breakpoint, after all events of the present nanosecond."""
         self.pacer.stop()
-        if not self._halted:
-            self._stand(which.sentence if which.once else f"break: {which.sentence}")
+        if self._state not in (State.HALTED, State.MOVE_HALTED):
+            self._halt(which.sentence if which.once else f"break: {which.sentence}")
 
-    def _goes_wrong(self, error: AxistwinError) -> None:
-        """Something that was planned cannot be done: it stands there, unless it is on its way to another moment."""
+    def _on_failure(self, error: AxistwinError) -> None:
+        """Stop after a planned act has failed; during `go_to`, only log the error."""
         log.warning("%s", error)
         if self.progress is None:
             self.pacer.stop()
-            self._stand(str(error))
+            self._halt(str(error))
 
-    def _stand(self, why: str) -> None:
-        self.halted_by, self._halted, self._running = why, True, False
-        self._aim_at(None)
+    def _halt(self, why: str) -> None:
+        self.halted_by, self._state = why, State.MOVE_HALTED if self.busy else State.HALTED
+        self._set_target(None)
 
-    def _aim_at(self, aim: Break | None) -> None:
-        if self._aim is not None:
-            self._aim.on = False
-        self._aim = aim
+    def _set_target(self, target: Break | None) -> None:
+        if self._target is not None:
+            self._target.on = False
+        self._target = target
 
     # Back in time
 
     @property
     def recorded_seconds(self) -> float:
-        """How far has been recorded; one can go back to any moment up to there."""
+        """End of the recording in virtual seconds; `go_to` accepts any time up to it."""
         return to_seconds(self._recorded)
 
     @property
     def repeating(self) -> bool:
-        """Whether what has been recorded happens again; hosts at the ports wait meanwhile."""
-        return self._repetition is not None
+        """True while recorded input is replayed; hosts at real ports are blocked meanwhile."""
+        return self._replay is not None
 
     def give_up(self) -> None:
-        """Stand wherever it has come to, on the way by a step or to another moment."""
-        self._given_up = self._busy
+        """Abort `step` or `go_to` at the time reached so far."""
+        if self.busy:
+            self._state = State.MOVE_ABORTED
 
     async def go_to(self, seconds: float) -> None:
-        """Have everything happen again up to that moment, and stand there.  Raises UsageError for another time."""
+        """Go to a recorded time, back or forward, and pause.  Raises UsageError for a time that is not recorded."""
         time_ns = to_ns(seconds)
         if not 0 <= time_ns <= self._recorded:
-            raise UsageError(f"{seconds:g} s has not been recorded: choose 0 to {self.recorded_seconds:.3f} s")
+            raise UsageError(f"{seconds:g} s is not recorded: expected 0 to {self.recorded_seconds:.3f} s")
         self.pause()
-        with self._on_the_way():
+        with self._moving():
             if time_ns < self.bench.now:
-                self._begin_again()
-            await self._bring_to(time_ns)
+                self._restart()
+            await self._advance_to(time_ns)
 
     def forget_rest(self) -> None:
-        """What has been recorded of the time to come will not happen: from here on it is live."""
+        """Delete the recording after the present time, and accept new input from here on."""
         self._check_free()
         self.pacer.sync()
-        if self._repetition is not None:
-            self._repetition.forget_rest()
-            self._be_live()
+        if self._replay is not None:
+            self._replay.abandon()
+            self._end_replay()
 
     @property
     def _recorded(self) -> int:
@@ -285,81 +307,86 @@ class Session:
         full_ns = self.journal.full_ns
         return ns if full_ns is None else min(ns, max(0, full_ns - 1))
 
-    def _begin_again(self) -> None:
-        """Another bench takes the place of this one, on which nothing has happened yet."""
+    def _restart(self) -> None:
+        """Replace the bench by a new one at time 0, and start the replay."""
         recorded_ns = self._recorded
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # if that cannot be, hosts are heard as before
+        bench = self._build()  # if this fails, the session is unchanged
         if self.server is not None:
-            self.server.deaf = True
+            self.server.muted = True
         self.bench = bench
         for attach in self._attached:
             attach(self.bench)
         if self.server is not None:
-            self.server.exchange(self.bench)
+            self.server.replace_bench(self.bench)
         else:
-            self.pacer.exchange(self.bench.clock)
-        self._outside.attach(self.bench)
+            self.pacer.replace_clock(self.bench.clock)
+        self._input.attach(self.bench)
         self._recorded_ns = recorded_ns
-        self._repetition = Repetition(self.bench.clock, self.journal, self._outside.again, recorded_ns, self._catch_up)
+        self._replay = Replay(self.bench.clock, self.journal, self._input.replay, recorded_ns, self._end_slice)
 
-    async def _bring_to(self, time_ns: int) -> None:
-        """Breaks do not count on the way."""
+    async def _advance_to(self, time_ns: int) -> None:
+        """Advance to a time; breakpoints are suspended meanwhile."""
         since_ns = self.bench.now
         for each in self.breaks:
-            each.rest()
+            each.suspend()
         try:
-            while not (self._is_at(time_ns) or self._given_up):
+            while not (self._is_at(time_ns) or self._state is State.MOVE_ABORTED):
                 self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
-                self.pacer.by_hand(partial(steps.run_to, self.bench.clock, time_ns))
+                self.pacer.advance_slice(partial(steps.run_to, self.bench.clock, time_ns))
                 await asyncio.sleep(0)
         finally:
             for each in self.breaks:
-                each.go_on(self.bench)
+                each.resume(self.bench)
 
     def _is_at(self, time_ns: int) -> bool:
-        """Whether all has happened that was done by then."""
-        waits = self._repetition is not None and self._repetition.happens_by(time_ns)
+        """True if the bench is at this time and all input up to it has been replayed."""
+        waits = self._replay is not None and self._replay.is_due_by(time_ns)
         return self.bench.now == time_ns and not waits
 
     @contextmanager
-    def _on_the_way(self) -> Iterator[None]:
-        """Nobody does anything meanwhile."""
-        self._busy, self._halted, self._given_up = True, False, False
+    def _moving(self) -> Iterator[None]:
+        """Mark the session as busy within a `with` block."""
+        self._state = State.MOVING
         try:
             yield
         finally:
-            self._busy, self.progress = False, None
+            self.progress = None
+            self._state = State.HALTED if self._state is State.MOVE_HALTED else State.IDLE
 
-    def _catch_up(self) -> None:
-        """While something happens: all that was recorded has happened."""
-        self._caught_up = True
-        self.pacer.speed = self.pacer.speed  # it comes up for air
+    @property
+    def _replayed(self) -> bool:
+        """True after the last event of a replay, until the end of the present advance."""
+        return self._replay is not None and self._replay.finished
 
-    def _passed(self) -> None:
-        """The bench has been advanced."""
-        if self._caught_up:
-            self._be_live()
-        if self.pacer.passes % DRAINED_EVERY == 0:
+    def _end_slice(self) -> None:
+        """End the present slice of the pacer, so that `_after_advance` is called."""
+        self.pacer.speed = self.pacer.speed
+
+    def _after_advance(self) -> None:
+        """Called after each advance of the bench."""
+        if self._replayed:
+            self._end_replay()
+        if self.pacer.passes % DRAIN_EVERY == 0:
             self._drain()
 
     def _drain(self) -> None:
-        """What nobody is connected to hear is lost, as with nobody at the other end of the cable."""
+        """Discard characters for ports without a client, as on an open cable."""
         for name, port in self.bench.ports.items():
             if not self.client(name):
                 port.read()
 
-    def _be_live(self) -> None:
-        """Outside hosts are heard again; what they have missed is made up for."""
-        self._repetition, self._caught_up, self._recorded_ns = None, False, self.bench.now
+    def _end_replay(self) -> None:
+        """End the replay: unmute the hosts at real ports and update them."""
+        self._replay, self._recorded_ns = None, self.bench.now
         if self.server is not None:
-            self.server.deaf = False
+            self.server.muted = False
 
-    # Keeping it
+    # Saving
 
     def save(self) -> dict[str, str]:
-        """A scene that repeats all that has been recorded, by `axistwin run`: the texts of its files, by name."""
-        texts, end_ns = self._outside.texts, self._recorded
+        """Return a scene that repeats the recording with `axistwin run`: the texts of its files, by name."""
+        texts, end_ns = self._input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

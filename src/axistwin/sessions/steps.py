@@ -1,4 +1,4 @@
-"""What a step goes on to: a nanosecond in which something can be seen, a line begins, an axis starts or stops."""
+"""Steps: advance to the next visible event, the next program line, or the next start or end of a motion."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -12,16 +12,16 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.clock import Clock
 
 KINDS = "event", "statement", "move"
-MOST_S = 60
-"""A step is over after so many virtual seconds, whatever happens."""
+MAX_S = 60
+"""Longest step in virtual seconds."""
 
 
-class Watch:
-    """Watches a bench, within a `with` block, for what a step of this kind goes on to."""
+class StepObserver:
+    """Detects the end of a step of this kind within a `with` block."""
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
-            raise UsageError(f"no step {kind!r}: there are {', '.join(KINDS)}")
+            raise UsageError(f"unknown step {kind!r}: expected {', '.join(KINDS)}")
         self.bench, self.kind = bench, kind
         self._seen = False
         self._moving = self._movements()
@@ -42,14 +42,14 @@ class Watch:
 
     @property
     def seen(self) -> bool:
-        """Whether there has been one."""
+        """True after the event of the step."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def _see(self, *_: object) -> None:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Of each axis, whether it moves, and since when, if its strokes are known."""
+        """Return for each axis if it moves, and for a stepper the start time of its present move."""
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.stroke.start_ns)
             for controller in self.bench.controllers.values()
@@ -57,15 +57,15 @@ class Watch:
         ]
 
 
-def go_on(bench: Bench, end_ns: int, enough: Callable[[], object]) -> bool:
-    """Nanosecond by nanosecond, until it is enough or nothing more is due by `end_ns`; tells which.
+def advance(bench: Bench, end_ns: int, done: Callable[[], object]) -> bool:
+    """Execute one event time after the other until `done()` (returns True) or no event is due by `end_ns` (False).
 
-    While a servo moves each sample counts.
+    While a servo moves, each of its samples is an event.
     """
     clock = bench.clock
     axes = (axis for controller in bench.controllers.values() for axis in controller.axes.values())
     servos = [axis for axis in axes if isinstance(axis, ServoAxis)]
-    while not enough():
+    while not done():
         times_ns = [clock.next_event_ns(), *(axis.next_sample_ns() for axis in servos)]
         due_ns = min((time_ns for time_ns in times_ns if time_ns is not None), default=None)
         if due_ns is None or due_ns > end_ns:
@@ -75,7 +75,7 @@ def go_on(bench: Bench, end_ns: int, enough: Callable[[], object]) -> bool:
 
 
 def run_to(clock: Clock, end_ns: int, over: Callable[[], bool]) -> bool:
-    """Up to that time, inclusive, or until it is over, at the end of a nanosecond; tells whether it is there."""
+    """Run to `end_ns`, inclusive (returns True), or to the end of the nanosecond in which `over()` is true (False)."""
     while not over():
         due_ns = clock.next_event_ns()
         if due_ns is None or due_ns > end_ns:

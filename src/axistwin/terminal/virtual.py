@@ -55,7 +55,7 @@ class VirtualEnd(ABC):
 
     async def _advance(self, until: Callable[[], bool]) -> None:
         advanced = asyncio.Event()
-        unwatch = self.session.pacer.watch(advanced.set)
+        unwatch = self.session.pacer.subscribe(advanced.set)
         while not until():
             advanced.clear()
             await advanced.wait()

@@ -1,1 +1,1 @@
-"""axistwin in the tests of host software: `serve()` and the pytest plug-in."""
+"""Tests of host software against virtual controllers: `serve()` and the pytest plug-in."""

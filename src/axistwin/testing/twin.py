@@ -1,4 +1,4 @@
-"""Controllers on real ports while a `with` block lasts, for tests of host programs: `axistwin.serve`.
+"""`axistwin.serve`: controllers on real ports within a `with` block, for tests of host programs.
 
     import axistwin, serial
 
@@ -9,8 +9,8 @@
         twin.advance(0.1)
         assert host.read(2) == b"U\\r"
 
-The ports are served by a thread; the bench belongs to it.  With `speed="manual"` virtual time passes only when it is
-told to, and between two of these calls the bench may be looked at and touched; at other speeds `do` touches it safely.
+A thread serves the ports and owns the bench.  With `speed="manual"` virtual time passes only in `advance`, `run_until`
+and `call`; between these calls a test may read and change the bench directly.  At other speeds use `do`.
 """
 
 import shlex
@@ -23,72 +23,72 @@ from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from axistwin.bench import Bench, endpoints
 from axistwin.errors import UsageError
-from axistwin.links.hand import ManualClock, ServedClock
 from axistwin.links.host_thread import HostThread
-from axistwin.links.manual import ManualPacer
+from axistwin.links.loop_thread import LoopThread
+from axistwin.links.manual_clock import ManualClock, ServedClock
+from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
-from axistwin.links.thread import LoopThread
 from axistwin.links.urls import PortUrl, parse
 from axistwin.scenes.toml_text import toml_value
 
 T = TypeVar("T")
 Writer = Callable[[Bench], AbstractContextManager[object]]
-"""Writes down what happens on a bench meanwhile."""
+"""A context manager that records a bench."""
 Speed = float | Literal["manual", "max"]
-ANYWHERE = {"tcp": "tcp://127.0.0.1:0", "rfc2217": "rfc2217://127.0.0.1:0", "pty": "pty:", "bus": "bus://127.0.0.1:0"}
+FREE_PORTS = {"tcp": "tcp://127.0.0.1:0", "rfc2217": "rfc2217://127.0.0.1:0", "pty": "pty:", "bus": "bus://127.0.0.1:0"}
 SCHEMES = ("tcp", "rfc2217", "pty")
-PATIENCE_S = 10.0
+HOST_TIMEOUT_S = 10.0
 
 
 class Url(str):
-    """Where a port is, as `serial.serial_for_url` takes it; of a board, `bus://host:port`."""
+    """URL of a port for `serial.serial_for_url`; of a board: `bus://host:port`."""
 
     __slots__ = ()
 
     @property
     def address(self) -> str:
-        """`host:port`, as EPICS asyn takes it."""
+        """`host:port`, for EPICS asyn."""
         return self.partition("://")[2]
 
     @property
     def host(self) -> str:
-        """The host's name or number."""
+        """Host name or IP address."""
         return self.address.rpartition(":")[0].strip("[]")
 
     @property
     def port(self) -> int:
-        """The number of its port."""
+        """Port number."""
         return int(self.address.rpartition(":")[2])
 
     @property
     def visa(self) -> str:
-        """As PyVISA takes it."""
+        """Resource name for PyVISA."""
         return f"TCPIP0::{self.host}::{self.port}::SOCKET" if "://" in self else f"ASRL{self}::INSTR"
 
 
 class HostCall:
-    """What a host does in a thread of its own."""
+    """A call of a host's function in a separate thread."""
 
     def __init__(self, clock: ServedClock, thread: HostThread) -> None:
         self._clock, self._thread = clock, thread
 
     @property
     def done(self) -> bool:
-        """Whether it has come to its end."""
+        """True after the function has returned or raised."""
         return self._thread.done
 
-    def result(self, timeout: float = PATIENCE_S) -> Any:
-        """Let it come to its end; returns what it returns, raises what it raises.
+    def result(self, timeout: float = HOST_TIMEOUT_S) -> Any:
+        """Wait for the function.  Returns its result, or raises its exception.
 
-        With `speed="manual"` time passes while it waits.  Raises LinkError if it still waits after `timeout` (virtual)
-        seconds in which nobody has said anything.
+        With `speed="manual"` virtual time passes while the function waits.  Raises LinkError if the function is still
+        waiting after `timeout` (virtual) seconds without any communication.
         """
-        return self._clock.attend(self._thread, timeout)
+        return self._clock.wait_for(self._thread, timeout)
 
 
 class _Service(NamedTuple):
-    """What serves a twin while its `with` block lasts."""
+    """The objects that serve a twin within its `with` block."""
 
     loop: LoopThread
     server: Server
@@ -96,15 +96,15 @@ class _Service(NamedTuple):
 
 
 class Twin:
-    """A bench on real ports, between entering and leaving a `with` block.  Made by `serve`."""
+    """A bench on real ports within a `with` block.  Created by `serve`."""
 
     def __init__(
         self, bench: Bench, wanted: list[tuple[str, PortUrl]], speed: Speed, writers: Iterable[Writer] = ()
     ) -> None:
         self.bench = bench
-        """The virtual machines themselves: `bench["if1"].axes["X"].position`."""
+        """The virtual machines: `bench["if1"].axes["X"].position`."""
         self.ports: dict[str, Url] = {}
-        """Where each controller, second channel and line of motors is reached, by name."""
+        """URLs of controllers, second channels and lines of motors, by name."""
         self._wanted, self._speed, self._writers = wanted, speed, writers
         self._written = ExitStack()
         self._served: _Service | None = None
@@ -117,7 +117,7 @@ class Twin:
     @property
     def _service(self) -> _Service:
         if self._served is None:
-            raise UsageError("this twin is not served yet: enter it first, `with axistwin.serve(…) as twin:`")
+            raise UsageError("this twin is not served yet: use it in a block, e.g. `with axistwin.serve(…) as twin:`")
         return self._served
 
     def __enter__(self) -> Self:
@@ -156,21 +156,20 @@ class Twin:
         self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
-        """With `speed="manual"`: let so much virtual time pass.  What hosts have sent before is heard first."""
+        """With `speed="manual"`: advance virtual time.  All that hosts have sent before is received first."""
         self.clock.advance(seconds)
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Let time pass until `condition()` is true or `timeout` seconds have passed; tells which.
+        """Advance until `condition()` is true (returns True), or by `timeout` seconds (returns False).
 
-        Virtual seconds with `speed="manual"`, real ones otherwise.
+        `timeout` is in virtual seconds with `speed="manual"`, otherwise in real seconds.
         """
         return self.clock.run_until(condition, timeout)
 
     def start(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> HostCall:
-        """Let a host do something in a thread of its own; `result` of what this returns lets it come to its end.
+        """Call a host's function in a separate thread; `result` of the returned call waits for it.
 
-        With `speed="manual"`, whenever time is about to pass the host is first given all the (real) time it takes to
-        wait for something.
+        With `speed="manual"`, virtual time passes only while the function waits for something.
         """
         thread = HostThread(function, arguments, keywords)
         self.clock.add(thread)
@@ -178,14 +177,15 @@ class Twin:
         return HostCall(self.clock, thread)
 
     def call(self, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
-        """Let a host do something that waits for answers: virtual time passes while it waits.  Returns its result."""
+        """Call a host's function and return its result; virtual time passes while the function waits for answers."""
         result: T = self.start(function, *arguments, **keywords).result()
         return result
 
     def do(self, action: Callable[[], T]) -> T:
-        """Do something with the bench in the thread that it belongs to, now: at a number as speed, by the wall clock.
+        """Call a function in the bench's own thread, at the present time.
 
-        What is due by then has happened before, what is due because of it happens at once.
+        If `speed` is a number, the present time is that of the wall clock.  All events due by then are executed
+        before the call, and all events that the call makes due are executed after it.
         """
 
         def act() -> T:
@@ -208,13 +208,13 @@ def serve(
     trace: str | Path | None = None,
     **options: Any,
 ) -> Twin:
-    """Put controllers on real ports of this machine while a `with` block lasts.
+    """Serve controllers on real ports of this computer within a `with` block.
 
-    `what`: a model, a scene (its path, or a dict with what the file would have), or a Bench.  `speed`: times real
-    time, "max" for as fast as it goes, or "manual": virtual time passes only when told.  `scheme`: the kind of port;
-    else that of the scene, else "tcp".  Ports are free ones of this machine, unless `fixed_ports` asks for those that
-    the scene names.  `record`, `trace`: files that are written meanwhile.  `options`: of the model, as `Bench.add` has
-    them.  Raises UsageError, SceneError; LinkError on entering.
+    `what`: a model, a scene (a path, or a dict with the contents of a scene file), or a Bench.  `speed`: times real
+    time; "max": as fast as possible; "manual": virtual time passes only on request.  `scheme`: the kind of port;
+    default: that of the scene, or "tcp".  Free ports are used, or with `fixed_ports` the ports of the scene.
+    `record`, `trace`: files to write.  `options`: options of the model, see `Bench.add`.  Raises UsageError,
+    SceneError; LinkError on entering the block.
     """
     _check_speed(speed)
     bench, named = _bench(what, options)
@@ -222,12 +222,12 @@ def serve(
     if not fixed_ports:
         wanted = _free(bench, wanted, scheme)
     elif not wanted:
-        raise UsageError("fixed_ports=True is for a scene that names ports, and this has none: leave it out")
+        raise UsageError("invalid fixed_ports=True: expected a scene that names ports; leave the option out")
     return Twin(bench, wanted, speed, tuple(_writers(record, trace, _headers(what, options))))
 
 
 def _check_speed(speed: Speed) -> None:
-    """Raises UsageError if there is no such speed."""
+    """Raise UsageError for an invalid speed."""
     if speed != "manual":
         try:
             read_speed(str(speed))
@@ -238,36 +238,36 @@ def _check_speed(speed: Speed) -> None:
 def _bench(
     what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    """The bench, and the ports that its scene names."""
+    """Return the bench, and the ports of its scene."""
     if isinstance(what, str) and not what.endswith(".toml"):
         bench = Bench()
         bench.add(what, **options)
         return bench, []
     if options:
-        raise UsageError(f"{', '.join(options)}: options are for a model; write them into the scene")
+        raise UsageError(f"invalid options {', '.join(options)}: only a model takes options; write them into the scene")
     if isinstance(what, Bench):
         return what, []
-    from axistwin.scenes.scene import Scene  # late: brings pydantic along
+    from axistwin.scenes.scene import Scene  # lazy import: imports pydantic
 
     scene = Scene.given(what) if isinstance(what, Mapping) else Scene.load(what)
     return scene.build(served=True), scene.ports
 
 
 def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -> list[tuple[str, PortUrl]]:
-    """Any free port for everyone, of the kind that is asked for.  Raises UsageError."""
+    """Return a free port of the requested kind for each endpoint.  Raises UsageError."""
     if scheme is not None and scheme not in SCHEMES:
-        raise UsageError(f"no kind of port {scheme!r}: there are {', '.join(SCHEMES)}")
-    kinds = {name: url.scheme for name, url in reversed(wanted) if url.scheme in ANYWHERE}
+        raise UsageError(f"invalid kind of port {scheme!r}: expected {', '.join(SCHEMES)}")
+    kinds = {name: url.scheme for name, url in reversed(wanted) if url.scheme in FREE_PORTS}
     found = []
     for name in endpoints.names(bench):
         kind = "bus" if endpoints.at_a_bus(bench, name) else scheme or kinds.get(name, "tcp")
-        found.append((name, parse(ANYWHERE[kind])))
+        found.append((name, parse(FREE_PORTS[kind])))
     return found
 
 
 def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[str, str] | None) -> Iterator[Writer]:
     if record is not None:
-        from axistwin.conversations.recorder import recording_to  # late, as not everybody asks for it
+        from axistwin.conversations.recorder import recording_to  # lazy import: needed for `record` only
 
         yield partial(recording_to, path=Path(record), headers=headers)
     if trace is not None:
@@ -277,7 +277,7 @@ def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[
 
 
 def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
-    """What a recording says it is of; of a scene that is left to its reader."""
+    """Return the headers of a recording: model, options and line; None for a scene."""
     if not isinstance(what, str) or what.endswith(".toml"):
         return None
     kept = {name: value for name, value in options.items() if name not in ("name", "state", "line", "history")}
@@ -286,6 +286,6 @@ def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
 
 
 def _url(found: PortUrl) -> Url:
-    """A port as pyserial knows it."""
+    """Return the URL of a port for pyserial."""
     schemes = {"tcp": "socket", "rfc2217": "rfc2217", "bus": "bus"}
     return Url(f"{schemes[found.scheme]}://{found.address}" if found.scheme in schemes else found.path)

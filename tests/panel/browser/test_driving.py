@@ -55,7 +55,7 @@ def test_a_step_to_the_next_line_of_a_program(panel):
 def test_speed_by_the_field_and_by_the_slider(panel):
     panel.begin()
     panel.speed("fast")
-    panel.message("no speed 'fast'")
+    panel.message("invalid speed 'fast'")
     panel.speed("20")
     slider = panel.driving.get_by_role("slider", name="speed")
     expect(slider).to_have_attribute("aria-valuenow", "7")
@@ -147,7 +147,7 @@ def test_back_in_time_and_on_from_there(panel):
     panel.button("Live from here").click()
     expect(panel.state).to_have_text("stands")
     panel.say(panel.field("go to this moment"), "1000000")
-    panel.message("has not been recorded")
+    panel.message("is not recorded")
     panel.say(panel.field("go to this moment"), "noon")
     panel.message("'noon' is no number of seconds")
     panel.field("go to this moment").fill("")

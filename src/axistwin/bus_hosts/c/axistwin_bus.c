@@ -18,9 +18,9 @@
 #define LINE (3 * BLOCK + 16)
 
 static int bus = -1;
-static char received[LINE]; /* what has come and has not been looked at */
+static char received[LINE]; /* received characters, not yet processed */
 static size_t pending = 0;
-static int line_level = 0;  /* the interrupt line, as told last */
+static int line_level = 0;  /* last reported level of the interrupt line */
 static int subscribed = 0;
 
 static void give_up(const char *what, const char *detail)
@@ -63,7 +63,7 @@ static void dial(void)
     bus = try_addresses(found);
     freeaddrinfo(found);
     if (bus < 0)
-        give_up(where, "nobody answers: is axistwin serve running there?");
+        give_up(where, "no answer: start axistwin serve at this address");
 }
 
 static void say(const char *text, size_t length)
@@ -79,7 +79,7 @@ static void say(const char *text, size_t length)
     }
 }
 
-/* The next line, without its end.  Returns 0 if none has come in so many milliseconds; negative: wait for ever. */
+/* Read the next line, without its end.  Returns 0 after a timeout in milliseconds; negative: wait for ever. */
 static int hear(char *line, int milliseconds)
 {
     struct pollfd ready;
@@ -105,7 +105,7 @@ static int hear(char *line, int milliseconds)
     return 1;
 }
 
-/* Say a request and hear its answer; changes of the interrupt line that come first are kept in mind. */
+/* Send a request and read its answer; store reports of the interrupt line that come before the answer. */
 static void ask(const char *request, char *answer)
 {
     say(request, strlen(request));

@@ -1,6 +1,6 @@
-"""Everything that reaches a bench from outside: what people do, what hosts do; kept, and done again.
+"""External input of a bench: acts of users and of hosts at real ports, recorded in a journal and replayed.
 
-What the bench's own hosts, script and faults do while it goes on is not from outside: it happens again by itself.
+Acts of the scene's own hosts, script and faults are not external: the bench repeats them by itself.
 """
 
 from collections.abc import Callable
@@ -23,39 +23,39 @@ from axistwin.units import to_seconds
 log = getLogger("axistwin")
 
 
-class Outside:
-    """What reaches one bench after the other, each in the place of the one before."""
+class ExternalInput:
+    """Performs and records external input, on the present bench of a session."""
 
     def __init__(self, pacer: Pacer) -> None:
         self.pacer, self.journal = pacer, Journal()
         self.texts: dict[str, str] = {}
-        """Programs that have been loaded, by the names of their files."""
-        self._watched: dict[str, Callable[[], None]] = {}
+        """Texts of loaded programs, by file name."""
+        self._observed: dict[str, Callable[[], None]] = {}
 
     def attach(self, bench: Bench) -> None:
-        """From now on to this bench, and to none before."""
-        for unwatch in self._watched.values():
-            unwatch()
-        self._watched.clear()
+        """Apply external input to this bench from now on."""
+        for unsubscribe in self._observed.values():
+            unsubscribe()
+        self._observed.clear()
         self.bench = bench
         self.runner = ActionRunner(bench, loader(bench, self._text))
-        self.watch()
+        self.observe_hosts()
 
-    def watch(self) -> None:
-        """Note what hosts do to whom they can talk to."""
+    def observe_hosts(self) -> None:
+        """Observe the acts of hosts at all endpoints."""
         for name in endpoints.names(self.bench):
-            if name not in self._watched:
+            if name not in self._observed:
                 at_a_bus = endpoints.at_a_bus(self.bench, name)
                 port = self.bench[name].bus if at_a_bus else self.bench.port(name)
-                self._watched[name] = port.watch_host(partial(self._by_a_host, name))
+                self._observed[name] = port.watch_host(partial(self._record_host_act, name))
 
     def _text(self, file: str) -> str:
         if file not in self.texts:
-            raise UsageError(f"{file} has not been given: load it with its text")
+            raise UsageError(f"unknown program {file}: load it with its text first")
         return self.texts[file]
 
-    def prepared(self, act: Act) -> Callable[[], None]:
-        """Somebody is going to do this; what cannot be done is found now.  Raises AxistwinError."""
+    def prepare(self, act: Act) -> Callable[[], None]:
+        """Check an act of a user, and return the function that performs and records it.  Raises AxistwinError."""
         check(act)
         return partial(self._do, act, self.runner.prepare(act))
 
@@ -66,38 +66,40 @@ class Outside:
                 do()
         except AxistwinError:
             if isinstance(act, Do) and act.target == LOAD:
-                self._note(act)  # it has been begun, and will be again
+                self._record(act)  # a load that fails half-way must fail in a replay, too
             raise
-        self._note(act)
+        self._record(act)
         self.pacer.work()
-        self.watch()
+        self.observe_hosts()
 
-    def again(self, act: Act) -> None:
-        """Somebody has done this before; what could not be done then is told, and nothing is done again."""
+    def replay(self, act: Act) -> None:
+        """Perform a recorded act again; an error is logged."""
         try:
             with one_act(self.bench.clock):
                 self.runner.prepare(act)()
         except AxistwinError as error:
             log.warning("%s", error)
 
-    def _by_a_host(self, name: str, done: HostAct) -> None:
-        """About to be done; what the bench does by itself is not from outside."""
+    def _record_host_act(self, name: str, done: HostAct) -> None:
+        """Record an act of a host before it is performed; acts of the bench itself are not recorded."""
         if self.pacer.advancing:
             return
         if endpoints.at_a_bus(self.bench, name):
             self.runner.leave(name)
-            self._note(_at_registers(name, done))
-        elif done.kind not in ("dtr", "rts") or self.bench.port(name).handshake:  # else nobody sees them
-            self._note(_at_a_line(name, done))
+            self._record(_bus_act(name, done))
+        elif (
+            done.kind not in ("dtr", "rts") or self.bench.port(name).handshake
+        ):  # otherwise the lines are not connected
+            self._record(_line_act(name, done))
 
-    def _note(self, act: Act) -> None:
+    def _record(self, act: Act) -> None:
         was_full = self.journal.full_ns is not None
         if not self.journal.add(self.bench.now, self.pacer.passes, act) and not was_full:
-            log.warning("no more is kept of what is done from %.3f s on", to_seconds(self.bench.now))
+            log.warning("the journal is full: acts after %.3f s are not recorded", to_seconds(self.bench.now))
 
 
-def _at_a_line(name: str, done: HostAct) -> Act:
-    """As a conversation has it."""
+def _line_act(name: str, done: HostAct) -> Act:
+    """Return a host's act on a serial line as an act of a conversation."""
     match done.kind:
         case "write":
             return Say(bytes(done.value), controller=name)
@@ -112,7 +114,7 @@ def _at_a_line(name: str, done: HostAct) -> Act:
     return Do(done.kind, level_name(done.value), controller=name)
 
 
-def _at_registers(name: str, done: HostAct) -> Act:
+def _bus_act(name: str, done: HostAct) -> Act:
     match done.kind:
         case "write":
             offset, value = done.value
@@ -122,45 +124,48 @@ def _at_registers(name: str, done: HostAct) -> Act:
     return Do("init", "on", controller=name)
 
 
-class Repetition:
-    """Moments of a journal that happen again on a bench, each when all else has happened that is due then.
+class Replay:
+    """Replays the moments of a journal on a bench, each after all other events of its nanosecond.
 
-    `over` is called when all of them have been, at `end_ns`.
+    `on_end` is called at `end_ns`, after the last moment.
     """
 
     def __init__(
-        self, clock: Clock, journal: Journal, do: Callable[[Act], object], end_ns: int, over: Callable[[], None]
+        self, clock: Clock, journal: Journal, do: Callable[[Act], object], end_ns: int, on_end: Callable[[], None]
     ) -> None:
         self.clock, self.journal, self.end_ns = clock, journal, end_ns
-        self._do, self._over = do, over
+        self._do, self._on_end = do, on_end
         self._cursor = Cursor()
-        self._wait()
+        self.finished = False
+        """True after the last moment, from `end_ns` on."""
+        self._schedule_next()
 
-    def happens_by(self, time_ns: int) -> bool:
-        """Whether there is something to happen at this time or before."""
+    def is_due_by(self, time_ns: int) -> bool:
+        """True if a moment at or before this time is left."""
         return self._next_ns <= time_ns
 
-    def forget_rest(self) -> None:
-        """What has not happened yet never will."""
+    def abandon(self) -> None:
+        """End the replay, and delete the remaining moments from the journal."""
         self._cancel()
-        self.journal.forget_from(self._cursor)
+        self.journal.truncate(self._cursor)
 
-    def _wait(self) -> None:
+    def _schedule_next(self) -> None:
         found = self.journal.moment(self._cursor)
         if found is None or found[0].time_ns > self.end_ns:
             self._next_ns = self.end_ns
             self._cancel = self.clock.after_all(self.end_ns, self._end)
             return
-        moment, behind = found
+        moment, after = found
         self._next_ns = moment.time_ns
-        self._cancel = self.clock.after_all(moment.time_ns, lambda: self._happen(moment.acts, behind))
+        self._cancel = self.clock.after_all(moment.time_ns, lambda: self._perform(moment.acts, after))
 
-    def _happen(self, acts: tuple[Act, ...], behind: Cursor) -> None:
+    def _perform(self, acts: tuple[Act, ...], after: Cursor) -> None:
         for act in acts:
             self._do(act)
-        self._cursor = behind
-        self._wait()
+        self._cursor = after
+        self._schedule_next()
 
     def _end(self) -> None:
-        self.journal.forget_from(self._cursor)
-        self._over()
+        self.journal.truncate(self._cursor)
+        self.finished = True
+        self._on_end()

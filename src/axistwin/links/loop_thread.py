@@ -1,4 +1,4 @@
-"""An event loop in a thread of its own, so that a program that knows no asyncio can have ports."""
+"""An event loop in a separate thread, for programs that do not use asyncio."""
 
 import asyncio
 import threading
@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 from axistwin.errors import UsageError
 
 T = TypeVar("T")
-INSIDE = "time cannot be told to pass from within the bench: not in `do`, a condition or a watcher"
-OVER = "this twin is served no more: its `with` block has been left"
+INSIDE = "cannot advance virtual time inside `do`, a condition or a watcher: call it from the test's own thread"
+OVER = "this twin is closed: its `with` block has ended"
 
 
 class LoopThread:
-    """Runs coroutines and calls for others.  What goes wrong in its callbacks is in `problems`."""
+    """Runs coroutines and functions for other threads.  `problems` collects the errors of callbacks."""
 
     def __init__(self) -> None:
         self.problems: list[dict[str, Any]] = []
@@ -23,23 +23,23 @@ class LoopThread:
         self._thread.start()
 
     def run(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run it there, and return its result or raise its error.
+        """Run a coroutine in the thread.  Returns its result, or raises its error.
 
-        Raises UsageError within itself, or when it is over.
+        Raises UsageError if called from the thread itself, or after `stop`.
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():
-            coroutine.close()  # it would wait for itself, or for nobody
+            coroutine.close()  # the coroutine could never finish
             raise UsageError(INSIDE if inside else OVER)
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result()
 
     def check_outside(self) -> None:
-        """Raises UsageError within itself, where nobody can wait for it."""
+        """Raise UsageError if called from the thread itself, where waiting would block for ever."""
         if threading.current_thread() is self._thread:
             raise UsageError(INSIDE)
 
     def do(self, action: Callable[[], T]) -> T:
-        """Call it there."""
+        """Call a function in the thread and return its result."""
         if threading.current_thread() is self._thread:
             return action()
 
@@ -49,9 +49,9 @@ class LoopThread:
         return self.run(act())
 
     def stop(self) -> None:
-        """End the thread, when what is going on at the moment is over."""
-        self.do(lambda: None)  # connections that have been closed end in the loop's next turn
-        self.run(self._loop.shutdown_default_executor())  # which has looked up addresses
+        """End the thread after its present callbacks."""
+        self.do(lambda: None)  # closed connections end in the next turn of the loop
+        self.run(self._loop.shutdown_default_executor())  # the executor resolves addresses
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

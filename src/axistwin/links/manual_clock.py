@@ -1,0 +1,193 @@
+"""The clock of a served bench, controlled by a test: `advance` and `run_until`.
+
+With a `ManualPacer` virtual time passes in these calls only.  Before time passes, the clock receives all that hosts
+have sent, and blocks until every host thread (`Twin.start`) waits for something.  Every run is therefore the same, on
+fast and slow computers: the computing time of a host takes no virtual time.
+"""
+
+import math
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from axistwin.errors import LinkError, UsageError
+from axistwin.links.host_thread import POLLS, HostThread, pause
+from axistwin.links.loop_thread import LoopThread
+from axistwin.links.manual_pacer import ManualPacer
+from axistwin.links.pacing import Pacer
+from axistwin.units import to_ns, to_seconds
+
+IDLE_S = 10.0
+"""Real time after which a silent host, with nothing left to receive, counts as blocked for ever."""
+POLL_S = 0.01
+HOST_CANNOT_ADVANCE = "a host cannot advance virtual time: time passes while the host waits for an answer or sleeps"
+
+
+class ServedClock:
+    """Virtual time of a bench whose ports an event loop serves in a thread, at the speed of the pacer."""
+
+    def __init__(self, loop: LoopThread, pacer: Pacer) -> None:
+        self._loop, self._pacer = loop, pacer
+
+    @property
+    def now(self) -> int:
+        """Virtual time in nanoseconds, first advanced to the time of the wall clock if that paces the bench."""
+        if self._pacer.running:
+            self._loop.do(self._advance_to_now)
+        return self._pacer.clock.now
+
+    @property
+    def seconds(self) -> float:
+        """Virtual time in seconds."""
+        return to_seconds(self.now)
+
+    def advance(self, seconds: float) -> None:
+        """Advance virtual time.  Raises UsageError if the wall clock paces the bench."""
+        raise UsageError(f'cannot advance by {seconds:g} s: the wall clock paces this bench; serve with speed="manual"')
+
+    def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
+        """Wait until `condition()` is true (returns True), or for `timeout` seconds of real time (returns False).
+
+        An exception in `condition()` is raised here.
+        """
+        over = threading.Event()
+        raised: list[Exception] = []
+
+        def check() -> None:
+            try:
+                found = not over.is_set() and condition()
+            except Exception as error:  # noqa: BLE001  # raised again in the caller's thread
+                raised.append(error)
+                found = True
+            if found:
+                over.set()
+
+        unsubscribe = self._loop.do(lambda: self._pacer.subscribe(check))
+        try:
+            self._loop.do(lambda: self._pacer.look(check))
+            found = over.wait(timeout)
+        finally:
+            self._loop.do(unsubscribe)
+        if raised:
+            raise raised[0]
+        return found
+
+    def wait_for(self, host: HostThread, timeout: float) -> Any:
+        """Wait for a host, `timeout` seconds at most.  Returns the result of its function, or raises its exception."""
+        host.join(timeout)
+        if not host.done:
+            raise LinkError(f"the host has not finished within {timeout:g} s: give a longer timeout")
+        return host.outcome()
+
+    def add(self, host: HostThread) -> None:
+        """Register a host that must block before time passes."""
+
+    def _advance_to_now(self) -> None:
+        self._pacer.sync()
+        self._pacer.work()
+
+
+class ManualClock(ServedClock):
+    """Virtual time that passes in these calls only; calls from several threads are executed one after the other."""
+
+    def __init__(self, loop: LoopThread, pacer: ManualPacer) -> None:
+        super().__init__(loop, pacer)
+        self._manual_pacer = pacer
+        self._hosts: list[HostThread] = []
+        self._turn = threading.RLock()
+
+    @property
+    def now(self) -> int:
+        """Virtual time in nanoseconds."""
+        return self._manual_pacer.clock.now
+
+    def add(self, host: HostThread) -> None:
+        """Register a host that must block before time passes."""
+        self._hosts.append(host)
+
+    def advance(self, seconds: float) -> None:
+        """Advance virtual time by `seconds`.  All that hosts have sent before is received first."""
+        if not 0 <= seconds < math.inf:
+            raise UsageError(f"invalid time in advance({seconds!r}): expected finite seconds of at least 0, e.g. 0.5")
+        with self._exclusive():
+            end_ns = self._pacer.clock.later(to_ns(seconds))
+            self._run_hosts()
+            while not self._advance(end_ns):
+                self._run_hosts()
+
+    def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
+        """Advance until `condition()` is true (returns True), or by `timeout` virtual seconds (returns False).
+
+        The condition is checked at every event, as in `Bench.run_until`, and after hosts have run.
+        """
+        if not timeout < math.inf:  # nor nan
+            raise UsageError(f"invalid timeout in run_until(…, timeout={timeout!r}): expected finite seconds, e.g. 10")
+        with self._exclusive():
+            end_ns = self._pacer.clock.later(to_ns(timeout))
+            over = False
+            while not over:
+                self._run_hosts()
+                if condition():
+                    return True
+                over = self._advance(end_ns, condition)
+            return bool(condition())
+
+    def wait_for(self, host: HostThread, timeout: float) -> Any:
+        """Advance until a host has finished.  Returns the result of its function, or raises its exception.
+
+        Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds.
+        """
+        with self._exclusive():
+            while self._is_unfinished(host):
+                seen = self._traffic
+                if self._advance(self.now + to_ns(timeout)) and self._traffic == seen:
+                    self._wait_for_silent_host(host, timeout)
+        return host.outcome()
+
+    @contextmanager
+    def _exclusive(self) -> Iterator[None]:
+        """Keep other threads from advancing time.
+
+        Raises UsageError in the bench's own thread, and in the thread of a host: a host must block before time passes.
+        """
+        self._loop.check_outside()
+        if any(host.current for host in self._hosts):
+            raise UsageError(HOST_CANNOT_ADVANCE)
+        with self._turn:
+            yield
+
+    @property
+    def _traffic(self) -> tuple[int, int]:
+        return self._manual_pacer.arrivals, self._manual_pacer.deliveries
+
+    def _advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
+        return self._loop.do(lambda: self._manual_pacer.advance(end_ns, condition))
+
+    def _is_unfinished(self, host: HostThread) -> bool:
+        self._run_hosts()
+        return not host.done
+
+    def _run_hosts(self) -> None:
+        """Receive what hosts send until every host thread waits for something."""
+        self._hosts = [host for host in self._hosts if not host.done]
+        seen, quiet_polls = (-1, -1), 0
+        while quiet_polls < POLLS:
+            self._loop.run(self._manual_pacer.receive_all())
+            waiting = self._traffic == seen and all(host.blocked() for host in self._hosts)
+            seen, quiet_polls = self._traffic, quiet_polls + 1 if waiting else 0
+            if not self._hosts:
+                break
+            pause()
+
+    def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
+        """Wait for a host that may be sleeping by the wall clock."""
+        seen = self._traffic
+        for _ in range(round(IDLE_S / POLL_S)):
+            host.join(POLL_S)
+            self._loop.run(self._manual_pacer.receive_all())
+            if host.done or self._traffic != seen:
+                return
+        raise LinkError(
+            f"the host is still waiting after {timeout:g} s of virtual time, and nothing was sent or received"
+        )

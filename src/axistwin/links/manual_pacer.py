@@ -1,0 +1,94 @@
+"""A pacer that advances virtual time on request only, for tests of hosts.
+
+Input from hosts is received, and pending output is sent, while virtual time is stopped.  `advance` lets time pass until
+a host has received output and no more output follows for 3 ms.  Then the host runs, before more time passes.
+"""
+
+import asyncio
+from collections.abc import Callable
+
+from axistwin.bench import Bench
+from axistwin.links.pacing import Pacer
+from axistwin.units import MS, to_seconds
+
+SAME_ANSWER_NS = 3 * MS
+"""Output that follows within this time belongs to the same answer (about 3 characters at 9600 baud)."""
+IDLE_TURNS = 10
+"""Turns of the event loop without input, after which all that hosts have sent is received.  Accepting a client takes
+several turns."""
+
+
+class ManualPacer(Pacer):
+    """Advances a bench on request only."""
+
+    def __init__(self, bench: Bench) -> None:
+        super().__init__(bench.clock, None)
+        self.bench = bench
+        self.arrivals = 0
+        """Number of inputs from hosts."""
+        self.deliveries = 0
+        """Number of times that output was sent to hosts."""
+
+    def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        """Allow ports to be used; virtual time stays stopped."""
+        self._loop = loop or asyncio.get_running_loop()
+
+    def sync(self) -> None:
+        """Count an input."""
+        self.arrivals += 1
+
+    def work(self) -> None:
+        """Send the output that is available without passing time."""
+        self._flush()
+
+    async def receive_all(self) -> int:
+        """Receive all that hosts have sent by now.  Returns the number of inputs so far."""
+        idle = 0
+        while idle < IDLE_TURNS:
+            before = self.arrivals
+            await asyncio.sleep(0)
+            idle = 0 if self.arrivals != before else idle + 1
+        return self.arrivals
+
+    def advance(self, end_ns: int, condition: Callable[[], object] | None = None) -> bool:
+        """Advance to `end_ns`, until `condition()` is true, or until hosts must run.
+
+        Returns False if the advance was interrupted for hosts.
+        """
+        stop_ns = end_ns
+        while self._advance_to(stop_ns, condition):
+            if self._deliver():
+                stop_ns = min(end_ns, self.clock.now + SAME_ANSWER_NS)
+            if condition is not None and condition():
+                return True
+        self._deliver()
+        return stop_ns >= end_ns
+
+    def _advance_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
+        """Advance to `stop_ns`.  Returns True if output is pending or the condition is true before that time."""
+        self.advancing = True
+        self.passes += 1
+        try:
+            return self._run_to(stop_ns, condition)
+        finally:
+            self.advancing = False
+
+    def _run_to(self, stop_ns: int, condition: Callable[[], object] | None) -> bool:
+        if condition is not None:
+            return self.bench.run_until(lambda: self._to_flush or condition(), to_seconds(stop_ns - self.clock.now))
+        clock = self.clock
+        while not self._to_flush:
+            due_ns = clock.next_event_ns()
+            if due_ns is None or due_ns > stop_ns:
+                clock.run_to(max(stop_ns, clock.now))
+                return bool(self._to_flush)
+            clock.step()
+        return True
+
+    def _deliver(self) -> bool:
+        """Send pending output.  Returns True if there was any."""
+        if not self._to_flush:
+            return False
+        self.deliveries += 1
+        self._flush()
+        return True
