@@ -122,7 +122,7 @@ def test_a_conversation():
         ("= dtr low", "nothing called 'dtr' here"),
         ("= shaft.pulses 3", "nothing called 'shaft.pulses' here"),
         ("= brake.volts 3", "nothing called 'brake.volts' here"),
-        ("chain: > RP", "no controller 'chain' to talk to: there are smartmotor"),
+        ("chain: > RP", "no controller 'chain' to talk to: expected one of smartmotor"),
         ("nobody.rs485: > RP", "no controller 'nobody.rs485' here: there are smartmotor"),
     ],
 )
@@ -211,7 +211,7 @@ def test_a_program_that_never_ends(run, tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("WHILE 1\n  WAIT=4069\n  a=a+1\nLOOP\n")
     _, _, noted = run("run", "smartmotor", program)
-    assert "it goes on for ever: stopped after 60 s, say --for SECONDS for another time" in noted
+    assert "the program does not end: stopped after 60 s, set another time with --for SECONDS" in noted
     assert run("run", "smartmotor", program, "--for", "2")[2] == ""
 
 
@@ -229,13 +229,13 @@ def test_a_program_that_does_not_fit(run, tmp_path):
     program.write_text("a=1\n" * 100)
     code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
     assert code == 1
-    assert "p.sms: the motor has no room for it: give it a larger option program_bytes" in told
+    assert "p.sms: the program is too large for the motor: enlarge the option program_bytes" in told
 
 
 def test_a_program_for_nobody(run, tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
-    assert "p.sms: a stored program is for one SmartMotor, here are 0" in run("run", "if1", program)[2]
+    assert "p.sms: a stored program needs one SmartMotor, the bench has 0" in run("run", "if1", program)[2]
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
@@ -290,7 +290,7 @@ def test_a_source_that_only_begins_like_utf_8(run, tmp_path):
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
     assert code == 2
-    assert "p.sms cannot be read: it begins like utf-8 and is not: save it as text" in told
+    assert "p.sms cannot be read: it begins like utf-8 but is not: save the file as text" in told
 
 
 def test_a_comment_in_quotes_is_sent(run, tmp_path):

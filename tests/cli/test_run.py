@@ -105,7 +105,7 @@ def test_what_never_ends_is_told(axistwin):
     Path("a.if1").write_text(":X400:=0,1:$\n")
     code, _, err = axistwin("if1", "a.if1")
     assert code == 0
-    assert err == "axistwin: it goes on for ever: stopped after 3600 s, say --for SECONDS for another time\n"
+    assert err == "axistwin: the program does not end: stopped after 3600 s, set another time with --for SECONDS\n"
 
 
 def test_options_of_the_model_and_of_axes(axistwin):
@@ -163,7 +163,7 @@ def test_a_program_with_mistakes(axistwin):
     Path("a.talk").write_text("+1\n? what\n")
     code, _, err = axistwin("if1", "a.talk")
     assert code == 1
-    assert err.startswith("axistwin: a.talk:2:1: a line begins with")
+    assert err.startswith("axistwin: a.talk:2:1: unknown act")
 
 
 def test_a_scene(axistwin):

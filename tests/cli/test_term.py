@@ -133,7 +133,9 @@ def test_state_is_kept_from_one_session_to_the_next(tmp_path):
 
 
 def test_a_controller_that_does_not_answer_is_told():
-    assert "does not answer ( at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").stdout
+    assert (
+        "does not answer the open bracket at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").stdout
+    )
 
 
 @pytest.mark.parametrize(

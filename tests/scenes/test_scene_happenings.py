@@ -181,7 +181,7 @@ def test_a_master_on_another_axis(scene):
             "6:10: axis shaft: load: inertia_kg_m2='x': give a number",
         ),
         ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: nothing called 'input9' here: there are"),
-        ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: a name and a value are wanted"),
+        ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: the value is missing"),
         ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: no fault 'it' here: there are none"),
         ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
         ('[[script]]\ndo = "input1 high"\n', "3:1: 'at' is missing: add at = …"),

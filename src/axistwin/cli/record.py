@@ -151,8 +151,8 @@ def _lost(ended: asyncio.Future[int], error: LinkError) -> None:
 
 
 def _shown(recorder: Recorder, name: str, subject: str, line: Pin) -> None:
-    recorder.shows(name, subject, level_name(line.level))
+    recorder.record_state(name, subject, level_name(line.level))
 
 
 def _done(recorder: Recorder, name: str, subject: str, line: Pin) -> None:
-    recorder.take(Changed(recorder.bench.now, name, f"host.{subject}", line.level))
+    recorder.record(Changed(recorder.bench.now, name, f"host.{subject}", line.level))

@@ -77,7 +77,7 @@ def run(
     """
     if program is None and not target.endswith(".toml"):
         raise UsageError(f"name a PROGRAM for the {target}: only a scene does something by itself")
-    loaded = running.of_itself() if program is None else running.load(program, target)
+    loaded = running.scene_program() if program is None else running.load(program, target)
     what = target if program is None else program.name
     if plot is not None:
         from axistwin.plots.picture import check_suffix

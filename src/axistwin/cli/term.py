@@ -139,7 +139,7 @@ def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
     """Before the first line is typed, in no time."""
     ends = controller.serial.listen(screen.said), controller.serial.hear(lambda byte, _: screen.heard(bytes([byte])))
     try:
-        command_lines.type_lines(bench, (), INITIALISED_NS)
+        command_lines.send_lines(bench, (), INITIALISED_NS)
     except ProgramError as error:
         screen.tell(str(error))
     for end in ends:
@@ -163,7 +163,7 @@ async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: byte
             except ProgramError as error:
                 screen.tell(error.message)
         if not screen.person:
-            await commands.end.settle()
+            await commands.end.run_until_quiet()
         screen.prompt()
     screen.close()
     return 0

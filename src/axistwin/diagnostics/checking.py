@@ -19,7 +19,8 @@ from axistwin.conversations import conversation
 from axistwin.conversations.conversation import named_model, parse_line
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.programs.command_lines import command_line
-from axistwin.programs.running import check_headers, no_program
+from axistwin.programs.hex_commands import command_string
+from axistwin.programs.running import check_headers, unknown_kind
 from axistwin.programs.stored_programs import load_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
@@ -126,20 +127,12 @@ def _reader(suffix: str, codec: Codec, file: str) -> Callable[[str, int, str], A
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
         case ".181x":
-            return partial(_command, codec)
+            return partial(command_string, read=codec.read)
         case ".if1":
             return command_line
         case ".sms":
             return lambda line, number, _: Say(line.expandtabs(1).encode("ascii", "replace"), line=number)
-    raise no_program(Path(file))
-
-
-def _command(codec: Codec, line: str, number: int, file: str) -> Act | None:
-    """A command for a board on a bus, in hex or by name."""
-    words = line.partition(";")[0].rstrip()
-    if words.lstrip().startswith(("+", "!")):
-        return parse_line(words, number, file)
-    return Say(codec.read(words), line=number) if words else None
+    raise unknown_kind(Path(file))
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:

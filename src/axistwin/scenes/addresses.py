@@ -14,7 +14,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
     _check_shared(contents, source)
     taken: dict[tuple[str, ...], str] = {}
     for path, text, at_a_bus in _ports(contents, source):
-        with source.blaming(*path):
+        with source.placing_errors(*path):
             url = parse(text)
         if (url.scheme == "bus") is not at_a_bus:
             wanted = EXAMPLES["bus" if at_a_bus else "tcp"]
@@ -30,7 +30,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
 def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, bool]]:
     """Each with its place, and whether it has to lead to a bus."""
     for number, table in enumerate(contents.controller):
-        with source.blaming("controller", number, "model"):
+        with source.placing_errors("controller", number, "model"):
             at_a_bus = product(table.model).attend is not None
         for key, urls in (("ports", table.ports), ("rs485_ports", table.rs485_ports)):
             for which, url in enumerate(urls):

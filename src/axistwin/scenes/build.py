@@ -101,7 +101,7 @@ class Builder:
 
     def _add(self, table: ControllerTable, path: Path_) -> None:
         made = product(table.model)
-        with self.source.blaming(*path, "line"):
+        with self.source.placing_errors(*path, "line"):
             if made.line is not None:
                 line_format(table.line, made.line)
         self._check_keys((*path, "options"), table.options, [field.name for field in fields(made.options)])
@@ -110,7 +110,7 @@ class Builder:
         if table.state is not None:
             given["state"] = self._beside(table.state)
         axes = table.model_dump(include={"axes"}, exclude_none=True)["axes"]
-        with self.source.blaming_one_of(path, ("axes", axes), ("options", table.options), ("", given)):
+        with self.source.placing_errors_at_key(path, ("axes", axes), ("options", table.options), ("", given)):
             self.bench.add(table.model, table.called, **given, **table.options, **axes)
 
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
@@ -119,7 +119,7 @@ class Builder:
                 raise self.source.error((*path, key), f"{path[-1]}: unknown key {key!r}: {instead(key, known)}")
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
-        with self.source.blaming(*path):
+        with self.source.placing_errors(*path):
             stored_programs.check_motor(motor)
             source = stored_programs.as_sent(self._text(str(self._beside(program))))
             stored_programs.store(source, str(program), motor)
@@ -131,7 +131,7 @@ class Builder:
             if table.master is not None:
                 path: Path_ = ("controller", number, "master")
                 axis = self._axis(table.master, path)
-                with self.source.blaming(*path):
+                with self.source.placing_errors(*path):
                     self.bench[table.called].master.follow(axis, Fraction(*table.master_ratio))
 
     def _lay_wires(self) -> None:
@@ -140,10 +140,10 @@ class Builder:
             source = self._pin(wire.from_, ("wire", number, "from"))
             target = self._pin(wire.to, ("wire", number, "to"))
             self._check_direction(number, wire)
-            with self.source.blaming("wire", number, "to"):
+            with self.source.placing_errors("wire", number, "to"):
                 _check_way(source, target, wire, laid)
             laid[target] = source, wire
-            with self.source.blaming("wire", number, "delay_ms"):
+            with self.source.placing_errors("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _check_direction(self, number: int, wire: WireTable) -> None:
@@ -159,13 +159,13 @@ class Builder:
     def _share_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):
             motors = [self._motor(motor, (*path, "motors", n)) for n, motor in enumerate(line.motors)]
-            with self.source.blaming(*path):
+            with self.source.placing_errors(*path):
                 (self.bench.chain if kind == "chain" else self.bench.rs485)(*motors, name=name)
 
     def _open_second_channels(self) -> None:
         for number, table in enumerate(self.contents.controller):
             if table.rs485_ports:
-                with self.source.blaming("controller", number, "rs485_ports"):
+                with self.source.placing_errors("controller", number, "rs485_ports"):
                     self.bench.port(f"{table.called}.rs485")
 
     def _motor(self, name: str, path: Path_) -> Controller:
@@ -223,13 +223,13 @@ class Builder:
 
     def _plan_fault(self, table: FaultTerms, number: int, path: Path_) -> None:
         faults, on = self.bench.faults, table.on or self._only()
-        with self.source.blaming(*path, "kind"):
+        with self.source.placing_errors(*path, "kind"):
             kind = kind_of(table.kind)
-        with self.source.blaming(*path, "on" if table.on else "kind"):
+        with self.source.placing_errors(*path, "on" if table.on else "kind"):
             kind.check(faults.spot(kind, on, self._only()))
-        with self.source.blaming(*path, "when"):
+        with self.source.placing_errors(*path, "when"):
             faults.trigger(table.when, self._only())
-        with self.source.blaming_one_of(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
+        with self.source.placing_errors_at_key(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
             seed = self._seed(table, number)
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
@@ -241,12 +241,12 @@ class Builder:
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
-            with self.source.blaming("script", number, "at"):
+            with self.source.placing_errors("script", number, "at"):
                 at_ns = to_ns(table.at)
             acts = []
             for which, text in enumerate(table.do):
                 path: Path_ = ("script", number, "do", which)
-                with self.source.blaming(*path):
+                with self.source.placing_errors(*path):
                     acts.append((path, self._act(table, text)))
             self._plan_acts(at_ns, acts)
 
@@ -260,7 +260,7 @@ class Builder:
         def happen() -> None:
             clock.background -= 1
             for path, do in acts:
-                with self.source.blaming(*path):
+                with self.source.placing_errors(*path):
                     do()
 
         clock.background += 1
@@ -290,7 +290,7 @@ class Builder:
 
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
-            with self.source.blaming(*path):
+            with self.source.placing_errors(*path):
                 hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._hands)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:

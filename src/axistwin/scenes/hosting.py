@@ -12,14 +12,14 @@ from pathlib import Path
 
 from axistwin.bench import FAMILIES, Bench, Controller, endpoints
 from axistwin.bench.action_runner import Hands, Load
-from axistwin.bench.actions import FAULT_ACTS, action
+from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Act, Do, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_of
 from axistwin.conversations.conversation import Conversation, load_text, parse
 from axistwin.conversations.player import PATIENCE_S, open_channels
-from axistwin.errors import ProgramError, UsageError
+from axistwin.errors import UsageError
 from axistwin.programs import stored_programs
-from axistwin.programs.command_lines import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting
+from axistwin.programs.command_lines import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting, prepared_action
 from axistwin.programs.command_lines import PATIENCE_S as ANSWER_S
 from axistwin.programs.hex_commands import command_strings
 from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
@@ -52,8 +52,8 @@ def prepared(bench: Bench, name: str, file: str, read: Callable[[str], str], han
         return lambda: clock.process(talker.converse())
     controller = bench[name]
     if KINDS[suffix] == "digiplan":
-        typist = _Host(clock, controller, command_lines(text, file), file)
-        return lambda: clock.process(typist.type_lines())
+        sender = _Host(clock, controller, command_lines(text, file), file)
+        return lambda: clock.process(sender.send_lines())
     assert controller.product.language is not None, "a board has one"
     operator = _Host(clock, controller, command_strings(text, controller.product.language, file), file)
     return lambda: clock.process(operator.send_commands())
@@ -136,7 +136,7 @@ class _Talker:
 
     def _prepared(self, act: Act) -> Callable[[], object]:
         """What it does, as something to call; what cannot be done is found now."""
-        with self.conversation.blaming(act):
+        with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
                     self._check(self._whom(act))
@@ -192,7 +192,7 @@ class _Talker:
                     yield from self._hear(act)
                     time_ns = self.bench.now
                 case _:
-                    with self.conversation.blaming(act):
+                    with self.conversation.placing_errors(act):
                         do()
 
     def _when_all_is_done(self, time_ns: int) -> Event:
@@ -224,14 +224,11 @@ class _Host:
         """What somebody at the machine does, as something to call; what cannot be done is found now."""
         if not isinstance(act, Do):
             return lambda: None
-        try:
-            return action(self.controller, act.target, act.value)
-        except ProgramError as error:
-            raise ProgramError(error.message, file=self.file, line=act.line) from None
+        return prepared_action(self.controller, act, self.file)
 
     # At a serial line
 
-    def type_lines(self) -> Procedure:
+    def send_lines(self) -> Procedure:
         """Initialise the interface, then type line after line, as far as it wants to hear more."""
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
@@ -246,15 +243,15 @@ class _Host:
     def _open(self) -> Procedure:
         """Open bracket until it is answered."""
         port, heard = self.controller.serial, bytearray()
-        deafen = port.hear(lambda byte, _: heard.append(byte))
+        unsubscribe = port.hear(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
             port.write(b"(")
             for _ in range(round(to_ns(ANSWER_S) / LOOK_NS)):
                 yield self.clock.timeout(LOOK_NS)
                 if heard.endswith(b"U\r"):
-                    deafen()
+                    unsubscribe()
                     return
-        deafen()
+        unsubscribe()
 
     def _type(self, words: bytes) -> Procedure:
         port = self.controller.serial

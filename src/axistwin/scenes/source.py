@@ -111,7 +111,7 @@ class Source:
         return SceneError(message, file=str(self.file), line=line, column=column, code=rules.NO_TOML.code)
 
     @contextmanager
-    def blaming(self, *path: str | int) -> Iterator[None]:
+    def placing_errors(self, *path: str | int) -> Iterator[None]:
         """A UsageError or a ProgramError from here on is the fault of what stands at `path`."""
         try:
             yield
@@ -121,7 +121,7 @@ class Source:
             raise self.error(path, str(error) if error.file else error.message) from None
 
     @contextmanager
-    def blaming_one_of(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
+    def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
         """A UsageError is the fault of the key it names, as deep as it names it.
 
         `tables`: what keys there are, each with the key below `path` that it stands at; empty: there itself.

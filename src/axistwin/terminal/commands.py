@@ -34,7 +34,7 @@ class End(Protocol):
     def send(self, data: bytes) -> None:
         """Transmit."""
 
-    async def settle(self) -> None:
+    async def run_until_quiet(self) -> None:
         """Wait until what was said has been dealt with, as far as one can tell."""
 
     async def wait(self, seconds: float) -> None:

@@ -38,7 +38,7 @@ class PortEnd:
         except serial.SerialException as error:
             self._lost(self._gone(error))
 
-    async def settle(self) -> None:
+    async def run_until_quiet(self) -> None:
         """Wait until nothing has been said for a while."""
         while (left_s := self._last_s + QUIET_S - self._loop.time()) > 0:
             await asyncio.sleep(left_s)

@@ -38,7 +38,7 @@ class VirtualEnd(ABC):
         """Virtual time passes so many times as fast as the wall clock's; None: as fast as it goes."""
         self.session.speed = speed
 
-    async def settle(self) -> None:
+    async def run_until_quiet(self) -> None:
         """Wait until nothing more happens by itself."""
         until_ns = self.bench.now + PATIENCE_NS
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
