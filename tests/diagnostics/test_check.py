@@ -49,7 +49,7 @@ def test_command_lines(check):
             "(manual: Index mode instructions) [DP305]"
         ),
     ]
-    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning (1 can be mended by --fix)\n"
+    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning (1 can be fixed by --fix)\n"
 
 
 def test_warnings_alone_are_no_failure(check):

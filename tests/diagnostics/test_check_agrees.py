@@ -77,9 +77,9 @@ def test_a_program_that_the_motor_does_not_take(scene, more, message):
     [
         (
             [("b.output1", "a.home"), ("b.output2", "a.home_enable")],
-            "a.home_enable is the same terminal as a.home, which hangs on a wire from b.output1 already",
+            "a.home_enable is the same terminal as a.home, which has a wire from b.output1 already",
         ),
-        ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "lead from a.home_enable back to itself"),
+        ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
         ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], ""),
     ],
 )

@@ -80,7 +80,7 @@ def test_somebody_closes_a_switch(tmp_path):
 def test_what_never_ends_is_stopped_and_told(tmp_path):
     history, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
     assert history.bench.seconds == 3600
-    assert outcome.note.startswith("line 2 and what follows: not done by 3600 s")
+    assert outcome.note.startswith("line 2 and later lines were not sent: the one before is busy at 3600 s")
     assert "--for" in outcome.note
 
 
@@ -144,7 +144,7 @@ def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path)
 
 
 def test_a_program_of_no_known_kind(tmp_path):
-    with pytest.raises(UsageError, match=r"name a conversation \.talk, command lines \.if1"):
+    with pytest.raises(UsageError, match=r"expected \.talk \(conversation\), \.if1 \(command lines\)"):
         load(tmp_path / "a.txt")
 
 

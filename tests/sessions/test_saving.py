@@ -215,10 +215,10 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
 @pytest.mark.parametrize(
     ("talk", "message"),
     [
-        ("> X\nother: > Y\n", r"h\.talk:2: nobody called 'other' to talk to: there are if1"),
+        ("> X\nother: > Y\n", r"h\.talk:2: no controller 'other' to talk to: expected one of if1"),
         ("! input9 high\n", r"h\.talk:1: nothing called 'input9' here"),
         ("! load x.if1\n", r"x\.if1 cannot be read"),
-        ("! load x.exe\n", "x.exe cannot be loaded: give a SmartMotor's source .sms"),
+        ("! load x.exe\n", "x.exe cannot be loaded: expected a SmartMotor's source .sms"),
         ("! write 0\n", "nothing called 'write'"),
         ("! flow maybe\n", "'maybe' is no flow control: there are none, dtr, xon"),
         ("! drop it\n", "'it' cannot be dropped: there is what is pending"),

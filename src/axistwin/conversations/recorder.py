@@ -3,7 +3,7 @@
 After each reply of the controller a `= clock` line gives the time of its last character.
 
 An act is recorded as soon as it is complete.  `recording_to` writes each act to its file at once, so a recording may
-record days and survives a program that is killed.
+take days and survives a program that is killed.
 """
 
 from collections.abc import Callable, Iterator, Mapping
