@@ -160,7 +160,7 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="which controller"):
+    with pytest.raises(ProgramError, match="controller is missing"):
         play(parse("> RP\\r\n= A low"), bench)
 
 
@@ -243,7 +243,7 @@ def test_a_program_for_a_motor_in_a_chain(run, tmp_path):
     program, scene = tmp_path / "p.sms", tmp_path / "s.toml"
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
-    assert "p.sms: left shares its line with others: write a conversation" in run("run", scene, program)[2]
+    assert "p.sms: left shares its serial line: use a conversation" in run("run", scene, program)[2]
 
 
 def test_a_program_is_kept_with_its_motor(run, tmp_path):
@@ -305,7 +305,10 @@ def test_errors_in_a_program_that_runs_are_told(run, tmp_path):
     code, _, noted = run("run", "smartmotor", program)
     assert (code, noted) == (0, f"axistwin: 2 errors in the program: axistwin check smartmotor {program}\n")
     program.write_text("A100\nWHILE 1\nLOOP\n")
-    assert "another time; 1 error in the program" in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
+    assert (
+        "with --for SECONDS; 1 error in the program"
+        in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
+    )
 
 
 def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
@@ -313,7 +316,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
     assert code == 1
-    assert "it does not answer LOAD at 1200 7E1" in told
+    assert "the motor does not answer LOAD at 1200 7E1" in told
 
 
 @pytest.mark.parametrize(
@@ -377,7 +380,7 @@ def record_of(*stretches):
     """A record of an axis that was told (first ms, positions, commanded)."""
     axis = ServoAxis(Clock(), "shaft")
     record = ServoRecord("motor", "shaft", axis)
-    axis.watch(record.take)
+    axis.watch(record.add_samples)
     for first, positions, commanded in stretches:
         axis.publish(Samples(first * MS, MS, positions, commanded))
     return record
@@ -386,7 +389,7 @@ def record_of(*stretches):
 def test_moves_are_parted_by_rests():
     """Up to 3 by 3 ms, from 199 ms on back to 1, both as commanded."""
     record = record_of((0, [0, 1, 2, 3, 3], [0, 1, 2, 3, 3]), (199, [3, 2, 1], [3, 2, 1]))
-    moves = record.told(10**12)
+    moves = record.moves_until(10**12)
     assert [(m.origin, m.target, m.start_ns, m.end_ns) for m in moves] == [
         (0, 3, 0, 3 * MS), (3, 1, 199 * MS, 201 * MS),
     ]  # fmt: skip
@@ -394,41 +397,41 @@ def test_moves_are_parted_by_rests():
 
 def test_trembling_about_the_place_is_no_move():
     record = record_of((1, [1, 0, -1, 0, 1] * 100, [0] * 500))
-    assert record.told(10**12) == []
+    assert record.moves_until(10**12) == []
 
 
 def test_a_shaft_that_is_turned_by_hand_moves():
     record = record_of((0, [0, 40], [0, 40]), (500, [40, 45, 50], [40, 40, 40]))
-    assert [(move.origin, move.target) for move in record.told(10**12)] == [(0, 40), (40, 50)]
+    assert [(move.origin, move.target) for move in record.moves_until(10**12)] == [(0, 40), (40, 50)]
 
 
 def test_a_move_tells_where_the_shaft_settles():
     record = record_of((1, [10, 20, 33, 31, 30], [10, 20, 30, 30, 30]))
-    assert [(move.target, move.high) for move in record.told(10**12)] == [(30, 33)]
+    assert [(move.target, move.high) for move in record.moves_until(10**12)] == [(30, 33)]
 
 
 def test_a_velocity_is_taken_over_16_samples():
     """2 counts per ms are 2000 counts/s; a single step of 7 counts among them is no 7000."""
     positions = [2 * n + (3 if n == 50 else 0) for n in range(1, 101)]
-    (move,) = record_of((1, positions, positions)).told(10**12)
+    (move,) = record_of((1, positions, positions)).moves_until(10**12)
     assert move.top_rate == (2 * 16 + 3) / 0.016
 
 
 def test_a_velocity_is_the_same_in_however_small_pieces_it_comes():
     positions = [2 * n for n in range(1, 101)]
-    (whole,) = record_of((1, positions, positions)).told(10**12)
-    (pieces,) = record_of(*((n + 1, [two], [two]) for n, two in enumerate(positions))).told(10**12)
+    (whole,) = record_of((1, positions, positions)).moves_until(10**12)
+    (pieces,) = record_of(*((n + 1, [two], [two]) for n, two in enumerate(positions))).moves_until(10**12)
     assert pieces.top_rate == whole.top_rate == 2000
 
 
 def test_a_push_is_no_velocity():
     axis = ServoAxis(Clock(), "shaft")
     record = ServoRecord("motor", "shaft", axis)
-    axis.watch(record.take)
+    axis.watch(record.add_samples)
     axis.publish(Samples(0, MS, [0, 1, 2], [0, 1, 2]))
     axis.publish(Samples(3 * MS, 0, [500], [2]))
     axis.publish(Samples(3 * MS, MS, [501, 502], [3, 4]))
-    (move,) = record.told(10**12)
+    (move,) = record.moves_until(10**12)
     assert move.top_rate == 2 / 0.016
 
 
@@ -436,7 +439,9 @@ def test_a_long_course_is_thinned_and_keeps_its_largest_error():
     record, block = record_of(), 1 << 13
     for first in range(0, 40 * block, block):
         positions = list(range(first, first + block))
-        record.take(Samples((1 + first) * MS, MS, positions, [p + (99 if p == 100_000 else 0) for p in positions]))
+        record.add_samples(
+            Samples((1 + first) * MS, MS, positions, [p + (99 if p == 100_000 else 0) for p in positions])
+        )
     points = record.points()
     assert len(points) <= 2 * POINTS
     assert (points[:, 2] - points[:, 1]).max() == 99
