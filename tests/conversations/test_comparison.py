@@ -155,7 +155,7 @@ def test_how_long_it_has_been_on(replay):
 
 
 def test_it_must_be_said_what_answers(replay):
-    with pytest.raises(UsageError, match="does not say which model it is of"):
+    with pytest.raises(UsageError, match="names no model"):
         replay("> (\n")
 
 
