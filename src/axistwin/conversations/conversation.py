@@ -221,7 +221,7 @@ def _name_and_value(text: str, example: str) -> tuple[str, str]:
 
 
 def _without_comment(text: str) -> str:
-    """Remove a comment after a time, a level or a value.  After data a semicolon may be data."""
+    """Return a time, a level or a value without the comment after it.  In data, a semicolon starts no comment."""
     return text.partition(";")[0].strip()
 
 

@@ -66,7 +66,7 @@ class Scenes:
         return [Item(name, "key", _description(node)) for name, node in _node(path, model).items()]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the tables; controllers by name."""
+        """Return the tables of the file; a controller's table is listed under its name."""
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
         return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]
