@@ -125,7 +125,7 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
         (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
         (["run", "if1", "a.if1", "--option", "X=5"], "axis X=5: expected its options"),
         (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"], "X has a value already"),
-        (["run", "if1", "-"], "- is no kind of program"),
+        (["run", "if1", "-"], "-: unknown kind of program"),
     ],
 )
 def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):

@@ -122,7 +122,7 @@ def test_a_conversation():
         ("= dtr low", "unknown name 'dtr'"),
         ("= shaft.pulses 3", "unknown name 'shaft.pulses'"),
         ("= brake.volts 3", "unknown name 'brake.volts'"),
-        ("chain: > RP", "no controller 'chain' to talk to: there are smartmotor"),
+        ("chain: > RP", "no controller 'chain' to talk to: expected one of smartmotor"),
         ("nobody.rs485: > RP", "no controller 'nobody.rs485' here: there are smartmotor"),
     ],
 )
@@ -160,7 +160,7 @@ chain: ! line 1200
 """
     assert play(parse(talk), bench) is None
     assert bench.port("chain").host.baudrate == 1200
-    with pytest.raises(ProgramError, match="which controller"):
+    with pytest.raises(ProgramError, match="controller is missing"):
         play(parse("> RP\\r\n= A low"), bench)
 
 
@@ -211,7 +211,7 @@ def test_a_program_that_never_ends(run, tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("WHILE 1\n  WAIT=4069\n  a=a+1\nLOOP\n")
     _, _, noted = run("run", "smartmotor", program)
-    assert "it goes on for ever: stopped after 60 s, say --for SECONDS for another time" in noted
+    assert "the program does not end: stopped after 60 s, set another time with --for SECONDS" in noted
     assert run("run", "smartmotor", program, "--for", "2")[2] == ""
 
 
@@ -229,13 +229,13 @@ def test_a_program_that_does_not_fit(run, tmp_path):
     program.write_text("a=1\n" * 100)
     code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
     assert code == 1
-    assert "p.sms: the motor has no room for it: give it a larger option program_bytes" in told
+    assert "p.sms: the program is too large for the motor: enlarge the option program_bytes" in told
 
 
 def test_a_program_for_nobody(run, tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
-    assert "p.sms: a stored program is for one SmartMotor, here are 0" in run("run", "if1", program)[2]
+    assert "p.sms: a stored program needs one SmartMotor, the bench has 0" in run("run", "if1", program)[2]
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
@@ -243,7 +243,7 @@ def test_a_program_for_a_motor_in_a_chain(run, tmp_path):
     program, scene = tmp_path / "p.sms", tmp_path / "s.toml"
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
-    assert "p.sms: left shares its line with others: write a conversation" in run("run", scene, program)[2]
+    assert "p.sms: left shares its serial line: use a conversation" in run("run", scene, program)[2]
 
 
 def test_a_program_is_kept_with_its_motor(run, tmp_path):
@@ -290,7 +290,7 @@ def test_a_source_that_only_begins_like_utf_8(run, tmp_path):
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
     assert code == 2
-    assert "p.sms cannot be read: it begins like utf-8 and is not: save it as text" in told
+    assert "p.sms cannot be read: it begins like utf-8 but is not: save the file as text" in told
 
 
 def test_a_comment_in_quotes_is_sent(run, tmp_path):
@@ -305,7 +305,10 @@ def test_errors_in_a_program_that_runs_are_told(run, tmp_path):
     code, _, noted = run("run", "smartmotor", program)
     assert (code, noted) == (0, f"axistwin: 2 errors in the program: axistwin check smartmotor {program}\n")
     program.write_text("A100\nWHILE 1\nLOOP\n")
-    assert "another time; 1 error in the program" in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
+    assert (
+        "with --for SECONDS; 1 error in the program"
+        in json.loads(run("run", "smartmotor", program, "--json")[1])["note"]
+    )
 
 
 def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
@@ -313,7 +316,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
     assert code == 1
-    assert "it does not answer LOAD at 1200 7E1" in told
+    assert "the motor does not answer LOAD at 1200 7E1" in told
 
 
 @pytest.mark.parametrize(
@@ -377,7 +380,7 @@ def record_of(*stretches):
     """A record of an axis that was told (first ms, positions, commanded)."""
     axis = ServoAxis(Clock(), "shaft")
     record = ServoRecord("motor", "shaft", axis)
-    axis.watch(record.take)
+    axis.watch(record.add_samples)
     for first, positions, commanded in stretches:
         axis.publish(Samples(first * MS, MS, positions, commanded))
     return record
@@ -386,7 +389,7 @@ def record_of(*stretches):
 def test_moves_are_parted_by_rests():
     """Up to 3 by 3 ms, from 199 ms on back to 1, both as commanded."""
     record = record_of((0, [0, 1, 2, 3, 3], [0, 1, 2, 3, 3]), (199, [3, 2, 1], [3, 2, 1]))
-    moves = record.told(10**12)
+    moves = record.moves_until(10**12)
     assert [(m.origin, m.target, m.start_ns, m.end_ns) for m in moves] == [
         (0, 3, 0, 3 * MS), (3, 1, 199 * MS, 201 * MS),
     ]  # fmt: skip
@@ -394,41 +397,41 @@ def test_moves_are_parted_by_rests():
 
 def test_trembling_about_the_place_is_no_move():
     record = record_of((1, [1, 0, -1, 0, 1] * 100, [0] * 500))
-    assert record.told(10**12) == []
+    assert record.moves_until(10**12) == []
 
 
 def test_a_shaft_that_is_turned_by_hand_moves():
     record = record_of((0, [0, 40], [0, 40]), (500, [40, 45, 50], [40, 40, 40]))
-    assert [(move.origin, move.target) for move in record.told(10**12)] == [(0, 40), (40, 50)]
+    assert [(move.origin, move.target) for move in record.moves_until(10**12)] == [(0, 40), (40, 50)]
 
 
 def test_a_move_tells_where_the_shaft_settles():
     record = record_of((1, [10, 20, 33, 31, 30], [10, 20, 30, 30, 30]))
-    assert [(move.target, move.high) for move in record.told(10**12)] == [(30, 33)]
+    assert [(move.target, move.high) for move in record.moves_until(10**12)] == [(30, 33)]
 
 
 def test_a_velocity_is_taken_over_16_samples():
     """2 counts per ms are 2000 counts/s; a single step of 7 counts among them is no 7000."""
     positions = [2 * n + (3 if n == 50 else 0) for n in range(1, 101)]
-    (move,) = record_of((1, positions, positions)).told(10**12)
+    (move,) = record_of((1, positions, positions)).moves_until(10**12)
     assert move.top_rate == (2 * 16 + 3) / 0.016
 
 
 def test_a_velocity_is_the_same_in_however_small_pieces_it_comes():
     positions = [2 * n for n in range(1, 101)]
-    (whole,) = record_of((1, positions, positions)).told(10**12)
-    (pieces,) = record_of(*((n + 1, [two], [two]) for n, two in enumerate(positions))).told(10**12)
+    (whole,) = record_of((1, positions, positions)).moves_until(10**12)
+    (pieces,) = record_of(*((n + 1, [two], [two]) for n, two in enumerate(positions))).moves_until(10**12)
     assert pieces.top_rate == whole.top_rate == 2000
 
 
 def test_a_push_is_no_velocity():
     axis = ServoAxis(Clock(), "shaft")
     record = ServoRecord("motor", "shaft", axis)
-    axis.watch(record.take)
+    axis.watch(record.add_samples)
     axis.publish(Samples(0, MS, [0, 1, 2], [0, 1, 2]))
     axis.publish(Samples(3 * MS, 0, [500], [2]))
     axis.publish(Samples(3 * MS, MS, [501, 502], [3, 4]))
-    (move,) = record.told(10**12)
+    (move,) = record.moves_until(10**12)
     assert move.top_rate == 2 / 0.016
 
 
@@ -436,7 +439,9 @@ def test_a_long_course_is_thinned_and_keeps_its_largest_error():
     record, block = record_of(), 1 << 13
     for first in range(0, 40 * block, block):
         positions = list(range(first, first + block))
-        record.take(Samples((1 + first) * MS, MS, positions, [p + (99 if p == 100_000 else 0) for p in positions]))
+        record.add_samples(
+            Samples((1 + first) * MS, MS, positions, [p + (99 if p == 100_000 else 0) for p in positions])
+        )
     points = record.points()
     assert len(points) <= 2 * POINTS
     assert (points[:, 2] - points[:, 1]).max() == 99

@@ -140,7 +140,7 @@ def test_a_name_is_not_taken_for_mathematics(tmp_path):
 
 
 def test_a_picture_of_no_known_kind(tmp_path, history):
-    with pytest.raises(UsageError, match=r"name a file \.svg or \.png"):
+    with pytest.raises(UsageError, match=r"expected a name that ends in \.svg or \.png"):
         draw(history, tmp_path / "a.pdf")
 
 

@@ -96,7 +96,7 @@ def test_for(axistwin):
     Path("a.if1").write_text("X@1000G$\n")
     out = axistwin("if1", "a.if1", "--for", "20")[1]
     assert "X 0 → 17" in out
-    assert "still going on at 20.000000" in out
+    assert "still moving at 20.000000" in out
     Path("a.talk").write_text(TALK.format(100))
     assert json.loads(axistwin("if1", "a.talk", "--for", "9", "--json")[1])["end_ns"] == 9_000_000_000
 
@@ -105,7 +105,7 @@ def test_what_never_ends_is_told(axistwin):
     Path("a.if1").write_text(":X400:=0,1:$\n")
     code, _, err = axistwin("if1", "a.if1")
     assert code == 0
-    assert err == "axistwin: it goes on for ever: stopped after 3600 s, say --for SECONDS for another time\n"
+    assert err == "axistwin: the program does not end: stopped after 3600 s, set another time with --for SECONDS\n"
 
 
 def test_options_of_the_model_and_of_axes(axistwin):
@@ -120,7 +120,7 @@ def test_a_motor_that_stalls_is_told(axistwin):
     out = axistwin(
         "if1", "a.if1", "--option", "X.motor={torque=[[0,0.5],[900,0.0]]}", "--option", "X.load={torque=0.1}"
     )[1]
-    assert "X stands at " in out
+    assert "X is at " in out
     assert " pulses" in out.splitlines()[-1]
 
 
@@ -148,8 +148,8 @@ def test_traces_and_a_plot(axistwin, tmp_path):
         (("if1", "a.if1", "--trace", "a.txt"), ".csv, .vcd or .parquet"),
         (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
         (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
-        (("a.toml", "a.if1", "--state", "x"), "write them into the scene"),
-        (("if1",), "name a PROGRAM for the if1"),
+        (("a.toml", "a.if1", "--state", "x"), "set them in the scene"),
+        (("if1",), "the PROGRAM for the if1 is missing"),
     ],
 )
 def test_wrong_usage(axistwin, arguments, words):
@@ -163,7 +163,7 @@ def test_a_program_with_mistakes(axistwin):
     Path("a.talk").write_text("+1\n? what\n")
     code, _, err = axistwin("if1", "a.talk")
     assert code == 1
-    assert err.startswith("axistwin: a.talk:2:1: a line begins with")
+    assert err.startswith("axistwin: a.talk:2:1: unknown act")
 
 
 def test_a_scene(axistwin):

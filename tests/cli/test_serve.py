@@ -128,7 +128,7 @@ def test_a_recording_is_written_while_it_goes_on(tmp_path):
 
 def test_a_recording_ends_in_talk(tmp_path):
     code, words = failed("if1", "--record", tmp_path / "session.txt")
-    assert (code, "end it in .talk" in words) == (2, True)
+    assert (code, "ends in .talk" in words) == (2, True)
 
 
 def test_a_scene_names_its_ports(tmp_path):
@@ -174,7 +174,7 @@ def test_a_port_in_use_is_one_line():
         (["if1", "--port", "ftp://x"], "invalid port 'ftp://x'"),
         (["if1", "--line", "quick"], "invalid line format 'quick'"),
         (["if1", "--option", "colour=red"], "no option 'colour'"),
-        (["no.toml", "--line", "instant"], "belong to a MODEL"),
+        (["no.toml", "--line", "instant"], "are for a MODEL"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments, words, capsys):

@@ -75,11 +75,11 @@ def test_what_a_local_command_does_not_know():
     lines = after_initialisation(
         term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").stdout
     )
-    assert lines[1] == "no command :what: :help tells what there is"
+    assert lines[1] == "no command :what: expected one of those listed by :help"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected high, on, low, off, release"
     assert lines[7] == "invalid speed 'no': expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
-    assert lines[9] == "'x' is no number of seconds: write it like :wait 0.5"
+    assert lines[9] == "'x' is not a number of seconds: expected e.g. :wait 0.5"
     assert lines[10:] == ["> :quit"]
 
 
@@ -133,13 +133,15 @@ def test_state_is_kept_from_one_session_to_the_next(tmp_path):
 
 
 def test_a_controller_that_does_not_answer_is_told():
-    assert "does not answer ( at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").stdout
+    assert (
+        "does not answer the open bracket at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").stdout
+    )
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["if9"], "no model or port 'if9': if1, if2, 1810, 1811, smartmotor, socket://127.0.0.1:5001, /dev/ttyUSB0"),
+        (["if9"], "no model or port 'if9': expected if1, if2, 1810, 1811, smartmotor or e.g. socket://127.0.0.1:5001"),
         (["foo://x"], "cannot open foo://x: invalid URL, protocol 'foo' not known"),
         (["/dev/nowhere"], "cannot open /dev/nowhere: "),
         (["tcp://127.0.0.1:1", "--speed", "2"], "--speed is for a virtual controller, not for a port"),
@@ -174,7 +176,7 @@ def test_a_controller_at_a_port(served):
         "> E",
         "< C<CR>",
         "> :pins",
-        "that is for a virtual controller: a port shows characters only",
+        "this command is for a virtual controller: a port transfers characters only",
     ]
     for url in (served["tcp"].replace("tcp", "socket"), served["rfc2217"], served["pty"], served["pty"][4:]):
         assert term(url, typed="N\n").stdout.splitlines() == ["> N", "< 100<CR>"], url
@@ -199,7 +201,7 @@ def test_a_port_that_goes_away_is_told():
         ) as program:
             program.stdin.write("E\n")
             program.stdin.flush()
-            assert program.stderr.readline().startswith(f"axistwin: tcp://{address} is gone: ")
+            assert program.stderr.readline().startswith(f"axistwin: tcp://{address} was disconnected: ")
             assert program.wait(timeout=PATIENCE_S) == 2
 
 
@@ -256,7 +258,7 @@ def person():
 
 def test_a_person_at_a_terminal(person: Callable[..., Person]):
     me = person("term", "if1", "--speed", "max")
-    me.see("axistwin: Digiplan IF1 stepper motor interface.  :help tells more, :quit leaves.")
+    me.see("axistwin: Digiplan IF1 stepper motor interface.  :help lists the commands, :quit leaves.")
     me.see("< U\x1b[2m<CR>\x1b[0m")
     me.see("> ")
     me.type("E\n")

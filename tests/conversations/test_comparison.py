@@ -150,12 +150,12 @@ def test_how_long_it_has_been_on(replay):
     assert replay("; on-for: 1.5\n" + text, "--model", "if1")[0] == 0
     assert replay(text, "--model", "if1", "--on-for", "1.5")[0] == 0
     assert replay(text, "--model", "if1")[0] == 1
-    with pytest.raises(ProgramError, match="on-for 'soon' is no number of seconds"):
+    with pytest.raises(ProgramError, match="on-for 'soon' is not a number of seconds"):
         replay("; on-for: soon\n" + text, "--model", "if1")
 
 
 def test_it_must_be_said_what_answers(replay):
-    with pytest.raises(UsageError, match="does not say which model it is of"):
+    with pytest.raises(UsageError, match="names no model"):
         replay("> (\n")
 
 
@@ -198,7 +198,7 @@ def test_seconds_that_are_none(replay, option, seconds):
     ],
 )
 def test_what_was_said_on_a_line_is_not_for_a_bus(replay, recording, model, words):
-    with pytest.raises(UsageError, match=rf"a\.talk is of another model: {words}: name one such as "):
+    with pytest.raises(UsageError, match=rf"a\.talk is for another model: {words}: expected a model such as "):
         replay(recording, "--model", model)
 
 

@@ -7,7 +7,7 @@ from axistwin import Bench
 from axistwin.conversations.conversation import parse
 from axistwin.conversations.player import play
 from axistwin.programs import running
-from axistwin.programs.command_lines import command_lines, type_lines
+from axistwin.programs.command_lines import command_lines, send_lines
 from axistwin.programs.hex_commands import command_strings, language_of, send_commands
 from axistwin.units import S
 
@@ -37,7 +37,7 @@ def test_the_program_plays_a_file(tmp_path, monkeypatch):
 def test_the_command_lines_run():
     bench = Bench()
     if1 = bench.add("if1")
-    assert type_lines(bench, command_lines(COMMAND_LINES), 60 * S) is None
+    assert send_lines(bench, command_lines(COMMAND_LINES), 60 * S) is None
     assert if1.axes["X"].pulse_times().size == 2000
     assert if1.axes["X"].position == 0
 
@@ -65,7 +65,7 @@ def test_the_stored_program_runs(tmp_path, bench):
 
 def test_a_difference_looks_like_this(bench):
     place, expected, got, caret = DIFFERENCE.splitlines()
-    assert re.fullmatch(r"axistwin: moves\.talk:\d+: at \d+\.\d{9} s the controller says something else", place)
+    assert re.fullmatch(r"axistwin: moves\.talk:\d+: at \d+\.\d{9} s the reply is different", place)
     shown = str(play(parse("+1.5\n> (\n< V\\r\n", "moves.talk"), bench_with_if1()))
     assert [line[:12] for line in shown.splitlines()[1:]] == [expected[:12], got[:12], caret[:12]]
 

@@ -35,7 +35,7 @@ def test_another_answer_is_shown_whole_with_a_caret(bench, if1):
     assert isinstance(difference, Difference)
     assert (difference.line, difference.expected, difference.got) == (3, r"527\r", r"0\r")
     assert str(difference).splitlines() == [
-        f"a.talk:3: at {difference.time_ns / 1e9:.9f} s the controller says something else",
+        f"a.talk:3: at {difference.time_ns / 1e9:.9f} s the reply is different",
         r"  expected  527\r",
         r"  got       0\r",
         "            ^",
@@ -45,25 +45,25 @@ def test_another_answer_is_shown_whole_with_a_caret(bench, if1):
 def test_no_answer_is_a_difference_after_some_patience(bench, if1):
     began = bench.seconds
     shown = said(bench, "; patience: 3\n> X\\r\n< C\\r\n")
-    assert "nothing more has come for 3 s" in shown
+    assert "the reply is incomplete after 3 s" in shown
     assert bench.seconds == began + 3
 
 
 def test_part_of_an_answer(bench, if1):
     shown = said(bench, "> N\\r\n< 0\\r\\n\n")
-    assert "nothing more has come" in shown
+    assert "reply is incomplete" in shown
     assert shown.splitlines()[-1] == "               ^"
 
 
 def test_a_bare_mark_is_silence(bench, if1):
     assert said(bench, "> X100$\\r\n+0.5\n<\n") == ""
-    assert "nobody expected" in said(bench, "> E\\r\n+0.5\n<\n")
+    assert "unexpected reply" in said(bench, "> E\\r\n+0.5\n<\n")
 
 
 def test_what_is_left_over_at_the_end_is_a_difference(bench, if1):
     shown = said(bench, "> E\\r\n+0.5\n")
     assert shown.startswith("a.talk:2: ")
-    assert "nobody expected" in shown
+    assert "unexpected reply" in shown
     assert r"got       C\r" in shown
 
 
@@ -118,7 +118,7 @@ def test_several_controllers_are_told_apart_by_name(bench):
     bench.add("if1", "left")
     bench.add("if1", "right")
     assert said(bench, "+1.5\nleft: > (\nleft: < U\\r\nright: <\nright: ! input1 high\nleft: = input1 low\n") == ""
-    with pytest.raises(ProgramError, match=r"a\.talk:1: which controller\?.*left, right"):
+    with pytest.raises(ProgramError, match=r"a\.talk:1: the controller is missing.*left, right"):
         said(bench, "> E\\r\n")
 
 

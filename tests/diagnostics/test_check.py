@@ -49,7 +49,7 @@ def test_command_lines(check):
             "(manual: Index mode instructions) [DP305]"
         ),
     ]
-    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning (1 can be mended by --fix)\n"
+    assert result.stderr == "axistwin: moves.if1: 2 errors, 1 warning (1 can be fixed by --fix)\n"
 
 
 def test_warnings_alone_are_no_failure(check):
@@ -108,12 +108,12 @@ def test_several_controllers_in_one_conversation(check):
 def test_what_cannot_be_read_as_a_program_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
     assert result.return_value == 1
-    assert result.stdout.startswith("a.talk:3:1: error: a line begins with")
-    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is no ASCII character [AX104]\n"
+    assert result.stdout.startswith("a.talk:3:1: error: unknown act")
+    assert check("a.if1", "X100$\nXé$\n").stdout == "a.if1:2:2: error: 'é' is not an ASCII character [AX104]\n"
 
 
 def test_programs_that_are_none(check, tmp_path):
-    with pytest.raises(UsageError, match=r"a\.txt is no kind of program: name a conversation"):
+    with pytest.raises(UsageError, match=r"a\.txt: unknown kind of program: expected \.talk"):
         check("a.txt", "")
     with pytest.raises(UsageError, match="no model 'if9'"):
         check("a.if1", "", model="if9")
@@ -148,7 +148,7 @@ def test_what_is_no_text_of_a_sensible_size_is_refused(tmp_path, name, contents)
 
 
 def test_a_device_is_no_program():
-    with pytest.raises(UsageError, match="it is no file"):
+    with pytest.raises(UsageError, match="it is not a file"):
         diagnose(Path("/dev/null"), product("if1").check)
 
 

@@ -52,7 +52,7 @@ def scene(tmp_path):
 
 def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     checked, built = complaints(scene(CHAIN.format(on="left", more="")))
-    told = "left shares its line with others: a program cannot be loaded into it"
+    told = "left shares its serial line: a program can be loaded only over a line of its own"
     assert checked == [f"13:1: {told}"]
     assert [error.endswith(f"s.toml:13:1: {told}") for error in built] == [True]
     assert complaints(scene(CHAIN.format(on="right", more=""))) == ([], [])
@@ -61,7 +61,7 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ("options.program_bytes = 256", "no room for it"),
+        ("options.program_bytes = 256", "too large for the motor"),
         ('line = "1200 7E1"', "does not answer LOAD at 1200 7E1"),
     ],
 )
@@ -77,9 +77,9 @@ def test_a_program_that_the_motor_does_not_take(scene, more, message):
     [
         (
             [("b.output1", "a.home"), ("b.output2", "a.home_enable")],
-            "a.home_enable is the same terminal as a.home, which hangs on a wire from b.output1 already",
+            "a.home_enable is the same terminal as a.home, which has a wire from b.output1 already",
         ),
-        ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "lead from a.home_enable back to itself"),
+        ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
         ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], ""),
     ],
 )

@@ -118,7 +118,7 @@ def test_a_file_that_cannot_be_replaced_stays_as_it_is(fix, tmp_path, monkeypatc
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be mended: no space left on device"):
+    with pytest.raises(AxistwinError, match=r"moves\.if1 cannot be fixed: no space left on device"):
         fix("moves.if1", "x1$\n")
     assert (tmp_path / "moves.if1").read_text() == "x1$\n"
     assert len(list(tmp_path.iterdir())) == 1
@@ -145,11 +145,11 @@ PIECES = st.sampled_from(
 def test_mending_never_brings_errors_and_mending_twice_is_mending_once(suffix, model, pieces):
     made, text = product(model), "".join(pieces)
     before = diagnose_text(text, suffix, made)
-    mended, done, left = check_fix.mend(text, lambda each: diagnose_text(each, suffix, made))
+    mended, done, left = check_fix.fix_text(text, lambda each: diagnose_text(each, suffix, made))
     errors = [sum(each.severity == "error" for each in found) for found in (before, left)]
     assert errors[1] <= errors[0]
     assert (mended != text) == bool(done)
-    assert check_fix.mend(mended, lambda each: diagnose_text(each, suffix, made))[:2] == (mended, [])
+    assert check_fix.fix_text(mended, lambda each: diagnose_text(each, suffix, made))[:2] == (mended, [])
 
 
 def test_a_name_in_capitals_is_the_same_kind(fix, tmp_path):

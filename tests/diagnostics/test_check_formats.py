@@ -47,7 +47,7 @@ def test_files_of_all_kinds_at_once_without_a_model(check):
         "bench.toml:3:1 SC102]",
         "bench.toml:4:1 SC104]",
     ]
-    assert result.stderr == "axistwin: 5 files: 4 errors, 1 warning (1 can be mended by --fix)\n"
+    assert result.stderr == "axistwin: 5 files: 4 errors, 1 warning (1 can be fixed by --fix)\n"
 
 
 def test_a_model_is_for_all_programs(check):
@@ -161,12 +161,12 @@ def test_nothing_wrong_is_a_whole_log_too(check):
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ((), UsageError, "nothing to check: name a program or a scene"),
+        ((), UsageError, "nothing to check: expected a program or a scene"),
         (("if1",), UsageError, "nothing to check"),
         (("if9", "fine.if1"), UsageError, "no model 'if9'"),
         (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
         (("nowhere.toml",), SceneError, "nowhere.toml: cannot be read"),
-        (("whose.talk",), UsageError, "does not say whose it is"),
+        (("whose.talk",), UsageError, "model of this conversation is unknown"),
     ],
 )
 def test_what_cannot_be_checked(check, arguments, error, message):

@@ -107,5 +107,5 @@ def test_a_code_that_is_none():
 @pytest.mark.parametrize("form", ["sarif", "github"])
 def test_codes_are_no_findings(form):
     """What is found in files can be told so, a table of codes cannot."""
-    with pytest.raises(UsageError, match=f"--codes is told as text or json: leave out --format {form}"):
+    with pytest.raises(UsageError, match=f"--codes has no format {form}: expected text or json"):
         explain("--codes", "CM4", "--format", form)

@@ -134,7 +134,7 @@ def test_commands_values_and_labels_are_told():
     assert told(MOTOR, "A|=100")[0] == "**A=** acceleration"
     assert told(MOTOR, "a=@P|E+1")[0] == "**@PE** position error"
     assert told(MOTOR, "a=@P|E+1")[1] == "in counts"
-    assert told(MOTOR, "GOS|UB5\nEND\nC5 RETURN")[0] == "C5 stands in line 3"
+    assert told(MOTOR, "GOS|UB5\nEND\nC5 RETURN")[0] == "C5 is on line 3"
     assert told(MOTOR, "GOS|UB6")[0] == "There is no label C6"
     assert told(MOTOR, "'A|=1") is None
 
@@ -175,7 +175,7 @@ def test_marks_and_headers_are_offered_and_told():
     assert offered(TALK, "|") == [">", "<", "+", "!", "=", ";"]
     assert offered(TALK, "; |") == ["model: ", "options: ", "line: ", "patience: "]
     assert "1811" in offered(TALK, "; model: |")
-    assert told(TALK, "|> X\\r") == ["**>** the host says"]
+    assert told(TALK, "|> X\\r") == ["**>** the host transmits"]
     assert told(TALK, HEAD.format("if1") + "! inp|ut1 high")[0].startswith("**input1** terminal")
 
 
@@ -219,7 +219,7 @@ def test_keys_of_a_scene_are_told():
     assert told(SCENE, "[[controller]]\nmo|del = 1")[0].startswith("**model** ")
     assert "beyond which" in told(SCENE, FILE + "axes.X.limi|ts = [0, 1]")[0]
     assert "host's DTR" in told(SCENE, FILE + 'options.wir|ing = "3-wire"')[0]
-    assert "controllers" in told(SCENE, "[[contr|oller]]")[0]
+    assert "Controllers" in told(SCENE, "[[contr|oller]]")[0]
 
 
 def test_the_tables_of_a_scene_are_its_symbols():

@@ -67,7 +67,7 @@ def test_of_what_is_typed_quickly_only_the_newest_is_looked_at(client):
 def test_a_text_that_is_too_long_is_left_to_check(client):
     uri = "file:///bench/long.sms"
     (told,) = client.open(uri, "A100\n" * 30_000)
-    assert told["message"] == "more than 131,072 characters: not looked at while you type; use axistwin check"
+    assert told["message"] == "more than 131,072 characters: not checked during typing, use axistwin check"
     assert told["severity"] == 3
     assert client.at("hover", uri, 0, 0) is None
     client.tell(
@@ -135,7 +135,7 @@ def test_a_scene_and_a_toml_file_that_is_none(client):
 
 def test_a_conversation_without_a_model_says_so(client):
     (found,) = client.open("file:///bench/whose.talk", "> (U61\\r\n")
-    assert "does not say whose it is" in found["message"]
+    assert "model of this conversation is unknown" in found["message"]
 
 
 def test_a_text_of_another_kind_is_left_alone(client):

@@ -85,7 +85,7 @@ def test_a_scene_without_ports_may_be_looked_at_but_not_served_otherwise(tmp_pat
     scene.write_text('[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
     (tmp_path / "a.if1").write_text("X10$\n")
     code, words = failed(scene)
-    assert (code, "give a controller ports" in words) == (2, True)
+    assert (code, "add ports to a controller" in words) == (2, True)
     with started(scene, "--panel", 0) as (program, _):
         assert ended(program, signal.SIGTERM) == (0, "")
 
@@ -129,7 +129,7 @@ def test_without_its_extra_one_line_says_what_to_install():
 
 def test_a_token_is_for_a_panel_and_has_letters_and_digits(refused):
     code, words = refused("if1", "--panel-token", "abc")
-    assert (code, "--panel-token is for a --panel" in words) == (2, True)
+    assert (code, "--panel-token needs a panel" in words) == (2, True)
     code, words = refused("if1", "--panel", 0, "--panel-token", "a&b")
     assert (code, "letters and digits only" in words) == (2, True)
 

@@ -151,10 +151,13 @@ def test_a_trace_in_which_nothing_happens(tmp_path, capsys):
 def test_what_cannot_be_plotted(tmp_path, directory, capsys):
     trace = directory / "a.csv"
     for arguments, message in (
-        ((trace, "--from", 2, "--to", 1), "--from 2 --to 1: give a time that ends after it begins"),
-        ((trace, "--from", 1000), "--from 1000: the trace ends at "),
+        ((trace, "--from", 2, "--to", 1), "--from 2 --to 1: expected --to after --from"),
+        ((trace, "--from", 1000), "--from 1000: expected a time before the trace's end at "),
         ((trace, "--from", 1e300), "1e+300 s is too long: expected less than 292 years"),
-        ((trace, "-o", tmp_path / "a.pdf"), "no picture in 'a.pdf': name a file .svg or .png"),
+        (
+            (trace, "-o", tmp_path / "a.pdf"),
+            "'a.pdf' is not a name for a picture: expected a name that ends in .svg or .png",
+        ),
         ((trace, "--signals", "if1.Q.*"), "no signal 'if1.Q.*' here: there are if1."),
         ((tmp_path / "no.csv",), "cannot be read: No such file or directory"),
     ):
@@ -165,7 +168,7 @@ def test_what_cannot_be_plotted(tmp_path, directory, capsys):
 
 def test_without_a_screen(directory, capsys):
     code, _, err = run(capsys, "plot", directory / "a.csv", "--show")
-    assert (code, err) == (2, "axistwin: there is no screen to show it on: name a file with --out\n")
+    assert (code, err) == (2, "axistwin: no screen is available: give a file with --out\n")
 
 
 # Differences
@@ -220,7 +223,7 @@ def test_a_signal_that_is_in_one_only(tmp_path, directory, capsys):
         bench.run(6.1)
     code, out, _ = run(capsys, "diff", directory / "a.csv", tmp_path / "a.csv", "--signals", "if1.output*")
     assert code == 1
-    assert "if1.output2  0  |  not there" in out
+    assert "if1.output2  0  |  missing" in out
 
 
 def tracks(*changes: tuple[int, int]) -> Track:

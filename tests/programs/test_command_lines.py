@@ -8,7 +8,7 @@ from axistwin import Bench
 from axistwin.bench.acts import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
 from axistwin.plots.history import History, watching
-from axistwin.programs.command_lines import command_lines, type_lines
+from axistwin.programs.command_lines import command_lines, send_lines
 from axistwin.programs.running import Outcome, load
 from axistwin.units import S
 
@@ -80,7 +80,7 @@ def test_somebody_closes_a_switch(tmp_path):
 def test_what_never_ends_is_stopped_and_told(tmp_path):
     history, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
     assert history.bench.seconds == 3600
-    assert outcome.note.startswith("line 2 and what follows: not done by 3600 s")
+    assert outcome.note.startswith("line 2 and later lines were not sent: the one before is busy at 3600 s")
     assert "--for" in outcome.note
 
 
@@ -128,14 +128,14 @@ def test_an_interface_that_does_not_answer(tmp_path):
     bench = Bench()
     bench.add("if1").serial.host.dtr = False
     with pytest.raises(ProgramError, match="does not answer"):
-        type_lines(bench, [], 60 * S, "a.if1")
+        send_lines(bench, [], 60 * S, "a.if1")
 
 
 def test_command_lines_are_for_one_interface(tmp_path, bench):
     bench.add("if1")
     bench.add("if2")
-    with pytest.raises(ProgramError, match="here are 2"):
-        type_lines(bench, [], S)
+    with pytest.raises(ProgramError, match="the bench has 2"):
+        send_lines(bench, [], S)
 
 
 def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path):
@@ -144,15 +144,15 @@ def test_a_terminal_that_is_not_there_is_told_before_anything_is_typed(tmp_path)
 
 
 def test_a_program_of_no_known_kind(tmp_path):
-    with pytest.raises(UsageError, match=r"name a conversation \.talk, command lines \.if1"):
+    with pytest.raises(UsageError, match=r"expected \.talk \(conversation\), \.if1 \(command lines\)"):
         load(tmp_path / "a.txt")
 
 
 def test_a_run_that_goes_on_is_told(tmp_path):
     _, outcome = run(tmp_path, "XYG$\n")
-    assert outcome.note == "X and Y still running: say --for SECONDS to see more of it"
+    assert outcome.note == "X and Y still running: run longer with --for SECONDS"
 
 
 def test_a_time_before_the_interface_is_ready_is_told(tmp_path):
     _, outcome = run(tmp_path, "X1$\n", until_s=1)
-    assert outcome.note == "nothing was typed: the interface is ready at 2.70667 s only"
+    assert outcome.note == "no line was sent: the interface is not ready before 2.70667 s"

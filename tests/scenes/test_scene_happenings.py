@@ -71,9 +71,7 @@ def test_a_fault_may_wait_for_one_further_down_or_in_the_script(scene):
 def test_faults_that_wait_for_one_another_are_told(scene):
     """None of them would ever begin."""
     text = IF1 + '[[fault]]\nkind = "jam"\non = "X"\nwhen = "b begins"\nname = "a"\n'
-    with pytest.raises(
-        SceneError, match=r"s\.toml:6:1: a waits for itself, by way of b: let it wait for something else"
-    ):
+    with pytest.raises(SceneError, match=r"s\.toml:6:1: a waits for itself, by way of b: expected another event"):
         scene(text + '[[fault]]\nkind = "jam"\non = "Y"\nwhen = "a ends"\nname = "b"\n').build()
     with pytest.raises(SceneError, match=r"s\.toml:6:1: no fault 'b' here: there are a"):
         scene(text).build()
@@ -181,19 +179,19 @@ def test_a_master_on_another_axis(scene):
             "6:10: axis shaft: load: inertia_kg_m2='x': expected a number",
         ),
         ('[[script]]\nat = 1\ndo = ["input9 high"]\n', "5:7: unknown name 'input9': expected one of"),
-        ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: a name and a value are wanted"),
+        ('[[script]]\nat = 1\ndo = "input1"\n', "5:1: the value is missing"),
         ('[[script]]\nat = 1\ndo = "mend it"\n', "5:1: no fault 'it' here: there are none"),
         ('[[script]]\nat = 1\non = "if2"\ndo = "input1 high"\n', "no controller 'if2': did you mean 'if1'?"),
         ('[[script]]\ndo = "input1 high"\n', "3:1: 'at' is missing: add at = …"),
         ('[[controller]]\nmodel = "if2"\nmaster = "if1.X"\n', "5:1: if2 is no motor and has no `master`"),
         ('[[controller]]\nmodel = "smartmotor"\nmaster = "if1.W"\n', "5:1: if1 has no axis 'W': there are X, Y, Z"),
-        ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': write it as NAME.AXIS"),
+        ('[[controller]]\nmodel = "smartmotor"\nmaster = "X"\n', "5:1: no axis 'X': expected NAME.AXIS"),
         (
             '[[controller]]\nmodel = "if2"\nprogram = "p.sms"\n',
             "5:1: if2 is a if2: a stored program is for a SmartMotor",
         ),
         ('[[controller]]\nmodel = "if2"\nhost = "none.if1"\n', "none.if1 cannot be read: no such file or directory"),
-        ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms is nothing that a host sends by itself"),
+        ('[[controller]]\nmodel = "if2"\nhost = "x.sms"\n', "x.sms cannot be sent by a host"),
         (
             '[[controller]]\nmodel = "smartmotor"\nhost = "x.if1"\n',
             "x.if1 is not for smartmotor, which is a smartmotor",
@@ -252,7 +250,7 @@ def test_a_scene_in_which_nobody_is_served(scene, tmp_path):
     scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
     done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
     assert isinstance(done.exception, UsageError)
-    assert "is to be talked to: give a controller ports, or leave out its host" in str(done.exception)
+    assert "has no controller for outside hosts" in str(done.exception)
 
 
 def test_the_schema_for_editors_has_every_parameter_of_every_fault():

@@ -221,7 +221,7 @@ def test_a_bug_in_the_bench_is_raised(twin):
     ("arguments", "words"),
     [
         (({"controller": [{"model": "if9"}]},), "no model 'if9'"),
-        (({"controller": [{"model": object()}]},), "cannot stand in a scene"),
+        (({"controller": [{"model": object()}]},), "is not allowed in a scene"),
         (("if9",), "no model 'if9'"),
     ],
 )
@@ -281,7 +281,10 @@ def test_before_the_with_block_one_is_told_to_enter_it(use):
     ("changed", "words"),
     [
         ({"nmae": "left"}, r"the scene, controller\[1\]\.nmae: unknown key 'nmae': did you mean 'name'\?"),
-        ({"axes": {"X": {"limits": [5, 0]}}}, r"the scene, controller\[1\]\.axes\.X\.limits: .*the lower position"),
+        (
+            {"axes": {"X": {"limits": [5, 0]}}},
+            r"the scene, controller\[1\]\.axes\.X\.limits: .*expected the lower position",
+        ),
         ({"ports": ["tcp:nowhere"]}, r"the scene, controller\[1\]\.ports\[0\]: invalid address"),
     ],
 )

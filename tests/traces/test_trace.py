@@ -213,5 +213,5 @@ def test_after_it_nothing_is_watched_any_more(tmp_path, bench):
 
 @pytest.mark.parametrize("name", ["a.txt", "a"])
 def test_a_suffix_that_says_nothing(tmp_path, bench, name):
-    with pytest.raises(UsageError, match=r"name a file \.csv, \.vcd or \.parquet"):
+    with pytest.raises(UsageError, match=r"expected a name that ends in \.csv, \.vcd or \.parquet"):
         tracing(bench, tmp_path / name)

@@ -350,14 +350,14 @@ def test_what_is_no_trace(tmp_path, name, data):
 @pytest.mark.parametrize(
     ("kind", "old", "new", "message"),
     [
-        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "no change of a signal"),
-        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "no change of a signal"),
-        ("csv", "# end_ns: ", "# end_ns: x", "is no time in ns"),
+        ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "not a change of a signal"),
+        ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "not a change of a signal"),
+        ("csv", "# end_ns: ", "# end_ns: x", "is not a time in ns"),
         ("csv", "if1.input1", "if1.\udce4", "no text in UTF-8"),
-        ("vcd", "\n#0\n", "\n#abc\n", "is no time in ns"),
-        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is no time in ns"),
-        ("vcd", "$timescale 1 ns", "$timescale 10 ps", "its times are in 10 ps"),
-        ("vcd", "\nb0 ", "\nbx ", "no change of a signal"),
+        ("vcd", "\n#0\n", "\n#abc\n", "is not a time in ns"),
+        ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is not a time in ns"),
+        ("vcd", "$timescale 1 ns", "$timescale 10 ps", "the time scale is 10 ps"),
+        ("vcd", "\nb0 ", "\nbx ", "not a change of a signal"),
     ],
 )
 def test_a_damaged_trace_or_one_of_others(tmp_path, traces, kind, old, new, message):
@@ -383,7 +383,7 @@ def test_numbers_with_many_figures_are_the_same_in_all_kinds(tmp_path):
 def test_no_file_and_no_kind(tmp_path):
     with pytest.raises(UsageError, match="cannot be read: No such file"):
         read(tmp_path / "a.csv")
-    with pytest.raises(UsageError, match=r"name a file \.csv, \.vcd or \.parquet"):
+    with pytest.raises(UsageError, match=r"expected a name that ends in \.csv, \.vcd or \.parquet"):
         read(tmp_path / "a.txt")
 
 

@@ -1,1 +1,1 @@
-"""Ring 7: what people use: the command line, scenes, conversations, traces, plots."""
+"""The command line: one module per command."""

@@ -1,4 +1,4 @@
-"""`axistwin check`: what is wrong with programs and scenes, with line, column and the manual's chapter."""
+"""`axistwin check`: diagnostics of programs and scenes, with line, column and the manual's chapter."""
 
 import json
 import sys
@@ -30,28 +30,28 @@ __all__ = ["check", "diagnose"]
 FORMATS = ("text", "json", "sarif", "github")
 
 
-@click.command(short_help="Find what is wrong with programs and scenes.")
+@click.command()
 @click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...")
-@click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="How to tell it; text if left out.")
+@click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="Output format; text if left out.")
 @click.option("--json", "as_json_", is_flag=True, help="The same as --format json.")
-@click.option("--fix", is_flag=True, help="Mend what can be meant in one way only, and say what was done.")
-@click.option("--strict", is_flag=True, help="Warnings too make it fail.")
-@click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain a code, or all of them.")
+@click.option("--fix", is_flag=True, help="Apply every fix that has only one reading, and list the fixes.")
+@click.option("--strict", is_flag=True, help="Count warnings as errors.")
+@click.option("--codes", "code", is_flag=False, flag_value="", metavar="[CODE]", help="Explain one code, or all codes.")
 def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, strict: bool, code: str | None) -> int:
-    """Find what a controller would refuse in FILEs, and what can hardly be meant, without running them.
+    """Check FILEs without running them: find errors that the controller would refuse, and probable mistakes.
 
-    A FILE is a conversation (.talk), of which the host's lines are checked, or IF1/IF2 command lines as typed at a
-    terminal (.if1), or commands for an 1810 or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms), or a
-    scene (.toml).  MODEL may be left out where the file says it: a conversation by `; model: if1`, the others by
-    their suffix (.if1 is checked for an IF1, .181x for an 1811).  For each finding one line is printed:
+    A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
+    commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene (.toml).  MODEL may
+    be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is
+    checked for an IF1, .181x for an 1811).  One line is printed for each diagnostic:
 
     \b
       moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]
 
-    An error is refused by the controller.  A warning is obeyed, or ignored, but hardly as it was meant.  All codes
-    are in docs/diagnostics.md.
+    The controller refuses an error.  It executes or ignores a warning, but probably not as intended.  All codes are in
+    docs/diagnostics.md.
 
-    Exit code 0: no errors.  1: there are errors, or with --strict warnings.  2: wrong usage.
+    Exit code 0: no errors.  1: errors, or with --strict warnings.  2: wrong usage.
 
     \b
     Examples:
@@ -73,13 +73,13 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
 
 
 def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
-    """The model, if one is named, and the files."""
+    """Return the model, if the user names one, and the files."""
     first = arguments[0] if arguments else ""
     named = first.lower() in FAMILIES or not Path(first).suffix
     made = product(first) if arguments and named else None
     files = [Path(argument) for argument in arguments[named:]]
     if not files:
-        raise UsageError("nothing to check: name a program or a scene, like axistwin check if1 moves.if1")
+        raise UsageError("nothing to check: expected a program or a scene, e.g. axistwin check if1 moves.if1")
     if made is not None and made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked")
     return made, files
@@ -88,24 +88,24 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
 def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.diagnostics.scenes import diagnose_scene  # late: pydantic, and every family a scene names
+        from axistwin.diagnostics.scenes import diagnose_scene  # lazy import: pydantic and all families
         from axistwin.scenes.source import read_text
 
         return Checked(file, read_text(file), diagnose_scene(file))
     try:
         text = load(file)
-    except ProgramError as error:  # it is no text
+    except ProgramError as error:  # not a text file
         return Checked(file, "", [as_diagnostic(error)])
     target = made or product_for(kind, text)
     check_kind(file, target)
     if not fix:
         return Checked(file, text, diagnose_text(text, kind, target, str(file)), target.model)
-    return _mended(file, target, quiet)
+    return _fix(file, target, quiet)
 
 
-def _mended(file: Path, target: Product, quiet: bool) -> Checked:
+def _fix(file: Path, target: Product, quiet: bool) -> Checked:
     text, encoding = check_fix.read_exactly(file)
-    better, done, left = check_fix.mend(text, lambda each: diagnose_text(each, kind_of(file), target))
+    better, done, left = check_fix.fix_text(text, lambda each: diagnose_text(each, kind_of(file), target))
     if done:
         check_fix.replace(file, better, encoding)
     for each in done:
@@ -134,13 +134,13 @@ def _summary(found: Iterable[Diagnostic]) -> str:
     counts = [(errors, "error"), (len(listed) - errors, "warning")]
     told = [f"{count} {noun}{'s' * (count != 1)}" for count, noun in counts if count]
     sure = sum(each.fix is not None and each.fix.sure for each in listed)
-    note = f" ({sure} can be mended by --fix)" if sure else ""
+    note = f" ({sure} can be fixed by --fix)" if sure else ""
     return (", ".join(told) or "nothing wrong") + note
 
 
 def _explain(code: str, form: str) -> None:
     if form not in ("text", "json"):
-        raise UsageError(f"--codes is told as text or json: leave out --format {form}")
+        raise UsageError(f"--codes has no format {form}: expected text or json")
     found = codes.select(code)
     if form == "json":
         click.echo(json.dumps([codes.as_dict(rule) for rule in found], ensure_ascii=False))

@@ -1,4 +1,4 @@
-"""`axistwin commands`: the command table of a model, as the parser, the checker and the tests have it."""
+"""`axistwin commands`: the command table of a model."""
 
 import json
 import sys
@@ -15,19 +15,19 @@ from axistwin.reports.columns import columns
 HEADINGS = ("code", "hex", "name", "syntax", "parameters", "chapter", "implemented")
 REPORT = "Tests and evidence of each: the fidelity report, docs/report.md."
 NARROWEST = 100
-"""A terminal of fewer columns has no room for the table: one line per command wraps better."""
+"""Narrowest terminal for the table; in a narrower one, one line per command wraps better."""
 
 
-@click.command(short_help="List every command of a model.")
+@click.command()
 @click.argument("model")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
 def commands(model: str, as_json: bool) -> None:
-    """List every command in the manual of MODEL, in the order of the manual's own list.
+    """List every command in the manual of MODEL, in the manual's order.
 
-    For each: how it is written (what stands in brackets may be left out), its parameters with range and unit, the
-    manual's chapter, and whether it is implemented.  Control characters are shown as <CR>, <LF> and <SP>.
+    The columns are: syntax (parts in brackets may be left out), parameters with range and unit, the manual's chapter,
+    and if the command is implemented.  Control characters are shown as <CR>, <LF> and <SP>.
 
-    The tests and the evidence of each command are in the fidelity report: docs/report.md.
+    The fidelity report, docs/report.md, has the tests and the evidence of each command.
 
     \b
     Examples:
@@ -60,7 +60,7 @@ def _row(command: Command) -> tuple[str, ...]:
 
 
 def _print_table(title: str, listed: Iterable[Command]) -> None:
-    from rich.box import SIMPLE_HEAD  # late: only where somebody looks
+    from rich.box import SIMPLE_HEAD  # lazy import: only for a terminal
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

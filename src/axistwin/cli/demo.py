@@ -1,6 +1,6 @@
-"""`axistwin demo`: a short session with each kind of controller: what was said, what moved, and a picture of it.
+"""`axistwin demo`: a short session with each kind of controller: what was said, what moved, and a picture.
 
-The sessions are an example, too: to the controllers they do what `from axistwin import Bench` offers, and no more.
+The sessions are also an example: they control the hardware only through `from axistwin import Bench`.
 """
 
 from pathlib import Path
@@ -10,40 +10,41 @@ import click
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.bench.control_characters import word
+from axistwin.cli.parameters import FILE
 from axistwin.plots.history import watching
 from axistwin.reports import transcript
 from axistwin.reports.columns import columns
 from axistwin.version import VERSION
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
-"""The host says, the controller says, somebody does, it has become so."""
+"""Host, controller, action at the machine, state reached."""
 WIDTH = 22
-"""Of what is said; where that is longer, its note stands in the next line."""
+"""Width of a message; the note of a longer message is on the next line."""
 
 NEXT = (
-    ("axistwin term if1", "talk to one yourself"),
-    ("axistwin serve if1 --tcp :5001 --show-hosts", "let your host program talk to one"),
-    ("axistwin run if1 moves.if1 --plot moves.png", "run your own command lines"),
-    ("axistwin run smartmotor home.sms --plot home.png", "or the program of a motor"),
-    ("axistwin check if1 moves.if1", "what would it refuse?"),
-    ("axistwin commands if1", "all there is to say"),
+    ("axistwin term if1", "a terminal for an IF1"),
+    ("axistwin serve if1 --tcp :5001 --show-hosts", "an IF1 for your host program"),
+    ("axistwin run if1 moves.if1 --plot moves.png", "your own command lines"),
+    ("axistwin run smartmotor home.sms --plot home.png", "the program of a motor"),
+    ("axistwin check if1 moves.if1", "errors in command lines"),
+    ("axistwin commands if1", "all commands of an IF1"),
 )
 
 
-@click.command(short_help="A short session that needs nothing but the package.")
+@click.command()
 @click.option(
     "--plot",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=FILE,
     default=Path("axistwin-demo.png"),
     show_default=True,
-    help="Where to draw it: FILE.png or FILE.svg.",
+    help="The picture: FILE.png or FILE.svg.",
 )
 def demo(plot: Path) -> None:
-    """See it work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a SmartMotor
-    runs into a limit switch and is held fast.
+    """Show axistwin at work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a
+    SmartMotor runs into a limit switch and is held fast.
 
-    All of it is computed in virtual time, as fast as it goes.  A picture of what the IF1 moved is written to the
-    current directory, or where --plot says.
+    Everything is computed in virtual time, as fast as possible.  A picture of the IF1's moves is written to the current
+    directory, or to the file given by --plot.
 
     \b
     Examples:
@@ -72,8 +73,8 @@ def demo(plot: Path) -> None:
 
 
 def three_motors(if1: "_Session") -> None:
-    """Initialise an IF1, and use most of what it can do."""
-    _chapter("An IF1 is switched on, and finds out how fast its host talks")
+    """Initialise an IF1, and use most of its commands."""
+    _chapter("An IF1 is switched on, and detects the baud rate of its host")
     if1.wait(1.5)
     if1.say("(", "its first bits tell the baud rate", end="")
     if1.hear("it was 9600")
@@ -98,13 +99,13 @@ def three_motors(if1: "_Session") -> None:
     if1.say(":H1Z400@2000S1:P0,20:Z-R1:=1,1:$", "input 1: down, drill, 200 ms, up; once more")
     if1.wait(0.3)
     if1.press("input1", True)
-    if1.ask("O", "it is carrying out step 1")
+    if1.ask("O", "step 1 is being executed")
     if1.wait(1.6)
     if1.press("input1", False)
     if1.look("Z")
 
     _chapter("It runs X into a limit switch, and away from it")
-    if1.say("X@4000G$", "no distance: on and on")
+    if1.say("X@4000G$", "no distance: a run without end")
     if1.come_to_rest()
     if1.ask("K", "limit; asking has cleared it")
     steps = if1.ask("N", "steps since the run began")
@@ -114,17 +115,17 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Store a sequence in an IF2, lock it, and take its power and its host away."""
+    """Store a sequence in an IF2, lock it, and remove its power and its host."""
     bench = Bench()
     if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
-    _chapter("An IF2 keeps its sequence through a power cut, and needs no host any more")
+    _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")
     if2.wait(1.5)
     if2.say("(", "", end="")
     if2.hear("")
     if2.say("U61")
     if2.wait(1.2)
     if2.say("@2000", "2000 steps/s")
-    if2.say(":H1X800:L1X-:=0,1:$", "input 1 high: out, low: back; for ever")
+    if2.say(":H1X800:L1X-:=0,1:$", "input 1 high: out, low: back; without end")
     if2.say("[", "locked: that is kept without power")
     if2.power(False)
     if2.wait(0.5)
@@ -137,19 +138,19 @@ def power_cut() -> None:
     if2.press("input1", False)
     if2.come_to_rest()
     if2.look("X")
-    if2.ask("E", "locked: it answers questions only")
+    if2.ask("E", "locked: it accepts report requests only")
 
 
 def two_registers() -> None:
-    """Move the motor of an 1811 through the two registers that its host has."""
+    """Move the motor of an 1811 through its two registers."""
     bench = Bench()
     board = _BoardSession(bench, bench.add("1811"))
-    _chapter("An 1811 has two registers on a Multibus, and speaks in opcodes")
+    _chapter("An 1811 has two registers on a Multibus, and is controlled by opcodes")
     board.wait(1.1)
     board.say("31 00 00 00 00 61 A8 00 03 D0 90", "default move: 25,000 pulses/s, 250,000 pulses/s²")
     board.say("33 00 00 C3 50", "go 50,000 pulses")
     board.wait(1.0)
-    board.ask("80", "on its way: so many of them are out")
+    board.ask("80", "pulses issued so far")
     board.come_to_rest()
     board.look("motor")
     board.ask("83", "C3 50 hex are 50,000 pulses from absolute zero")
@@ -159,15 +160,15 @@ def motor_with_a_language() -> None:
     """Move a SmartMotor, drive it into a limit switch, and hold its shaft."""
     bench = Bench()
     motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
-    _chapter("A SmartMotor is a servo motor that understands a language of its own")
+    _chapter("A SmartMotor is a servo motor with a language of its own")
     motor.wait(0.3)
     motor.ask("RSP", "245.76 µs from sample to sample; firmware 4.76")
     motor.say("MP A=300 V=400000 P=6000 G", "to 6000 counts, with its own units of speed")
     motor.wait(0.2)
-    motor.ask("RP", "so far it has come")
+    motor.ask("RP", "its position now")
     motor.come_to_rest()
-    motor.ask("RPE", "counts that it is away from where it should be")
-    motor.say("MV G", "on and on: the switch at 9000 stops it")
+    motor.ask("RPE", "position error in counts")
+    motor.say("MV G", "without end: the switch at 9000 stops it")
     motor.come_to_rest()
     motor.ask("RMODE", "B: its windings are shorted, which brakes it")
     motor.look("shaft")
@@ -175,26 +176,26 @@ def motor_with_a_language() -> None:
     motor.wait(0.2)
     motor.jam()
     motor.wait(0.5)
-    motor.ask("RBe", "its position error was too large: it gave up")
+    motor.ask("RBe", "position error too large: the motor is off")
     motor.look("shaft")
 
 
 class _Session:
-    """Does things with a controller, and tells what is done and what comes of it."""
+    """Controls a controller, and prints each act and its result."""
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller
         self.heard = b""
 
     def say(self, text: str, note: str = "", end: str = "\r") -> None:
-        """The host transmits."""
+        """Transmit as the host."""
         data = (text + end).encode()
         self._tell(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
-        self.bench.run(0.002 + 0.00115 * len(data))  # so long it takes at 9600 baud
+        self.bench.run(0.002 + 0.00115 * len(data))  # transmission time at 9600 baud
 
     def hear(self, note: str) -> None:
-        """The host waits for an answer."""
+        """Wait for an answer as the host."""
         self.heard = b""
         self.bench.run_until(self._answered, 2.0)
         self._tell("<", "".join(map(word, self.heard)), note)
@@ -204,7 +205,7 @@ class _Session:
         return self.heard.endswith(b"\r")
 
     def ask(self, question: str, note: str) -> str:
-        """Question and answer in one; returns the answer."""
+        """Send a question and return the answer."""
         self.say(question)
         self.hear(note)
         return self.heard.decode().strip()
@@ -214,24 +215,26 @@ class _Session:
         self.bench.run(seconds)
 
     def press(self, button: str, down: bool) -> None:
-        """Somebody at the machine."""
+        """Press or release a button at the machine."""
         self.controller.pins[button].drive(down)
-        self._tell("!", f"{button} {'high' if down else 'low'}", "somebody presses it" if down else "somebody lets go")
+        self._tell(
+            "!", f"{button} {'high' if down else 'low'}", "the button is pressed" if down else "the button is released"
+        )
         self.bench.run(0.01)
 
     def power(self, on: bool) -> None:
-        """Somebody at the switch."""
+        """Switch the power."""
         self.controller.power(on)
         self._tell("!", f"power {'on' if on else 'off'}", "")
 
     def come_to_rest(self) -> None:
-        """Wait until no axis moves any more."""
+        """Wait until all axes are at rest."""
         axes = self.controller.axes.values()
         self.bench.run_until(lambda: not any(axis.velocity for axis in axes), 60.0)
         self.bench.run(0.01)
 
     def look(self, *names: str) -> None:
-        """Tell where axes stand."""
+        """Print the positions of axes."""
         positions = (f"{name} {self.controller.axes[name].position}" for name in names)
         self._tell("=", ", ".join(positions), "")
 
@@ -246,29 +249,29 @@ class _Session:
             click.echo(said + (gap + click.style(note, dim=True)) * bool(note))
 
     def explain(self, note: str) -> None:
-        """A word on what has just been said."""
+        """Print a note on the last act."""
         click.secho(f"{' ' * (WIDTH + 19)}{note}", dim=True)
 
 
 class _MotorSession(_Session):
-    """The same with a servo motor, which is looked at now and then, as it has no single pulses."""
+    """The same for a servo motor, whose rest is polled, because it has no single pulses."""
 
     def come_to_rest(self) -> None:
-        """Wait until its trajectory is done and its shaft stands."""
+        """Wait until the trajectory has ended and the shaft is at rest."""
         while self.controller.axes["shaft"].moving:
             self.bench.run(0.01)
 
     def jam(self) -> None:
-        """Somebody holds its shaft so that it cannot turn."""
+        """Hold the shaft so that it cannot turn."""
         self.controller.axes["shaft"].jam()
-        self._tell("!", "shaft.jam on", "somebody holds its shaft")
+        self._tell("!", "shaft.jam on", "the shaft is held")
 
 
 class _BoardSession(_Session):
-    """The same with a board on a bus, by the handshake of its manual."""
+    """The same for a board on a bus, by the handshake of its manual."""
 
     def say(self, text: str, note: str = "", end: str = "") -> None:
-        """The host writes a command string, and sets CB bit 4."""
+        """Write a command string as the host, and set CB bit 4."""
         bus = self.controller.bus
         self._tell(">", text + end, note)
         for byte in bytes.fromhex(text):
@@ -277,7 +280,7 @@ class _BoardSession(_Session):
         self.bench.run_until(lambda: bus.read(1) & 0x10, 1.0)
 
     def hear(self, note: str) -> None:
-        """The host waits for SB bit 3, reads a message, and sets CB bit 7."""
+        """Wait for SB bit 3, read a message, and set CB bit 7."""
         bus = self.controller.bus
         self.bench.run_until(lambda: bus.read(1) & 0x08, 1.0)
         self.heard = bytes(bus.read(0) for _ in range(16))
@@ -285,7 +288,7 @@ class _BoardSession(_Session):
         self._tell("<", self.heard.hex(" ").upper(), note)
 
     def ask(self, question: str, note: str) -> str:
-        """A request and its message; returns it in hex."""
+        """Send a request; return its message in hex."""
         self.say(question)
         self.hear(note)
         return self.heard.hex()

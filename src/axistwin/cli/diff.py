@@ -6,25 +6,26 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.seconds import Number
+from axistwin.cli.parameters import FILE, Number
 from axistwin.reports.columns import columns
 from axistwin.traces.differences import Comparison, Difference, Tolerance, compare
 from axistwin.units import S, to_ns
 
-FILE = click.Path(dir_okay=False, path_type=Path)
 MOST = 20
-"""Signals that are told."""
+"""Largest number of signals printed."""
 
 
-@click.command(short_help="Find the first difference between two traces.")
+@click.command()
 @click.argument("first", type=FILE)
 @click.argument("second", type=FILE)
-@click.option("--signals", metavar="NAME,…", help="Which signals, * for anything: 'if1.X.*,if1.output?'.  All of them.")
-@click.option("--tolerance", type=Number(min=0), default=0.0, help="Numbers may differ by so much.")
+@click.option(
+    "--signals", metavar="NAME,…", help="Signals to compare, * for any text: 'if1.X.*,if1.output?'; default: all."
+)
+@click.option("--tolerance", type=Number(min=0), default=0.0, help="Accepted difference of numbers.")
 @click.option("--time-tolerance", type=Number(min=0), default=0.0, metavar="SECONDS",
-              help="A change may come so much earlier or later.")  # fmt: skip
+              help="Accepted difference of times.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
-@click.option("--plot", type=FILE, help="Draw both around the first difference: FILE.svg or FILE.png.")
+@click.option("--plot", type=FILE, help="Draw both traces around the first difference: FILE.svg or FILE.png.")
 def diff(
     first: Path,
     second: Path,
@@ -34,10 +35,10 @@ def diff(
     as_json: bool,
     plot: Path | None,
 ) -> int:
-    """Compare two traces, FIRST and SECOND, signal by signal, as long as both go.
+    """Compare two traces, FIRST and SECOND, signal by signal, up to the end of the shorter one.
 
-    They may be of different kinds: .csv, .vcd, .parquet.  Tells the first difference in time and, in order of time,
-    which signals differ and from when on.  Exit code 1 if there is a difference.
+    The files may be of different kinds: .csv, .vcd, .parquet.  The output is the first difference in time, then the
+    signals that differ, each with the time of its first difference.  Exit code 1 if there is a difference.
 
     \b
     Examples:
@@ -93,6 +94,4 @@ def _seconds(time_ns: int) -> str:
 
 def _values(difference: Difference, between: str) -> str:
     values = (difference.first, difference.second)
-    return between.join(
-        "not there" if value is None else repr(value) if value == "" else str(value) for value in values
-    )
+    return between.join("missing" if value is None else repr(value) if value == "" else str(value) for value in values)

@@ -1,4 +1,4 @@
-"""`axistwin faults`: the table of faults, as scenes, conversations and Python have it."""
+"""`axistwin faults`: the table of faults for scenes, conversations and Python."""
 
 import json
 from collections.abc import Iterator
@@ -13,13 +13,13 @@ from axistwin.reports.columns import columns
 HEADINGS = ("fault", "of a", "parameters", "what happens")
 
 
-@click.command(short_help="List every fault that a bench can have.")
+@click.command()
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of a table.")
 def faults(as_json: bool) -> None:
-    """List every fault: its name, what it acts on, its parameters with their defaults, and what happens.
+    """List every fault: name, place, parameters with defaults, and effect.
 
-    They have the same names in scenes ([[fault]]), in conversations (! fault lose 3) and in Python
-    (bench.faults.add("lose", "if1.serial", count=3)).  All take name, at, when, nth, duration and seed besides.
+    The names are the same in scenes ([[fault]]), in conversations (! fault lose 3) and in Python
+    (bench.faults.add("lose", "if1.serial", count=3)).  All faults also take name, at, when, nth, duration and seed.
 
     \b
     Examples:
@@ -35,13 +35,13 @@ def faults(as_json: bool) -> None:
 
 
 def rows() -> Iterator[tuple[str, ...]]:
-    """One for each kind."""
+    """Yield one row for each kind of fault."""
     for kind in KINDS.values():
         yield kind.name, THINGS[kind.on], " ".join(_parameters(kind)), kind.doc
 
 
 def as_dict(kind: Kind) -> dict[str, Any]:
-    """A kind for machines."""
+    """Return a kind of fault for `--json`."""
     parameters = [
         {"name": p.name, "unit": p.unit, "wanted": p.wanted, "default": p.default, "optional": p.optional, "doc": p.doc}
         for p in kind.parameters

@@ -1,4 +1,4 @@
-"""What to paste into the usual hosts to reach a port: pyserial, PyVISA, EPICS asyn, and C for a board on a bus."""
+"""Connection lines for the usual hosts: pyserial, PyVISA, EPICS asyn, and C for a board on a bus."""
 
 import socket
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ ANY_ADDRESS = ("0.0.0.0", "::")  # noqa: S104  nothing is bound here
 
 
 def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
-    """For the port of controller `name` at `url`; `line`: the host's format."""
+    """Yield the lines for the port of controller `name` at `url`; `line`: the host's format."""
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     match url.scheme:
@@ -24,12 +24,12 @@ def lines(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
             yield from _pty(name, url, line)
         case _:
             baudrate = url.baud or line.baudrate
-            yield f"the host at the other end of the cable is to be set to {baudrate} baud, {line.bytesize} data bits,"
+            yield f"set the host at the other end of the cable to {baudrate} baud, {line.bytesize} data bits,"
             yield f"parity {line.parity}, {line.stopbits:g} stop bits"
 
 
 def bus(url: PortUrl) -> Iterator[str]:
-    """For the registers of a board at `url`."""
+    """Yield the lines for the registers of a board at `url`."""
     if url.host in ANY_ADDRESS:
         url = replace(url, host=socket.gethostname())
     yield f"by hand   nc {url.host} {url.port}     then: r 1"
@@ -46,7 +46,7 @@ def _tcp(name: str, url: PortUrl) -> Iterator[str]:
 
 def _rfc2217(name: str, url: PortUrl, line: UartFormat) -> Iterator[str]:
     yield f'pyserial  serial.serial_for_url("rfc2217://{url.address}", {_pyserial(line)}, timeout=2)'
-    yield "PyVISA    cannot: give it a TCP port or a pty"
+    yield "PyVISA    not supported: use a TCP port or a pty"
     yield f'asyn      drvAsynIPPortConfigure("{name}", "{url.address} COM", 0, 0, 0)'
     yield from _asyn_format(name, line)
     yield from _asyn_ends(name)

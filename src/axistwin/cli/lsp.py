@@ -1,4 +1,4 @@
-"""`axistwin lsp`: the language server, for editors to start."""
+"""`axistwin lsp`: the language server, started by editors."""
 
 import os
 import sys
@@ -8,14 +8,14 @@ import click
 from axistwin.errors import MissingExtraError
 
 
-@click.command(short_help="The language server, for editors.")
+@click.command()
 def lsp() -> int:
-    """Talk the Language Server Protocol over standard input and output, until the editor ends it.
+    """Run a language server on standard input and output, until the editor ends it.
 
-    In programs (.sms, .if1, .181x), conversations (.talk) and scenes (.toml) an editor then shows what `axistwin check`
-    finds while you type, what a command means (parameters, units, the manual's chapter), what may be written at a
-    place, fixes, and the labels, sequences and moves of a program.  docs/editors.md has the lines to paste for
-    VS Code, Neovim, Helix and Emacs.
+    In programs (.sms, .if1, .181x), conversations (.talk) and scenes (.toml) the editor then shows the diagnostics of
+    `axistwin check` during typing, the meaning of a command (parameters, units, the manual's chapter), completions,
+    fixes, and the labels, sequences and moves of a program.  docs/editors.md has the settings for VS Code, Neovim,
+    Helix and Emacs.
 
     Needs the extra lsp: pip install "axistwin[lsp]".  Exit code 1 if the editor ends it without a `shutdown`.
 
@@ -26,12 +26,12 @@ def lsp() -> int:
       args = ["lsp"]
     """
     try:
-        from axistwin.editor.server import make  # late: an extra
+        from axistwin.editor.server import make  # lazy import: an extra
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
             raise
         raise MissingExtraError("pygls", "lsp") from None
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:
         server = make()
-        server.start_io(heard, said)  # it closes them
+        server.start_io(heard, said)  # closes both files
     return 0 if server.asked_to_end else 1

@@ -1,37 +1,41 @@
-"""`axistwin plot`: draw a trace; and pictures of what has happened on a bench."""
+"""`axistwin plot`: draw a trace or a run."""
 
 from pathlib import Path
 
 import click
 
-from axistwin.cli.seconds import Number
+from axistwin.cli.parameters import FILE, Number
 from axistwin.errors import UsageError
 from axistwin.plots.history import History
 from axistwin.plots.picture import check_suffix, save, show
 from axistwin.traces.signals import EVERYTHING
 from axistwin.units import to_ns, to_seconds
 
-FILE = click.Path(dir_okay=False, path_type=Path)
-
 
 def draw(history: History, path: Path, title: str = "") -> None:
-    """Draw what has happened on a bench into an SVG or PNG file."""
+    """Draw a run on a bench to an SVG or PNG file."""
     check_suffix(path)
     from axistwin.plots.history_chart import of_history
 
     save(of_history(history, title), path)
 
 
-@click.command(short_help="Draw a trace.")
+@click.command()
 @click.argument("trace", type=FILE)
-@click.option("--out", "-o", type=FILE, help="FILE.svg or FILE.png; without it TRACE.png.")
-@click.option("--show", "on_screen", is_flag=True, help="In a window on the screen.")
-@click.option("--signals", metavar="NAME,…", help="Which signals, * for anything: 'if1.X.*,if1.output?'.  All of them.")
-@click.option("--from", "since", type=Number(), metavar="SECONDS", help="Begin of the time to be drawn.")
+@click.option("--out", "-o", type=FILE, help="FILE.svg or FILE.png; TRACE.png if left out.")
+@click.option("--show", "on_screen", is_flag=True, help="Show the picture in a window.")
 @click.option(
-    "--to", "until", type=Number(), metavar="SECONDS", help="Its end.  Without them: where something happens."
+    "--signals", metavar="NAME,…", help="Signals to draw, * for any text: 'if1.X.*,if1.output?'; default: all."
 )
-@click.option("--title", default=None, help="What stands above the picture; the trace's name if left out.")
+@click.option("--from", "since", type=Number(), metavar="SECONDS", help="Begin of the drawn time.")
+@click.option(
+    "--to",
+    "until",
+    type=Number(),
+    metavar="SECONDS",
+    help="End of the drawn time; default: all motion and level changes.",
+)
+@click.option("--title", default=None, help="Title of the picture; the trace's name if left out.")
 def plot(
     trace: Path,
     out: Path | None,
@@ -41,9 +45,9 @@ def plot(
     until: float | None,
     title: str | None,
 ) -> int:
-    """Draw position, velocity, following error, pins, registers and what was said, all on one time axis.
+    """Draw position, velocity, following error, pins, registers and messages on one time axis.
 
-    TRACE is a file that `--trace` has written: .csv, .vcd or .parquet.
+    TRACE is a file written by `--trace`: .csv, .vcd or .parquet.
 
     \b
     Examples:
@@ -57,13 +61,13 @@ def plot(
 
     from_ns, until_ns = _time(since), _time(until)
     if from_ns is not None and until_ns is not None and until_ns <= from_ns:
-        raise UsageError(f"--from {since:g} --to {until:g}: give a time that ends after it begins")
+        raise UsageError(f"--from {since:g} --to {until:g}: expected --to after --from")
     path = out if out is not None or on_screen else trace.with_suffix(".png")
     if path is not None:
         check_suffix(path)
     found = read(trace)
     if from_ns is not None and from_ns >= found.end_ns:
-        raise UsageError(f"--from {since:g}: the trace ends at {to_seconds(found.end_ns):g} s, give a time before that")
+        raise UsageError(f"--from {since:g}: expected a time before the trace's end at {to_seconds(found.end_ns):g} s")
     chart = of_trace(found, split(signals or EVERYTHING), from_ns, until_ns, trace.name if title is None else title)
     if path is not None:
         save(chart, path)

@@ -1,4 +1,4 @@
-"""`axistwin replay`: a virtual controller in the place of the one that was recorded, and where they differ."""
+"""`axistwin replay`: compare a virtual controller with a recording of a real one."""
 
 import json
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.seconds import Seconds
+from axistwin.cli.parameters import FILE, Seconds
 from axistwin.cli.target import bench_for
 from axistwin.conversations.comparison import PATIENCE_S, Compared, Comparison, compare
 from axistwin.conversations.conversation import load_text, parse
@@ -16,18 +16,20 @@ from axistwin.programs import running
 from axistwin.units import MS
 
 WIDEST = 40
-"""Characters of what was said that a line of the table shows."""
+"""Widest message in the table, in characters."""
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.argument("file", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.talk")
-@click.option("--model", metavar="MODEL|SCENE.toml", help="What answers; else the model that the recording names.")
+@click.argument("file", type=FILE, metavar="FILE.talk")
+@click.option(
+    "--model", metavar="MODEL|SCENE.toml", help="The virtual controller; default: the model in the recording."
+)
 @click.option("--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model or an axis.")
 @click.option("--on-for", type=Seconds(), metavar="SECONDS",
-              help="How long it has been on when the recording begins; else as the recording says.")  # fmt: skip
+              help="Time since the controller was switched on; default: as recorded.")  # fmt: skip
 @click.option("--patience", type=Seconds(), default=PATIENCE_S, show_default=True, metavar="SECONDS",
-              help="How much later than the hardware it may answer.")  # fmt: skip
-@click.option("--brief", is_flag=True, help="Of the table only what differs in bytes.")
+              help="Accepted delay relative to the hardware.")  # fmt: skip
+@click.option("--brief", is_flag=True, help="Print only the acts that differ in bytes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 def replay(
     file: Path,
@@ -38,11 +40,11 @@ def replay(
     brief: bool,
     as_json: bool,
 ) -> int:
-    """Let a virtual controller answer the host of a recording, and tell where it differs from the hardware.
+    """Compare a virtual controller (the twin) with the recording of a real one.
 
-    For each thing that the hardware has said (or done with a control line): whether the twin says the same, and how
-    long each took from the last act of the host on.  The table goes to stdout, then a summary: how many differ in
-    bytes, and by how much in time (median, worst).  Exit code 1 if anything differs in bytes.
+    The table shows each reply of the hardware and each change of its control lines: if the twin does the same, and both
+    times since the host's last act.  A summary follows: the number of differences in bytes, and the differences in time
+    (median, worst).  Exit code 1 if anything differs in bytes.
 
     \b
     axistwin replay session.talk --model if1
@@ -52,7 +54,7 @@ def replay(
     conversation = parse(load_text(file), str(file), model=model or "")
     model = model or conversation.headers.get("model")
     if not model:
-        raise UsageError(f"{file} does not say which model it is of: add --model, such as --model if1")
+        raise UsageError(f"{file} names no model: expected e.g. --model if1")
     given = () if model.endswith(".toml") else running.options(conversation, model)
     bench = bench_for(model, (*given, *options))
     bench.run(conversation.seconds_in("on-for", 0.0) if on_for is None else on_for)
@@ -66,7 +68,7 @@ def replay(
 
 
 def table(comparison: Comparison, *, brief: bool = False) -> Iterator[str]:
-    """Act by act; what differs in bytes is shown in full, with a caret under the first character that does."""
+    """Yield the table; a difference in bytes is shown in full, with a caret under the first wrong character."""
     acts = comparison.different if brief else comparison.acts
     if not acts:
         return
@@ -83,7 +85,7 @@ def _ms(ns: int | None) -> str:
 
 
 def _said(act: Compared) -> str:
-    """What the host has done, and what came of it: `> E\\r  < C\\r`."""
+    """Return the act of the host and the reply: `> E\\r  < C\\r`."""
     words = act.expected if act.same else "differs"
     return "  ".join(_short(text) for text in (act.after, f"< {words}" if act.same else words) if text)
 
@@ -100,7 +102,7 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """How many differ, and the times."""
+    """Yield the number of differences, and the delays."""
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"
     worst = comparison.worst
@@ -110,7 +112,7 @@ def summary(comparison: Comparison) -> Iterator[str]:
 
 
 def as_dict(comparison: Comparison) -> dict[str, object]:
-    """The same for machines.  `later_ns`: of the twin; null where either time is not known or the bytes differ."""
+    """Return the comparison for `--json`.  `later_ns`: delay of the twin; null if unknown or if the bytes differ."""
     worst = comparison.worst
     return {
         "acts": [

@@ -1,4 +1,4 @@
-"""`axistwin run`: a program or a conversation at full speed; what was said and what moved."""
+"""`axistwin run`: run a program or a conversation at full speed; print what was said and what moved."""
 
 import json
 import logging
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.seconds import Number
+from axistwin.cli.parameters import FILE, Number
 from axistwin.cli.target import bench_for
 from axistwin.diagnostics.checking import errors_in
 from axistwin.errors import UsageError
@@ -21,26 +21,25 @@ from axistwin.programs.stored_programs import only_motor
 from axistwin.reports import transcript
 from axistwin.units import to_ns
 
-FILE = click.Path(dir_okay=False, path_type=Path)
-
-
 SECONDS = Number(min=0)
 
 
-@click.command(short_help="Run a program or a conversation at full speed.")
+@click.command()
 @click.argument("target", metavar="MODEL|SCENE.toml")
 @click.argument("program", type=FILE, required=False)
-@click.option("--for", "seconds", type=SECONDS, help="Virtual time in all, from switching on.")
+@click.option("--for", "seconds", type=SECONDS, help="Total virtual time, from switching on.")
 @click.option(
     "--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, .vcd (GTKWave) or .parquet."
 )
 @click.option(
-    "--signals", metavar="NAME,…", help="What to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
+    "--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
 )
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
-@click.option("--state", type=click.Path(file_okay=False, path_type=Path), help="Keeps what is kept without power.")
+@click.option(
+    "--state", type=click.Path(file_okay=False, path_type=Path), help="Directory for the data kept without power."
+)
 def run(
     target: str,
     program: Path | None,
@@ -54,14 +53,13 @@ def run(
 ) -> int:
     """Run PROGRAM on a MODEL, or on the controllers of a scene, in virtual time at full speed.
 
-    A scene runs by itself, too: its hosts, stored programs and script.  Without --for it is over when nothing more
-    happens, or after 60 s.
+    A scene also runs its own hosts, stored programs and script.  Without --for the run ends when no event is due, or
+    after 60 s.
 
-    PROGRAM is a conversation (.talk), or IF1/IF2 command lines as typed at a terminal (.if1), or commands for an 1810
-    or 1811 in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before it is
-    switched on.  Of command lines the initialisation is done first, a line is sent when the one before is done, `;`
-    starts a comment, `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller did not say or do what
-    the conversation has.
+    PROGRAM is a conversation (.talk), IF1/IF2 command lines as typed at a terminal (.if1), commands for an 1810 or 1811
+    in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  Before
+    command lines the initialisation is done.  A line is sent when the one before has ended; `;` starts a comment,
+    `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller differs from the conversation.
 
     \b
     Examples:
@@ -76,8 +74,8 @@ def run(
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
     """
     if program is None and not target.endswith(".toml"):
-        raise UsageError(f"name a PROGRAM for the {target}: only a scene does something by itself")
-    loaded = running.of_itself() if program is None else running.load(program, target)
+        raise UsageError(f"the PROGRAM for the {target} is missing: only a scene runs without one")
+    loaded = running.scene_program() if program is None else running.load(program, target)
     what = target if program is None else program.name
     if plot is not None:
         from axistwin.plots.picture import check_suffix
@@ -121,7 +119,7 @@ def _report(history: History, outcome: Outcome, as_json: bool) -> None:
     for line in transcript.summary(history):
         click.echo(line)
     if not history.complete:
-        click.echo("axistwin: too much happened to keep it all: this is the latest of it", err=True)
+        click.echo("axistwin: the output is incomplete: only the latest events were kept", err=True)
     there = history.bench.controllers.values()
     troubles = (f"{controller.name}: {controller.trouble}" for controller in there if controller.trouble)
     for note in (outcome.note, *troubles, *sorted({controller.product.note() for controller in there})):
@@ -133,7 +131,7 @@ def _report(history: History, outcome: Outcome, as_json: bool) -> None:
 
 @contextmanager
 def _progress(words: str) -> Iterator[None]:
-    """Something that turns, if somebody is looking."""
+    """Show a progress indicator on a terminal."""
     if not sys.stderr.isatty():
         yield
         return

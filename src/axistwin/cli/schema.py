@@ -7,11 +7,11 @@ import click
 from axistwin.scenes.scene import Scene
 
 
-@click.command(short_help="The JSON Schema of a scene file, for editors.")
+@click.command()
 def schema() -> None:
-    """Print the JSON Schema of a scene file, so that an editor can complete keys and tell what is wrong while you type.
+    """Print the JSON Schema of a scene file; an editor then completes keys and reports errors during typing.
 
-    Write it beside the scene, and name it in the scene's first line:
+    Write the schema next to the scene, and name it in the scene's first line:
 
     \b
       axistwin schema > scene.json

@@ -1,4 +1,4 @@
-"""What `axistwin serve` serves: how its bench is made, and who is reached where."""
+"""The bench and the ports of `axistwin serve`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,24 +20,24 @@ Ports = list[tuple[str, PortUrl]]
 
 @dataclass(frozen=True)
 class Served:
-    """A model or a scene on ports.  `build` makes its bench, as often as it is asked."""
+    """A model or a scene on ports.  Each call of `build` makes a new bench."""
 
     title: str
     build: Callable[[], Bench]
     ports: Callable[[Bench], Ports]
-    """Who is to be reached where.  Raises UsageError if that cannot be."""
+    """Return the name and URL of each port.  Raises UsageError for impossible ports."""
     scene: "Scene | None" = None
-    """What it is made from; None: a model."""
+    """The scene; None for a model."""
 
 
 def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mapping[str, Any]) -> Served:
-    """One controller; without a port that is given, at any free one."""
+    """Return one controller on the given ports, or on any free port."""
 
     def build() -> Bench:
         bench = Bench()
         made = bench.add(name, **options)
         if second:
-            bench.port(f"{made.name}.rs485")  # so that it can be observed
+            bench.port(f"{made.name}.rs485")  # makes the channel observable
         return bench
 
     def ports(bench: Bench) -> Ports:
@@ -48,20 +48,22 @@ def model(name: str, given: list[PortUrl], second: list[PortUrl], options: Mappi
 
 
 def scene(path: str, given: list[PortUrl], *, alone: bool) -> Served:
-    """The ports its file names, or else those that are given; `alone`: it need have none."""
-    from axistwin.scenes.scene import Scene  # late: a scene needs more than a model does
+    """Return a scene on its own ports, or on the given ports; `alone`: the scene may have no ports."""
+    from axistwin.scenes.scene import Scene  # lazy import: pydantic
 
     loaded = Scene.load(Path(path))
 
     def ports(bench: Bench) -> Ports:
         names = [name for name in endpoints.names(bench) if name not in loaded.hosted]
         if not names and not alone:
-            raise UsageError(f"nobody in {path} is to be talked to: give a controller ports, or leave out its host")
+            raise UsageError(
+                f"{path} has no controller for outside hosts: add ports to a controller, or remove its host"
+            )
         if not given:
             named = [(name, parse(url)) for name, url in loaded.ports]
             return named or [(name, _any_port(bench, name)) for name in names]
         if len(names) != 1:
-            raise UsageError(f"{path} has several controllers: write their ports into the scene")
+            raise UsageError(f"{path} has several controllers: set their ports in the scene")
         return [(name, url) for name in names for url in given]
 
     return Served(loaded.title or path, partial(loaded.build, served=True), ports, loaded)

@@ -1,4 +1,4 @@
-"""The bench that a command line asks for: a MODEL with options, or a SCENE.toml."""
+"""The bench for a command line: a MODEL with options, or a SCENE.toml."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,15 +9,15 @@ from axistwin.errors import UsageError
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
-    """A bench with one controller, or the one that a scene describes."""
+    """Return a bench with one controller, or with the controllers of a scene."""
     options = tuple(options)
     if not target.endswith(".toml"):
         bench = Bench()
         bench.add(target, state=state, **read_options(options))
         return bench
     if options or state:
-        raise UsageError("--option and --state are for a MODEL: write them into the scene")
-    from axistwin.scenes.scene import Scene  # brings pydantic along
+        raise UsageError("--option and --state are for a MODEL: set them in the scene")
+    from axistwin.scenes.scene import Scene  # lazy import: pydantic
 
     made: Bench = Scene.load(Path(target)).build()
     return made

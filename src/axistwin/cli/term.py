@@ -1,4 +1,4 @@
-"""`axistwin term`: talk to a controller, a virtual one in this process or one at a port."""
+"""`axistwin term`: a terminal for a virtual controller in this process, or for a controller at a port."""
 
 import asyncio
 import os
@@ -24,29 +24,31 @@ from axistwin.units import S
 
 ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
-"""A virtual controller that does not answer by then is left to the user."""
+"""Longest initialisation, in virtual time; after that the user has to initialise the controller."""
 
 Lines = asyncio.Queue[bytes | LinkError | None]
-"""What is typed; None: there is no more; an error: the port is lost."""
+"""Typed lines; None: end of the input; an error: the port has failed."""
 
 
-@click.command(short_help="An interactive terminal on a virtual or a real controller.")
+@click.command()
 @click.argument("target", metavar="MODEL|PORT")
-@click.option("--no-init", is_flag=True, help="Leave the initialisation of a virtual controller to you.")
-@click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time: times the wall clock.")
-@click.option("--line", metavar="FORMAT", help="Line format, such as '9600 8N2'; of a virtual one also 'instant'.")
+@click.option("--no-init", is_flag=True, help="Do not initialise a virtual controller.")
+@click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time per real time.")
+@click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; for a virtual controller also 'instant'.")
 @click.option(
-    "--end", type=click.Choice(list(ENDS)), default="cr", show_default=True, help="What is sent when you press Enter."
+    "--end", type=click.Choice(list(ENDS)), default="cr", show_default=True, help="Characters sent for Enter."
 )
 @click.option(
     "--keyboard",
     type=click.Choice(list(KEYBOARDS)),
     default="us",
     show_default=True,
-    help="Your national keyboard, for an IF1 or IF2: in the U.K. £ sends the code of #.",
+    help="National keyboard, for an IF1 or IF2: on uk, £ sends the code of #.",
 )
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
-@click.option("--state", type=click.Path(file_okay=False, path_type=Path), help="Keeps what is kept without power.")
+@click.option(
+    "--state", type=click.Path(file_okay=False, path_type=Path), help="Directory for the data kept without power."
+)
 def term(
     target: str,
     no_init: bool,
@@ -57,14 +59,14 @@ def term(
     options: tuple[str, ...],
     state: Path | None,
 ) -> int:
-    """Talk to a controller: a MODEL in this process, or whatever is at a PORT.
+    """Open a terminal to a controller: a virtual MODEL in this process, or a controller at a PORT.
 
-    PORT is a URL or a device as pyserial has them.  What you type is sent on Enter; what the controller says is shown
-    as it comes, control characters in words.  `:help` tells the terminal's own commands.
+    PORT is a URL or a device of pyserial.  A typed line is sent on Enter.  Data from the controller are shown as they
+    come, with control characters by name.  `:help` lists the terminal's own commands.
 
-    A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are told in
-    words.  A virtual IF1 or IF2 is initialised first.  Lines may come through a pipe: each is sent when the one before
-    has been dealt with.
+    A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are shown by
+    name, too.  A virtual IF1 or IF2 is initialised first.  Lines from a pipe are sent one by one, each when the
+    controller has finished the one before.
 
     \b
     Examples:
@@ -79,10 +81,10 @@ def term(
       axistwin term /dev/ttyUSB0
     """
     if target.lower() not in FAMILIES and not set(target) & set("/:"):
-        raise UsageError(f"no model or port {target!r}: {', '.join(FAMILIES)}, socket://127.0.0.1:5001, /dev/ttyUSB0 …")
+        raise UsageError(f"no model or port {target!r}: expected {', '.join(FAMILIES)} or e.g. socket://127.0.0.1:5001")
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
-        raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2, whose manual tells what national keyboards send")
+        raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2 only")
     if target.lower() in FAMILIES:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
         return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, initialise=not no_init))
@@ -108,7 +110,7 @@ async def _virtual(build: Callable[[], Bench], speed: float | None, end: bytes, 
         _initialise(session.bench, controller, screen)
     other = BoardEnd(session, screen.tell) if on_a_bus(controller) else SerialEnd(session, screen.heard)
     try:
-        return await _talk(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
+        return await _converse(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
     finally:
         other.close()
 
@@ -120,7 +122,7 @@ async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int
     other = PortEnd(target, line, screen.heard, lines.put_nowait)
     _greet(target)
     try:
-        return await _talk(screen, LocalCommands(other, screen), _typed(lines), end, keyboard)
+        return await _converse(screen, LocalCommands(other, screen), _typed(lines), end, keyboard)
     finally:
         other.close()
 
@@ -132,22 +134,22 @@ def _screen(keyboard: str) -> Screen:
 
 def _greet(what: str) -> None:
     if sys.stdin.isatty():
-        click.echo(f"axistwin: {what}.  :help tells more, :quit leaves.", err=True)
+        click.echo(f"axistwin: {what}.  :help lists the commands, :quit leaves.", err=True)
 
 
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
-    """Before the first line is typed, in no time."""
+    """Initialise the controller before the first line, in zero real time."""
     ends = controller.serial.listen(screen.said), controller.serial.hear(lambda byte, _: screen.heard(bytes([byte])))
     try:
-        command_lines.type_lines(bench, (), INITIALISED_NS)
+        command_lines.send_lines(bench, (), INITIALISED_NS)
     except ProgramError as error:
         screen.tell(str(error))
     for end in ends:
         end()
 
 
-async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str) -> int:
-    """Line after line, until there is no more."""
+async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str) -> int:
+    """Execute or send the lines one by one until the end of the input."""
     screen.prompt()
     while (line := await lines.get()) is not None:
         if isinstance(line, LinkError):
@@ -163,21 +165,21 @@ async def _talk(screen: Screen, commands: LocalCommands, lines: Lines, end: byte
             except ProgramError as error:
                 screen.tell(error.message)
         if not screen.person:
-            await commands.end.settle()
+            await commands.end.run_until_quiet()
         screen.prompt()
     screen.close()
     return 0
 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
-    """What a terminal with this keyboard sends."""
+    """Return the characters that a terminal with this keyboard sends."""
     if keyboard == "us":
         return line
     return to_codes(keyboard, line.decode(errors="replace")).encode("ascii", errors="replace")
 
 
 def _typed(lines: Lines | None = None) -> Lines:
-    """A queue that lines come into from stdin, be it a terminal, a pipe or a file."""
+    """Return a queue that receives the lines of stdin: a terminal, a pipe or a file."""
     lines = lines or Lines()
     Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
     return lines
@@ -193,5 +195,5 @@ def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:
         if rest:
             loop.call_soon_threadsafe(lines.put_nowait, rest)
         loop.call_soon_threadsafe(lines.put_nowait, None)
-    except RuntimeError:  # the loop is closed: nobody wants to know any more
+    except RuntimeError:  # the loop is closed: the terminal has ended
         return

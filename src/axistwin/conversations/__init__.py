@@ -1,1 +1,1 @@
-"""Conversations: what is said and done to the controllers on a bench, as text; who plays it, and who writes it down."""
+"""Conversations: the `.talk` text format, and reading, writing, playing, recording and comparing it."""

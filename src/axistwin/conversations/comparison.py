@@ -1,8 +1,8 @@
-"""A recorded conversation played to its end with a virtual controller: what differs in bytes, by how much in time.
+"""Compare a recorded conversation with a virtual controller: differences in bytes and in time.
 
-The recorded host acts as it did, and as hosts do: after an answer it goes on when it went on after that answer.  So a
-difference in time does not add up.  The time of an answer counts from the last thing that the host had done before it
-until its last character had come, in the recording and here; the difference is *twin - hardware*.
+The conversation is played to its end.  The virtual host keeps the recorded delay between each answer and the next act
+of the host, so differences in time do not add up.  The time of an answer is measured from the last act of the host to
+the end of the last character of the answer.  A difference in time is *twin - hardware*.
 """
 
 from collections import deque
@@ -24,19 +24,19 @@ from axistwin.sim.pins import Pin
 from axistwin.units import MS, S, to_ns, to_seconds
 
 PATIENCE_S = 2.0
-"""How much later than the hardware the twin may answer, unless one says otherwise."""
+"""Time by which the twin may answer later than the hardware, if the caller gives no other."""
 TERMINATORS = (b"\r", b"\n")
 LINES = ("dtr", "rts")
 
 
 @dataclass(frozen=True)
 class Compared:
-    """One act of the controller.  Times count from the last act of the host; None: not known, or it did not happen."""
+    """One act of the controller.  Times count from the host's last act; None: unknown, or the act did not happen."""
 
     line: int
-    """In the file; 0: not in the file, the twin alone did it."""
+    """Line number in the file; 0: only the twin did this act, it is not in the file."""
     after: str
-    """What the host had done, as a line of the conversation."""
+    """The last act of the host, as a line of the conversation."""
     expected: str
     got: str
     hardware_ns: int | None
@@ -44,12 +44,12 @@ class Compared:
 
     @property
     def same(self) -> bool:
-        """Whether twin and hardware did the same."""
+        """True if twin and hardware did the same."""
         return self.expected == self.got
 
     @property
     def later_ns(self) -> int | None:
-        """By how much the twin is later."""
+        """Delay of the twin relative to the hardware; None if unknown."""
         if not self.same or self.hardware_ns is None or self.twin_ns is None:
             return None
         return self.twin_ns - self.hardware_ns
@@ -57,48 +57,51 @@ class Compared:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All that the controller has done."""
+    """All acts of the controller, each compared with the recording."""
 
     acts: tuple[Compared, ...]
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Those that are not the same."""
+        """The acts that differ."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
     def timed(self) -> list[tuple[int, Compared]]:
-        """By how much the twin is later, and where, the least first."""
+        """Delays of the twin with the acts they belong to, smallest first."""
         return sorted(((act.later_ns, act) for act in self.acts if act.later_ns is not None), key=lambda pair: pair[0])
 
     @property
     def median_ns(self) -> int | None:
-        """By how much the twin is later, as a rule."""
+        """Median of the delays."""
         timed = self.timed
         return timed[len(timed) // 2][0] if timed else None
 
     @property
     def worst(self) -> Compared | None:
-        """Where the times differ most."""
+        """The act whose time differs most."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 
 def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIENCE_S) -> Comparison:
-    """Play it to its end, whatever differs.  Raises ProgramError if it names what the bench does not have."""
+    """Play a conversation to its end in spite of differences.
+
+    Raises ProgramError if the conversation names something that the bench does not have.
+    """
     open_channels(conversation, bench)
     with ExitStack() as stack:
         comparer = _Comparer(conversation, bench, conversation.codec, to_ns(patience_s))
-        comparer.listen(stack)
+        comparer.subscribe(stack)
         for act in [comparer.prepare(act) for act in conversation.acts]:
             act()
-        comparer.tell_rest()
+        comparer.note_rest()
     return Comparison(tuple(comparer.found))
 
 
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
-    """When each act was over in the recording; None where that is not told.
+    """Yield the recorded end time of each act; None where the recording does not give the time.
 
-    `= clock` behind an answer tells it; after an answer without that, nothing is known up to the next `= clock`.
+    A `= clock` line after an answer gives the time.  After an answer without one, times are unknown until the next.
     """
     acts = tuple(acts)
     now_ns: int | None = 0
@@ -118,17 +121,17 @@ def _clock(act: Act) -> int | None:
     try:
         return round(decimal(act.value) * S)
     except NumberError as error:
-        raise ProgramError(f"{error}: write seconds, like = clock 0.25", line=act.line) from None
+        raise ProgramError(f"{error}: expected seconds, e.g. = clock 0.25", line=act.line) from None
 
 
 class _Comparer(Player):
-    """Plays on whatever comes, and notes it."""
+    """A player that continues after differences and notes them."""
 
     def __init__(self, conversation: Conversation, bench: Bench, codec: Codec, patience_ns: int) -> None:
         super().__init__(conversation, bench, codec)
         self.found: list[Compared] = []
         self._patience_ns = patience_ns
-        self._when: dict[str, deque[int]] = {name: deque() for name in self.heard}
+        self._times: dict[str, deque[int]] = {name: deque() for name in self.received}
         self._levels: dict[tuple[str, str], deque[tuple[int, bool]]] = {}
         try:
             times = list(recorded_times(conversation.acts))
@@ -140,15 +143,15 @@ class _Comparer(Player):
         self._after_ns = bench.now
         self._last_recorded_ns: int | None = 0
 
-    def listen(self, stack: ExitStack) -> None:
-        """Note also when what comes, and how control lines change."""
-        super().listen(stack)
-        for name, when in self._when.items():
-            stack.callback(self.hosts[name].hear(partial(self._note_when, when)))
+    def subscribe(self, stack: ExitStack) -> None:
+        """Subscribe also to the times of replies and to changes of control lines."""
+        super().subscribe(stack)
+        for name, when in self._times.items():
+            stack.callback(self.hosts[name].hear(partial(self._note_times, when)))
             if name in self.bench.ports and self.bench.ports[name].handshake:
-                self._watch(name, stack)
+                self._subscribe_lines(name, stack)
 
-    def _watch(self, name: str, stack: ExitStack) -> None:
+    def _subscribe_lines(self, name: str, stack: ExitStack) -> None:
         for subject in LINES:
             changes = self._levels[name, subject] = deque()
             stack.callback(self._line(name, subject).watch(partial(self._note_level, changes)))
@@ -157,25 +160,25 @@ class _Comparer(Player):
         port = self.bench.ports[name]
         return port.dtr_line if subject == "dtr" else port.rts_line
 
-    def _note_when(self, when: deque[int], data: bytes) -> None:
+    def _note_times(self, when: deque[int], data: bytes) -> None:
         when.extend([self.bench.now] * len(data))
 
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # What the player does, and what is noted of it
+    # Playing, and noting the results
 
     def _played(self, act: Act) -> "partial[None]":
-        if self._means_nothing(act):
+        if self._is_skipped(act):
             return partial(self._pass, act)
         return partial(self._do, act, super()._played(act))
 
-    def _means_nothing(self, act: Act) -> bool:
-        """The clock of the recording is looked at elsewhere; a twin without control lines minds none."""
+    def _is_skipped(self, act: Act) -> bool:
+        """Return True for a `= clock` line (read elsewhere) and for a control line that the twin does not have."""
         if isinstance(act, Expect) and act.subject == "clock":
             return True
         subject = act.target if isinstance(act, Do) else act.subject if isinstance(act, Expect) else ""
-        return subject in LINES and (self._partner(act), subject) not in self._levels
+        return subject in LINES and (self._endpoint(act), subject) not in self._levels
 
     def _do(self, act: Act, do: Callable[[], object]) -> None:
         if isinstance(act, Say | Do):
@@ -188,30 +191,32 @@ class _Comparer(Player):
         self._last_recorded_ns = self._recorded[id(act)]
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
-        heard, deadline_ns = self.heard[name], self._deadline_ns(act)
-        while len(heard) < len(act.data) and act.data.startswith(heard):
-            if not self._more(heard, to_seconds(deadline_ns - self.bench.now)):
+        received, deadline_ns = self.received[name], self._deadline_ns(act)
+        while len(received) < len(act.data) and act.data.startswith(received):
+            if not self._wait_for_more(received, to_seconds(deadline_ns - self.bench.now)):
                 break
-        count = len(act.data) if heard.startswith(act.data) and act.data else self._other_words(act, name)
+        count = len(act.data) if received.startswith(act.data) and act.data else self._different_reply_length(act, name)
         got, time_ns = self._take(name, count)
         self._note(act, self.codec.show(act.data), self.codec.show(got), time_ns)
         return None
 
-    def _other_words(self, act: Hear, name: str) -> int:
-        """How much of what has been heard stands for this act: up to what was to be said, or else one message."""
-        heard, pause_s = self.heard[name], to_seconds(self.hosts[name].pause_ns)
-        while heard and len(heard) < len(act.data) + 32 and self._more(heard, pause_s):
+    def _different_reply_length(self, act: Hear, name: str) -> int:
+        """Return the number of received bytes that belong to this act: up to the expected text, or else one message."""
+        received, pause_s = self.received[name], to_seconds(self.hosts[name].pause_ns)
+        while received and len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
             pass
-        at = heard.find(act.data) if act.data else -1
+        at = received.find(act.data) if act.data else -1
         if at >= 0:
             return at + len(act.data)
         if act.data.endswith(TERMINATORS):
-            return min((n + 1 for n, byte in enumerate(heard) if bytes([byte]) in TERMINATORS), default=len(heard))
-        return len(heard)
+            return min(
+                (n + 1 for n, byte in enumerate(received) if bytes([byte]) in TERMINATORS), default=len(received)
+            )
+        return len(received)
 
     def _take(self, name: str, count: int) -> tuple[bytes, int | None]:
-        got, when = bytes(self.heard[name][:count]), self._when[name]
-        del self.heard[name][:count]
+        got, when = bytes(self.received[name][:count]), self._times[name]
+        del self.received[name][:count]
         times = [when.popleft() for _ in range(count)]
         return got, times[-1] if times else None
 
@@ -224,12 +229,12 @@ class _Comparer(Player):
         return None
 
     def _expect_line(self, act: Expect) -> None:
-        """A control line changes: the next change to that level since the host's last act, if it comes in time.
+        """Find the next change of a control line to the expected level since the last act of the host.
 
-        Recordings look at lines now and then, so what was over before that act may well have been missed there.  A
-        line that has that level already is right, but nobody knows since when in the hardware.
+        A recording samples the lines only now and then, so it may have missed changes before that act.  A line that
+        already has the level is right, but the time of its change in the hardware is unknown.
         """
-        name, wanted = self._partner(act), f"{act.subject} {act.value}"
+        name, wanted = self._endpoint(act), f"{act.subject} {act.value}"
         changes, deadline_ns = self._levels[name, act.subject], self._deadline_ns(act)
         while changes and changes[0][0] < self._after_ns:
             changes.popleft()
@@ -245,7 +250,7 @@ class _Comparer(Player):
         self._note(act, wanted, got, time_ns)
 
     def _deadline_ns(self, act: Act) -> int:
-        """So long it took in the recording, and some patience."""
+        """Return the latest time for this act: its recorded duration plus the patience."""
         then_ns, before_ns = self._recorded[id(act)], self._last_recorded_ns
         gap_ns = to_ns(self.patience_s) if then_ns is None or before_ns is None else max(0, then_ns - before_ns)
         return self.bench.now + gap_ns + self._patience_ns
@@ -256,11 +261,11 @@ class _Comparer(Player):
         twin_ns = None if time_ns is None else time_ns - self._after_ns
         self.found.append(Compared(act.line, self._after, expected, got, hardware_ns, twin_ns))
 
-    def tell_rest(self) -> None:
-        """What the twin has said that nobody expected."""
+    def note_rest(self) -> None:
+        """Note the replies of the twin that the recording does not have."""
         self.bench.run(to_seconds(20 * MS))
-        for name, heard in self.heard.items():
-            if heard:
-                got, time_ns = self._take(name, len(heard))
+        for name, received in self.received.items():
+            if received:
+                got, time_ns = self._take(name, len(received))
                 twin_ns = None if time_ns is None else time_ns - self._after_ns
                 self.found.append(Compared(0, self._after, "", self.codec.show(got), None, twin_ns))

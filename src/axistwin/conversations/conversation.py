@@ -1,13 +1,13 @@
-r"""A conversation: one text format for recordings, golden tests and replay.  One line, one act.
+r"""A conversation: one text format for recordings, golden tests and replay.  One line is one act.
 
     ; comment                     + 0.25   time passes, in seconds
-    > U61\r                       the host says
-    < U\r                         the controller says
-    ! input1 high                 somebody at the machine does something
-    = X.position 1000             something must be so
+    > U61\r                       the host transmits
+    < U\r                         the controller transmits
+    ! input1 high                 an action at the machine
+    = X.position 1000             an assertion
 
-With several controllers on the bench a line begins with the name of the one that is meant: `left: > X100$\r`.
-What each act means when it is played is told in `docs/conversations.md`; `conversations/player.py` does it.
+With several controllers on the bench a line begins with the name of its controller: `left: > X100$\r`.
+`docs/conversations.md` describes each act; `conversations/player.py` plays them.
 """
 
 import re
@@ -27,7 +27,7 @@ from axistwin.units import MOST_NS, S
 
 MOST_BYTES = 4 << 20
 MOST_S = 1e9
-"""The longest time in a header, some thirty years; more is a slip of the pen."""
+"""The longest time in a header, some thirty years; a longer one is taken for a typing error."""
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
 _SECONDS = re.compile(r"\d+(\.\d*)?|\.\d+", re.ASCII)
 _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<value>.*)")
@@ -35,21 +35,21 @@ _HEADER = re.compile(r"(?P<key>model|options|line|patience|on-for|host):\s*(?P<v
 
 @dataclass(frozen=True)
 class Conversation:
-    """Acts in order; `file` is where they stand, for messages."""
+    """Acts in order; `file` is the path for messages."""
 
     acts: tuple[Act, ...]
     file: str = ""
     codec: Codec = CHARACTERS
-    """How what is said is written in it."""
+    """The notation of the data in this conversation."""
 
     @property
     def headers(self) -> dict[str, str]:
-        """What its first comments say about the bench it is for: `; model: if1`, `; options: …`, `; line: …`."""
+        """Settings of the bench in the first comments: `; model: if1`, `; options: …`, `; line: …`."""
         return {key: value for key, (_, value) in self._heads.items()}
 
     @property
     def _heads(self) -> dict[str, tuple[Comment, str]]:
-        """The same, each with the comment that says so."""
+        """The same settings, each with the comment it comes from."""
         found: dict[str, tuple[Comment, str]] = {}
         for act in self.acts:
             if not isinstance(act, Comment):
@@ -58,41 +58,41 @@ class Conversation:
                 found[header["key"]] = act, header["value"].strip()
         return found
 
-    def seconds_in(self, key: str, usual: float) -> float:
-        """The number of seconds in this header, or else the usual one.  Raises ProgramError with the line."""
+    def seconds_in(self, key: str, default: float) -> float:
+        """Return the number of seconds in this header, or `default` without one.  Raises ProgramError with the line."""
         if key not in self.headers:
-            return usual
+            return default
         text = self.headers[key]
-        with self.blaming_header(key):
+        with self.placing_errors_at_header(key):
             try:
                 seconds = real(text)
             except NumberError:
                 seconds = -1.0
             if not 0 <= seconds <= MOST_S:
-                raise UsageError(f"{key} {shortened(text)} is no number of seconds: write it like ; {key}: 2.5")
+                raise UsageError(f"{key} {shortened(text)} is not a number of seconds: expected e.g. ; {key}: 2.5")
         return seconds
 
     @property
-    def words(self) -> list[str]:
-        """The words in its `; options:` header.  Raises ProgramError with the line if a quotation mark is missing."""
-        with self.blaming_header("options"):
+    def option_words(self) -> list[str]:
+        """The words in the `; options:` header.  Raises ProgramError with the line if a quotation mark is missing."""
+        with self.placing_errors_at_header("options"):
             try:
                 return shlex.split(self.headers.get("options", ""))
             except ValueError:
                 raise UsageError("options: a quotation mark is missing") from None
 
     @contextmanager
-    def blaming_header(self, key: str) -> Iterator[None]:
-        """What a user has done wrong meanwhile stands in the line of this header, if it is there."""
+    def placing_errors_at_header(self, key: str) -> Iterator[None]:
+        """Place errors raised in this context at the line of the header, if there is such a header."""
         if key not in self.headers:
             yield
             return
-        with self.blaming(self._heads[key][0]):
+        with self.placing_errors(self._heads[key][0]):
             yield
 
     @contextmanager
-    def blaming(self, act: Act) -> Iterator[None]:
-        """What a user has done wrong meanwhile stands in the line of this act."""
+    def placing_errors(self, act: Act) -> Iterator[None]:
+        """Place errors raised in this context at the line of the act."""
         try:
             yield
         except (PlacedError, UsageError) as error:
@@ -105,12 +105,12 @@ def load(path: Path, codec: Codec | None = None) -> Conversation:
 
 
 def load_text(path: Path) -> str:
-    """A text file that the user has named.  Raises UsageError if it is not there, ProgramError if it is no text."""
+    """Read a text file named by the user.  Raises UsageError if the file is missing, ProgramError if it is not text."""
     try:
         if path.exists() and not path.is_file():
-            raise UsageError(f"{path} cannot be read: it is no file")
+            raise UsageError(f"{path} cannot be read: it is not a file")
         if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path} cannot be read: no program is larger than {MOST_BYTES >> 20} MiB")
+            raise UsageError(f"{path} cannot be read: the file is larger than {MOST_BYTES >> 20} MiB")
         return path.read_text(encoding="utf-8")
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None
@@ -121,7 +121,7 @@ def load_text(path: Path) -> str:
 def parse(text: str, file: str = "", codec: Codec | None = None, model: str = "") -> Conversation:
     """Read a conversation.  Raises ProgramError with file, line and column.
 
-    `codec` None: what is said is written as its `; model:` has it, or else as `model` has it.
+    `codec` None: the notation is that of the model in the `; model:` header, or else of `model`.
     """
     lines = text.splitlines()
     codec = codec or _codec(named_model(lines) or model)
@@ -130,7 +130,7 @@ def parse(text: str, file: str = "", codec: Codec | None = None, model: str = ""
 
 
 def named_model(lines: Iterable[str]) -> str:
-    """The model that the first comments name, if they name one."""
+    """Return the model named in the first comments, or an empty string."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -145,13 +145,13 @@ def _codec(model: str) -> Codec:
 
 
 def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:
-    """The acts as text, one line each; of mere acts, what is said is characters unless `codec` says otherwise."""
+    """Return the acts as text, one line each.  `codec` replaces the conversation's own notation."""
     whole = conversation if isinstance(conversation, Conversation) else Conversation(tuple(conversation))
     return "".join(f"{_written(act, codec or whole.codec)}\n" for act in whole.acts)
 
 
 def seconds(ns: int) -> str:
-    """Nanoseconds as seconds in plain decimals, without losing any."""
+    """Return nanoseconds as seconds in exact plain decimals."""
     return f"{Decimal(ns) / S:f}"
 
 
@@ -161,7 +161,7 @@ def parse_line(line: str, number: int, file: str, codec: Codec = CHARACTERS) -> 
     indent = len(line) - len(line.lstrip())
     if not found:
         raise ProgramError(
-            "a line begins with ; + > < ! or =, or with a controller's name and a colon before that",
+            "unknown act: expected ; + > < ! or = at the beginning, or after a controller's name and a colon",
             file=file, line=number, column=indent + 1, code=rules.NO_ACT.code, width=max(1, len(line.strip())),
         )  # fmt: skip
     rest = found["rest"].strip()
@@ -180,13 +180,13 @@ def _wait(text: str, _codec: Codec, line: int, controller: str) -> Act:
     number = _without_comment(text)
     try:
         if not _SECONDS.fullmatch(number):
-            raise NumberError(f"{shortened(number)} is no time")
+            raise NumberError(f"{shortened(number)} is not a time")
         ns = round(decimal(number) * S)
     except NumberError as error:
-        message = f"{error}: write seconds, like +0.25"
+        message = f"{error}: expected seconds, e.g. +0.25"
         raise ProgramError(message, code=rules.NO_TIME.code, width=max(1, len(number))) from None
     if ns >= MOST_NS:
-        message = f"{shortened(number)} s is too long: give less than 292 years, 9.2e9 s"
+        message = f"{shortened(number)} s is too long: expected less than 9.2e9 s (292 years)"
         raise ProgramError(message, code=rules.NO_TIME.code, width=len(number))
     return Wait(ns, line=line, controller=controller)
 
@@ -215,13 +215,13 @@ _READERS = {";": _comment, "+": _wait, ">": _say, "<": _hear, "!": _do, "=": _ex
 def _name_and_value(text: str, example: str) -> tuple[str, str]:
     name, _, value = _without_comment(text).partition(" ")
     if not value.strip():
-        message = f"a name and a value are wanted, like {example!r}"
+        message = f"the value is missing: expected a name and a value, e.g. {example!r}"
         raise ProgramError(message, column=len(name) + 1, code=rules.NO_VALUE.code)
     return name, value.strip()
 
 
 def _without_comment(text: str) -> str:
-    """Behind times, levels and values there may be a comment; behind characters not, they could be meant."""
+    """Return a time, a level or a value without the comment after it.  In data, a semicolon starts no comment."""
     return text.partition(";")[0].strip()
 
 

@@ -1,7 +1,7 @@
-"""Plays a conversation with the controllers on a bench, in virtual time, up to the first difference.
+"""Play a conversation with the controllers on a bench, in virtual time, up to the first difference.
 
-The one rule about time: it passes in `+`, and in `<` until the last of its characters has been received, and not a
-nanosecond longer.  So a `<` need not say when, and a `= clock` behind it says exactly when.
+Time passes only in `+`, and in `<` until its last character has been received.  So a `<` needs no time of its own,
+and a `= clock` after it checks the exact time.
 """
 
 from collections.abc import Callable
@@ -21,12 +21,12 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.units import S, to_seconds
 
 PATIENCE_S = 10.0
-"""How long a `<` waits for its next character unless the conversation says otherwise: `; patience: 60`."""
+"""Time that a `<` waits for its next character, unless the conversation has a header such as `; patience: 60`."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The first thing that was not as the conversation has it."""
+    """The first deviation from the conversation."""
 
     file: str
     line: int
@@ -36,7 +36,7 @@ class Difference:
     got: str
 
     def __str__(self) -> str:
-        """Place, time, and both versions with a caret under the first character that differs."""
+        """Return place, time, and both versions with a caret under the first character that differs."""
         place = f"{self.file}:{self.line}" if self.file else f"line {self.line}"
         alike = takewhile(lambda pair: pair[0] == pair[1], zip(self.expected, self.got, strict=False))
         caret = " " * len(list(alike)) + "^"
@@ -50,9 +50,9 @@ SECOND = ".rs485"
 
 
 def open_channels(conversation: Conversation, bench: Bench) -> None:
-    """Connect a host to each second channel that the conversation names (`motor.rs485: > RP`), for all to see.
+    """Connect a host to each second channel that the conversation names (`motor.rs485: > RP`).
 
-    Raises ProgramError if there is no such channel.
+    Raises ProgramError if a channel does not exist.
     """
     for act in conversation.acts:
         if act.controller.endswith(SECOND) and act.controller not in bench.lines:
@@ -63,48 +63,48 @@ def open_channels(conversation: Conversation, bench: Bench) -> None:
 
 
 Played = Callable[[], object]
-"""Does an act; what it returns is a Difference or means nothing."""
+"""A prepared act; its result is a Difference, or is ignored."""
 
 
 def play(conversation: Conversation, bench: Bench, codec: Codec | None = None) -> Difference | None:
-    """Do what the conversation says; returns the first difference, None if there is none.
+    """Play a conversation; return the first difference, or None.
 
-    Raises ProgramError, before anything is done, if it names what the bench does not have.
+    Raises ProgramError, before anything is done, if the conversation names something that the bench does not have.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
         player = Player(conversation, bench, codec or conversation.codec)
-        player.listen(stack)
+        player.subscribe(stack)
         for act in [player.prepare(act) for act in conversation.acts]:
             if isinstance(difference := act(), Difference):
                 return difference
-        return player.nothing_left()
+        return player.unclaimed_reply()
 
 
 class Player:
-    """Does the acts of a conversation one by one."""
+    """Plays the acts of a conversation one by one."""
 
     def __init__(self, conversation: Conversation, bench: Bench, codec: Codec) -> None:
         self.conversation, self.bench, self.codec = conversation, bench, codec
-        self.heard: dict[str, bytearray] = {name: bytearray() for name in endpoints.names(bench)}
+        self.received: dict[str, bytearray] = {name: bytearray() for name in endpoints.names(bench)}
         self.hosts: dict[str, Host] = {}
         self.patience_s = self._patience()
 
-    def listen(self, stack: ExitStack) -> None:
-        """Hear what is said from now on, for as long as the stack stands."""
-        for name, heard in self.heard.items():
+    def subscribe(self, stack: ExitStack) -> None:
+        """Subscribe to replies until `stack` is closed."""
+        for name, received in self.received.items():
             self.hosts[name] = stack.enter_context(host_at(self.bench, name))
-            self.hosts[name].hear(heard.extend)
+            self.hosts[name].hear(received.extend)
 
     def prepare(self, act: Act) -> Played:
-        """The act as something to call; whatever is wrong with it is found here."""
-        with self.conversation.blaming(act):
+        """Return the act as a callable.  Raises ProgramError for an act that cannot be played."""
+        with self.conversation.placing_errors(act):
             played = self._played(act)
         return partial(self._do, act, played) if isinstance(act, Do) else played
 
     def _do(self, act: Do, played: Played) -> object:
-        """There are faults that have no place or time any more when they are to begin."""
-        with self.conversation.blaming(act):
+        """Perform an action.  Raises ProgramError for a fault whose place or time is no longer valid."""
+        with self.conversation.placing_errors(act):
             return played()
 
     def _played(self, act: Act) -> Played:
@@ -114,20 +114,20 @@ class Player:
             case Wait():
                 return partial(self._wait, act.ns)
             case Say():
-                return partial(self.hosts[self._partner(act)].write, act.data)
+                return partial(self.hosts[self._endpoint(act)].write, act.data)
             case Hear():
-                return partial(self._hear, act, self._partner(act))
+                return partial(self._hear, act, self._endpoint(act))
             case Do():
-                return act_at(self.bench, self._whose(act), act.target, act.value)
+                return act_at(self.bench, self._controller_name(act), act.target, act.value)
             case Expect():
-                look = self._clock if act.subject == "clock" else question(self._controller(act), act.subject)
-                agrees(look(), act.value)  # so that a value that can never be is found now
-                return lambda: self._expect(act, look())
+                read_value = self._clock if act.subject == "clock" else question(self._controller(act), act.subject)
+                agrees(read_value(), act.value)  # raises now if the expected value is impossible
+                return lambda: self._expect(act, read_value())
         raise AssertionError(act)
 
-    def _whose(self, act: Do) -> str:
-        """Whose things it is about; a fault names them itself if need be."""
-        if act.controller in self.heard or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
+    def _controller_name(self, act: Do) -> str:
+        """Return the name of the controller that the action concerns; a fault may name its controller itself."""
+        if act.controller in self.received or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
             return act.controller
         return self._controller(act).name
 
@@ -135,18 +135,20 @@ class Player:
         if act.controller or len(self.bench.controllers) == 1:
             return self.bench[act.controller or next(iter(self.bench.controllers))]
         names = ", ".join(self.bench.controllers)
-        raise ProgramError(f"which controller? Begin the line with its name and a colon: there are {names}")
+        raise ProgramError(f"the controller is missing: expected its name and a colon first, one of {names}")
 
-    def _partner(self, act: Act) -> str:
-        """Whom the host talks to."""
+    def _endpoint(self, act: Act) -> str:
+        """Return the name of the host's endpoint for this act."""
         if act.controller:
-            if act.controller not in self.heard:
-                raise ProgramError(f"no controller {act.controller!r} to talk to: there are {', '.join(self.heard)}")
+            if act.controller not in self.received:
+                raise ProgramError(
+                    f"no controller {act.controller!r} to talk to: expected one of {', '.join(self.received)}"
+                )
             return act.controller
-        if len(self.heard) == 1 or len(self.bench.controllers) == 1:
-            return next(iter(self.heard))
+        if len(self.received) == 1 or len(self.bench.controllers) == 1:
+            return next(iter(self.received))
         raise ProgramError(
-            f"which controller? Begin the line with its name and a colon: there are {', '.join(self.heard)}"
+            f"the controller is missing: expected its name and a colon first, one of {', '.join(self.received)}"
         )
 
     def _patience(self) -> float:
@@ -159,37 +161,37 @@ class Player:
         self.bench.clock.run_to(self.bench.now + ns)
 
     def _hear(self, act: Hear, name: str) -> Difference | None:
-        heard = self.heard[name]
+        received = self.received[name]
         if not act.data:
-            return self._unexpected(act.line, heard) if heard else None
-        while len(heard) < len(act.data) and act.data.startswith(heard):
-            if not self._more(heard, self.patience_s):
-                what = f"nothing more has come for {self.patience_s:g} s"
-                return self._difference(act.line, what, act.data, bytes(heard))
-        if not heard.startswith(act.data):
-            return self._something_else(act, name, heard)
-        del heard[: len(act.data)]
+            return self._unexpected(act.line, received) if received else None
+        while len(received) < len(act.data) and act.data.startswith(received):
+            if not self._wait_for_more(received, self.patience_s):
+                what = f"the reply is incomplete after {self.patience_s:g} s of silence"
+                return self._difference(act.line, what, act.data, bytes(received))
+        if not received.startswith(act.data):
+            return self._wrong_reply(act, name, received)
+        del received[: len(act.data)]
         return None
 
-    def _more(self, heard: bytearray, seconds: float) -> bool:
-        before = len(heard)
-        return self.bench.run_until(lambda: len(heard) > before, seconds)
+    def _wait_for_more(self, received: bytearray, seconds: float) -> bool:
+        before = len(received)
+        return self.bench.run_until(lambda: len(received) > before, seconds)
 
-    def _something_else(self, act: Hear, name: str, heard: bytearray) -> Difference:
-        """The wrong character has come; let it finish its words, so that one can see what it meant."""
+    def _wrong_reply(self, act: Hear, name: str, received: bytearray) -> Difference:
+        """Return the difference for a wrong character, together with the rest of its message."""
         now_ns = self.bench.now
         pause_s = to_seconds(self.hosts[name].pause_ns)
-        while len(heard) < len(act.data) + 32 and self._more(heard, pause_s):
+        while len(received) < len(act.data) + 32 and self._wait_for_more(received, pause_s):
             pass
-        return self._difference(act.line, "the controller says something else", act.data, bytes(heard), now_ns)
+        return self._difference(act.line, "the reply is different", act.data, bytes(received), now_ns)
 
-    def _unexpected(self, line: int, heard: bytearray) -> Difference:
-        return self._difference(line, "the controller has said what nobody expected", b"", bytes(heard))
+    def _unexpected(self, line: int, received: bytearray) -> Difference:
+        return self._difference(line, "unexpected reply", b"", bytes(received))
 
-    def nothing_left(self) -> Difference | None:
-        """At the end everything that was received must have been told."""
+    def unclaimed_reply(self) -> Difference | None:
+        """Return a difference if characters were received that no `<` has claimed."""
         last = self.conversation.acts[-1].line if self.conversation.acts else 0
-        return next((self._unexpected(last, heard) for heard in self.heard.values() if heard), None)
+        return next((self._unexpected(last, received) for received in self.received.values() if received), None)
 
     def _expect(self, act: Expect, value: Value) -> Difference | None:
         if agrees(value, act.value):

@@ -1,9 +1,9 @@
-"""Records a conversation while it happens, so that it can be played again and must be the same to the nanosecond.
+"""Record a conversation so that a replay is identical to the nanosecond.
 
-Behind each thing the controller says stands the time at which its last character had come (`= clock`).
+After each reply of the controller a `= clock` line gives the time of its last character.
 
-An act is recorded as soon as nothing can be added to it.  Into a file it is written at once (`recording_to`), so that
-a recording may go on for days, and is there also when nobody came to end it.
+An act is recorded as soon as it is complete.  `recording_to` writes each act to its file at once, so a recording may
+take days and survives a program that is killed.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -26,9 +26,9 @@ from axistwin.units import MS, S
 log = getLogger("axistwin")
 
 LF_NS = 50 * MS
-"""A line feed that comes later than this after a carriage return is something new."""
+"""A line feed later than this after a carriage return starts a new act."""
 PAUSE_NS = 1 * S
-"""A silence longer than this inside something said makes two things of it, and is told before the second."""
+"""A silence longer than this divides a reply into two acts and is recorded before the second."""
 
 
 def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
@@ -38,12 +38,11 @@ def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
 
 
 class Recorder:
-    """Makes acts of what happens.
+    """Converts events on a bench to acts.
 
-    `add` is given each of them; None: they are kept in `acts`, which grows with what is said.  `grain_ns`: times are
-    told in whole multiples of it.  `raw`: the controller gets characters only, so that what the host does with its line
-    else is no act, but a comment.  `relayed`: the controller is a real one, which characters reach when they do; what
-    holds them back here is no act.
+    `add` receives each act; None: the acts are collected in `acts`, without a limit.  Times are rounded down to
+    multiples of `grain_ns`.  `raw`: only characters reach the controller, so other acts of the host become comments.
+    `relayed`: the controller is a real one; flow control on this side is no act.
     """
 
     def __init__(
@@ -62,9 +61,9 @@ class Recorder:
         for key, value in headers.items():
             if value:
                 self._add(Comment(f"{key}: {value}"))
-        self._told_ns = 0  # the acts so far have brought a player to here
+        self._recorded_ns = 0  # end of the acts recorded so far, in virtual time
         self._speaker = ""
-        self._words = bytearray()
+        self._reply = bytearray()
         self._last_ns = 0
         self._formats: dict[str, UartFormat] = {
             name: self._usual_format(name, headers.get("line") or None)
@@ -73,41 +72,42 @@ class Recorder:
         }
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
-    def take(self, event: Event) -> None:
-        """Something has happened."""
+    def record(self, event: Event) -> None:
+        """Record an event."""
         match event:
             case Heard():
                 self._heard(event)
             case Said():
-                self._act(event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller)))
+                self._record_act(
+                    event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller))
+                )
             case Broke():
                 seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
-                self._act(event.time_ns, event.controller, self._with_the_line(event.controller, "break", seconds))
+                self._record_act(event.time_ns, event.controller, self._line_act(event.controller, "break", seconds))
             case Failed():
-                self._done(event.time_ns, event.controller, event.act, event.words)
+                self._record_action(event.time_ns, event.controller, event.act, event.words)
             case Arranged() if not self.relayed:
-                self._act(
-                    event.time_ns, event.controller, self._with_the_line(event.controller, event.act, event.value)
-                )
+                line_act = self._line_act(event.controller, event.act, event.value)
+                self._record_act(event.time_ns, event.controller, line_act)
             case Handled():
-                self._done(event.time_ns, event.controller, event.act, event.value)
+                self._record_action(event.time_ns, event.controller, event.act, event.value)
             case Changed():
                 self._changed(event)
 
-    def shows(self, controller: str, subject: str, value: str) -> None:
-        """From now on something can be seen, such as a control line of the controller."""
-        self._told()
+    def record_state(self, controller: str, subject: str, value: str) -> None:
+        """Record the present value of something that is observed from now on, such as a control line."""
+        self._flush_reply()
         self._wait_until(self.bench.now)
         self._add(Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
-        """Tell what the controller has said, if nothing more can belong to it."""
-        if self.silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._ended and self.silent_ns > LF_NS):
-            self._told()
+        """Record the pending reply if nothing more can belong to it."""
+        if self.silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._is_terminated and self.silent_ns > LF_NS):
+            self._flush_reply()
 
     def finish(self) -> None:
-        """Tell the end: the time, and where the axes stand that have moved."""
-        self._told()
+        """Record the end: the time, and the positions of the axes that have moved."""
+        self._flush_reply()
         self._wait_until(self.bench.now)
         for name, axis, motor in _axes(self.bench):
             if motor.position != self._began_at[name, axis]:
@@ -115,75 +115,75 @@ class Recorder:
 
     @property
     def silent_ns(self) -> int:
-        """For how long nothing has come."""
+        """Time since the last character was received."""
         return self.bench.now - self._last_ns
 
     @property
     def codec(self) -> Codec:
-        """How what is said is written."""
+        """Notation of the data."""
         first = next(iter(self.bench.controllers), None)
         return CHARACTERS if first is None else endpoints.codec_at(self.bench, first)
 
     def conversation(self) -> Conversation:
-        """What has been recorded."""
+        """Return the recorded conversation."""
         return Conversation(tuple(self.acts), codec=self.codec)
 
     @property
-    def _ended(self) -> bool:
-        """Whether the words end with a terminator, behind which there can be but a line feed."""
-        return bytes(self._words[-1:]) in (b"\r", b"\n")
+    def _is_terminated(self) -> bool:
+        """True if the reply ends in CR or LF; only LF can follow."""
+        return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
     def _heard(self, event: Heard) -> None:
-        """Characters are one act as long as they are one message: up to its terminator."""
+        """Collect characters into one message, up to its terminator."""
         silent_ns = event.time_ns - self._last_ns
         ended = event.controller not in self._formats  # on a bus each message is whole
-        ended = ended or (self._ended and (event.data != b"\n" or silent_ns > LF_NS))
+        ended = ended or (self._is_terminated and (event.data != b"\n" or silent_ns > LF_NS))
         if event.controller != self._speaker or ended or silent_ns > PAUSE_NS:
-            self._told()
-            self._pass_silence(event.time_ns)
+            self._flush_reply()
+            self._record_silence(event.time_ns)
         self._speaker = event.controller
-        self._words += event.data
+        self._reply += event.data
         self._last_ns = event.time_ns
 
-    def _act(self, time_ns: int, controller: str, act: Act) -> None:
-        """The host does something with its line, in the format that it has now."""
-        self._told()
+    def _record_act(self, time_ns: int, controller: str, act: Act) -> None:
+        """Record an act of the host, and a changed line format before it."""
+        self._flush_reply()
         self._wait_until(time_ns)
         if controller in self._formats:
             self._note_format(controller)
         self._add(act)
 
-    def _told(self) -> None:
-        """What the controller has said until here is an act."""
-        if self._words:
-            name, time_ns = self._name(self._speaker), self._grained(self._last_ns)
-            self._add(Hear(bytes(self._words), controller=name))
+    def _flush_reply(self) -> None:
+        """Record the reply collected so far as an act."""
+        if self._reply:
+            name, time_ns = self._name(self._speaker), self._round_down(self._last_ns)
+            self._add(Hear(bytes(self._reply), controller=name))
             self._add(Expect("clock", f"{Decimal(time_ns) / S:.{9 if self.grain_ns == 1 else 6}f}"))
-            self._words.clear()
-            self._told_ns = max(time_ns, self._told_ns)
+            self._reply.clear()
+            self._recorded_ns = max(time_ns, self._recorded_ns)
 
     def _changed(self, event: Changed) -> None:
-        """What a controller does to a terminal is no act; what the host does to its lines is."""
+        """Record changes of the host's control lines.  Changes by a controller are not acts."""
         if event.pin.startswith("host."):
-            self._told()
+            self._flush_reply()
             self._wait_until(event.time_ns)
             target = event.pin.removeprefix("host.")
-            self._add(self._with_the_line(event.controller, target, level_name(event.level)))
+            self._add(self._line_act(event.controller, target, level_name(event.level)))
 
-    def _done(self, time_ns: int, controller: str, target: str, value: str) -> None:
-        """Somebody has done something to a machine."""
-        self._told()
+    def _record_action(self, time_ns: int, controller: str, target: str, value: str) -> None:
+        """Record an action at a machine."""
+        self._flush_reply()
         self._wait_until(time_ns)
         self._add(Do(target, value, controller=self._name(controller)))
 
-    def _with_the_line(self, controller: str, target: str, value: str) -> Act:
-        """What the host does with its end of the line, beside saying something."""
+    def _line_act(self, controller: str, target: str, value: str) -> Act:
+        """Return the act for a host line event other than data: break, DTR, RTS, format."""
         if self.raw:
             return Comment(f"{target} {value} by the host did not reach the controller")
         return Do(target, value, controller=self._name(controller))
 
     def _usual_format(self, name: str, line: str | None) -> UartFormat:
-        """The format that a player's host will have."""
+        """Return the line format that the host of a replay will have."""
         usual = self.bench[name].product.line if name in self.bench.controllers else None
         return line_format(line, usual)[0] if usual is not None else self.bench.port(name).host.format
 
@@ -191,36 +191,36 @@ class Recorder:
         present = self.bench.port(name).host.format
         if present != self._formats[name]:
             self._formats[name] = present
-            self._add(self._with_the_line(name, "line", str(present)))
+            self._add(self._line_act(name, "line", str(present)))
 
-    def _pass_silence(self, until_ns: int) -> None:
-        """A player waits for the controller, but not for ever: most of a long silence is told."""
-        whole_ns = (until_ns - self._told_ns - PAUSE_NS) // S * S
+    def _record_silence(self, until_ns: int) -> None:
+        """Record most of a long silence as a wait, because a player's patience is limited."""
+        whole_ns = (until_ns - self._recorded_ns - PAUSE_NS) // S * S
         if whole_ns > 0:
-            self._wait_until(self._told_ns + whole_ns)
+            self._wait_until(self._recorded_ns + whole_ns)
 
-    def _grained(self, time_ns: int) -> int:
+    def _round_down(self, time_ns: int) -> int:
         return time_ns // self.grain_ns * self.grain_ns
 
     def _wait_until(self, time_ns: int) -> None:
-        time_ns = self._grained(time_ns)
-        if time_ns > self._told_ns:
-            self._add(Wait(time_ns - self._told_ns))
-            self._told_ns = time_ns
+        time_ns = self._round_down(time_ns)
+        if time_ns > self._recorded_ns:
+            self._add(Wait(time_ns - self._recorded_ns))
+            self._recorded_ns = time_ns
 
     def _name(self, controller: str) -> str:
         return controller if endpoints.several(self.bench) else ""
 
 
 class TalkFile:
-    """A conversation that is written while it goes on, line by line.  Raises UsageError if it cannot be.
+    """A conversation file, written line by line during a run.  Raises UsageError if the file cannot be written.
 
-    When the disk is full, that is told once, and what follows is lost; `close` says it again.
+    If writing fails, a warning is logged once and later acts are lost; `close` raises the error again.
     """
 
     def __init__(self, path: Path) -> None:
         if path.suffix != ".talk":
-            raise UsageError(f"{path} is no name for a conversation: end it in .talk")
+            raise UsageError(f"{path} is not a name for a conversation: expected a name that ends in .talk")
         if not path.parent.is_dir():
             raise UsageError(f"{path} cannot be written: there is no directory {path.parent}")
         self.path = path
@@ -232,23 +232,23 @@ class TalkFile:
             raise self._cannot(error) from None
 
     def add(self, act: Act) -> None:
-        """One more act."""
+        """Write one act."""
         if self._problem:
             return
         try:
             self._file.write(write((act,), self.codec))
         except OSError as error:
             self._problem = str(self._cannot(error))
-            log.warning("%s: what follows is not recorded", self._problem)
+            log.warning("%s: later acts are not recorded", self._problem)
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """Close the file.  Raises UsageError if an act was lost."""
         try:
             self._file.close()
         except OSError as error:
             self._problem = self._problem or str(self._cannot(error))
         if self._problem:
-            raise UsageError(f"{self._problem}: the recording is not whole")
+            raise UsageError(f"{self._problem}: the recording is incomplete")
 
     def _cannot(self, error: OSError) -> UsageError:
         return UsageError(f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}")
@@ -256,9 +256,9 @@ class TalkFile:
 
 @contextmanager
 def recording(bench: Bench, headers: Mapping[str, str] | None = None) -> Iterator[Recorder]:
-    """Record what happens on the bench meanwhile.  `headers`: the conversation's first comments."""
+    """Record the events on the bench within this context.  `headers`: the conversation's first comments."""
     recorder = Recorder(bench, _headers(bench) if headers is None else headers)
-    with observing(bench, recorder.take):
+    with observing(bench, recorder.record):
         yield recorder
     recorder.finish()
 
@@ -273,16 +273,16 @@ def recording_to(
     raw: bool = False,
     relayed: bool = False,
 ) -> Iterator[Recorder]:
-    """Record into the file at `path`, act by act.  Raises UsageError if it cannot be written.
+    """Record into the file at `path`, act by act.  Raises UsageError if the file cannot be written.
 
-    Who waits for answers in real time calls the recorder's `catch_up` now and then, so that the last one is written.
+    A caller that is paced to real time calls the recorder's `catch_up` now and then, to write the last reply.
     """
     file = TalkFile(path)
     try:
         headers = _headers(bench) if headers is None else headers
         recorder = Recorder(bench, headers, file.add, grain_ns=grain_ns, raw=raw, relayed=relayed)
         file.codec = recorder.codec
-        with observing(bench, recorder.take):
+        with observing(bench, recorder.record):
             yield recorder
         recorder.finish()
     finally:

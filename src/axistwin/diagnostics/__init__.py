@@ -1,1 +1,1 @@
-"""What is wrong with programs and scenes: the work behind `axistwin check`."""
+"""Diagnostics: check programs and scenes, for `axistwin check` and the language server."""

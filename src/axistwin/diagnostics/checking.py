@@ -1,6 +1,6 @@
-"""What is wrong with a text of any kind that axistwin reads: the work behind `axistwin check` and the language server.
+"""Find the errors in any text that axistwin reads, for `axistwin check` and the language server.
 
-A family's own checker finds it; here a program becomes characters with places, whatever it is written in.
+The checker of a family finds them.  This module converts programs of every kind to characters with places.
 """
 
 import re
@@ -19,22 +19,23 @@ from axistwin.conversations import conversation
 from axistwin.conversations.conversation import named_model, parse_line
 from axistwin.errors import PlacedError, ProgramError, UsageError
 from axistwin.programs.command_lines import command_line
-from axistwin.programs.running import check_headers, no_program
+from axistwin.programs.hex_commands import command_string
+from axistwin.programs.running import check_headers, unknown_kind
 from axistwin.programs.stored_programs import load_source
 
 MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
-"""The model that a program is for, if neither the user nor its first comments say another one."""
+"""Model of a program, if neither the user nor the first comments of the program name one."""
 PROGRAMS = (".talk", *MODELS)
 SCENE = ".toml"
 
 
 def kind_of(program: Path) -> str:
-    """Its suffix; DOS wrote them in capitals."""
+    """Return the suffix of a file in lower case; DOS wrote suffixes in capitals."""
     return program.suffix.lower()
 
 
 def check_kind(program: Path, made: Product) -> None:
-    """Raises UsageError if it is a kind of program for another family; conversations are for all."""
+    """Raise UsageError if the program is for another family.  A conversation is for any family."""
     meant = FAMILIES[MODELS.get(kind_of(program), made.model)]
     if meant != FAMILIES[made.model]:
         models = " or ".join(name for name, family in FAMILIES.items() if family == meant)
@@ -42,15 +43,17 @@ def check_kind(program: Path, made: Product) -> None:
 
 
 def product_for(suffix: str, text: str) -> Product:
-    """The product that a program is for, by its `; model:` or else by its suffix.  Raises UsageError."""
+    """Return the product that a program is for, by its `; model:` or else by its suffix.  Raises UsageError."""
     model = named_model(text.splitlines()) or MODELS.get(suffix, "")
     if not model:
-        raise UsageError("this conversation does not say whose it is: give the MODEL, or begin it with '; model: if1'")
+        raise UsageError(
+            "the model of this conversation is unknown: expected MODEL, or a first line such as '; model: if1'"
+        )
     return product(model)
 
 
 def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list[Diagnostic]:
-    """Everything that is wrong with a program file.  Raises UsageError or ProgramError if it is none."""
+    """Return all errors and warnings of a program file.  Raises UsageError or ProgramError if unreadable."""
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
 
 
@@ -64,7 +67,7 @@ def errors_in(program: Path, made: Product) -> str:
 
 
 def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list[Diagnostic]:
-    """Everything that is wrong with the text of a program for this product.  Raises UsageError if it is none."""
+    """Return all errors and warnings of a program text.  Raises UsageError if the product has no checker."""
     if made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked")
     found = _diagnose(text, suffix, made.check, codec_of(made), file)
@@ -72,7 +75,7 @@ def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
-    """The first thing that is wrong with the first comments of a conversation, which `run` refuses."""
+    """Yield the first error in the headers of a conversation; `run` would refuse the conversation."""
     lines = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
     head = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     acts = (Comment(line.strip()[1:].strip(), line=number) for number, line in head)
@@ -83,12 +86,15 @@ def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
 
 
 def load(program: Path) -> str:
-    """Its text.  Of a motor's source, what is no ASCII stands in comments.  Raises UsageError or ProgramError."""
+    """Return the text of a program.  In a motor's source `?` replaces other than ASCII characters.
+
+    Raises UsageError or ProgramError.
+    """
     return load_source(program).decode("ascii") if kind_of(program) == ".sms" else conversation.load_text(program)
 
 
 def as_diagnostic(error: PlacedError, severity: Severity = Severity.ERROR) -> Diagnostic:
-    """A line that could not be read at all."""
+    """Return the diagnostic for a line that could not be read at all."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None
@@ -106,7 +112,7 @@ def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str)
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:
-    """The lines that can be read, and what is wrong with the others."""
+    """Return the acts of the readable lines, and the diagnostics of the others."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
     read = _reader(suffix, codec, file)
@@ -121,29 +127,21 @@ def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -
 
 
 def _reader(suffix: str, codec: Codec, file: str) -> Callable[[str, int, str], Act | None]:
-    """What reads a line of such a program."""
+    """Return the function that reads a line of this kind of program."""
     match suffix:
         case ".talk":
             return lambda line, number, file: parse_line(line, number, file, codec) if line.strip() else None
         case ".181x":
-            return partial(_command, codec)
+            return partial(command_string, read=codec.read)
         case ".if1":
             return command_line
         case ".sms":
             return lambda line, number, _: Say(line.expandtabs(1).encode("ascii", "replace"), line=number)
-    raise no_program(Path(file))
-
-
-def _command(codec: Codec, line: str, number: int, file: str) -> Act | None:
-    """A command for a board on a bus, in hex or by name."""
-    words = line.partition(";")[0].rstrip()
-    if words.lstrip().startswith(("+", "!")):
-        return parse_line(words, number, file)
-    return Say(codec.read(words), line=number) if words else None
+    raise unknown_kind(Path(file))
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """What is sent to each controller."""
+    """Return the characters sent to each controller."""
     match suffix:
         case ".talk":
             return _conversation(acts, lines, codec)
@@ -156,15 +154,15 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
 
 
 @dataclass
-class _Host:
-    """What has been sent to one controller, between one switching off and the next."""
+class _SentData:
+    """The characters sent to one controller, divided at each power-off."""
 
     sessions: list[Session] = field(default_factory=list)
     characters: list[Sent] = field(default_factory=list)
     initialised: bool = False
 
     def say(self, act: Say, places: Iterable[tuple[int, int]], begin: int = 0) -> None:
-        """The bytes of `act`, each at its column from `begin` on."""
+        """Append the bytes of `act`, each with its column counted from `begin`."""
         self.characters += (
             Sent(byte, act.line, begin + column + 1, width)
             for byte, (column, width) in zip(act.data, places, strict=True)
@@ -176,9 +174,9 @@ class _Host:
 
 
 def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
-    hosts: dict[str, _Host] = {}
+    hosts: dict[str, _SentData] = {}
     for act in acts:
-        host = hosts.setdefault(act.controller, _Host())
+        host = hosts.setdefault(act.controller, _SentData())
         if isinstance(act, Say):
             line = lines[act.line - 1].rstrip()
             begin = re.compile(r"[^>]*>\s*").match(line)
@@ -191,7 +189,7 @@ def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> It
 
 
 def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
-    host = _Host(initialised=True)
+    host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):
             host.characters += _line(act)
@@ -201,8 +199,8 @@ def _typed(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
 
 
 def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
-    """Commands for a board on a bus, one per line."""
-    host = _Host(initialised=True)
+    """Return the commands for a board on a bus, one per line."""
+    host = _SentData(initialised=True)
     for act in acts:
         if isinstance(act, Say):
             host.say(act, codec.places(lines[act.line - 1].partition(";")[0].rstrip()))
@@ -212,16 +210,16 @@ def _commands(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterat
 
 
 def _stored(acts: Iterable[Act]) -> Iterator[Sequence[Session]]:
-    """A motor's source: all its characters, comments too."""
+    """Return all characters of a motor's source, with its comments."""
     yield [Session(tuple(sent for act in acts if isinstance(act, Say) for sent in _line(act)), stored=True)]
 
 
 def _line(act: Say) -> Iterator[Sent]:
-    """A line of characters, ended by a CR that is behind its last one and takes up no column."""
+    """Return the characters of a line and its CR, which occupies no column."""
     yield from (Sent(byte, act.line, column) for column, byte in enumerate(act.data, start=1))
     yield Sent(ord("\r"), act.line, len(act.data) + 1, 0)
 
 
-def _power(act: Act, host: _Host) -> None:
+def _power(act: Act, host: _SentData) -> None:
     if isinstance(act, Do) and act.target == "power" and act.value in ("off", "low"):
         host.switch_off()

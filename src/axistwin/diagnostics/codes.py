@@ -1,4 +1,4 @@
-"""All codes of all checkers, for `axistwin check --codes` and for docs/diagnostics.md.
+"""The codes of all checkers, for `axistwin check --codes` and for docs/diagnostics.md.
 
 python -m axistwin.diagnostics.codes > docs/diagnostics.md
 """
@@ -16,25 +16,25 @@ FAMILIES = {
     "Compumotor 1810 and 1811": ("1811", ".181x"),
     "Animatics SmartMotor": ("smartmotor", ".sms"),
 }
-"""Each family, a model that has all of its codes, and the kind of file its examples are."""
+"""For each family: a model that has all of its codes, and the suffix of its examples."""
 OURS = "Programs, conversations and scenes"
 LONGEST = 200
-"""Characters of an example that are shown."""
+"""Longest example that is shown whole, in characters."""
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    """The table of codes of each family, and of what is common to all."""
+    """Return the table of codes of each family, and of the codes common to all."""
     return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
 
 
 def suffix_of(rule: Rule) -> str:
-    """The kind of file that its example is."""
+    """Return the suffix of a rule's example."""
     family = next(title for title, table in tables().items() if rule in table)
     return rule.suffix or FAMILIES[family][1]
 
 
 def select(code: str) -> list[Rule]:
-    """The rules with this code, or all that begin so: `DP`, `SM3`; empty: all.  Raises UsageError if there is none."""
+    """Return the rules whose code begins with `code`, such as `DP` or `SM3`; empty: all.  Raises UsageError if none."""
     listed = {rule.code: rule for table in tables().values() for rule in table}
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:
@@ -46,7 +46,7 @@ def select(code: str) -> list[Rule]:
 
 
 def as_dict(rule: Rule) -> dict[str, Any]:
-    """The entry for `--format json`."""
+    """Return a rule as an entry for `--format json`."""
     return {
         "code": rule.code,
         "title": rule.title,
@@ -59,7 +59,7 @@ def as_dict(rule: Rule) -> dict[str, Any]:
 
 
 def explained(rule: Rule) -> Iterator[str]:
-    """A rule in lines for a terminal."""
+    """Return a rule as lines for a terminal."""
     yield f"{rule.code}  {rule.title} ({rule.severity})"
     yield f"  {rule.explanation}"
     yield f"  Manual: {rule.chapter}"
@@ -68,16 +68,16 @@ def explained(rule: Rule) -> Iterator[str]:
 
 
 def page() -> str:
-    """docs/diagnostics.md."""
+    """Return the text of docs/diagnostics.md."""
     return "\n".join(_page())
 
 
 HEAD = """\
 # Diagnostics
 
-What `axistwin check` and the language server can find. An **error** is refused by the controller; a **warning** is
-obeyed, or ignored, but hardly as it was meant. A code keeps its meaning for good. `axistwin check --codes DP301`
-explains one, `axistwin check --codes SM3` all that begin so.
+What `axistwin check` and the language server can find. The controller refuses an **error**; it executes or ignores a
+**warning**, but probably not as intended. A code never changes its meaning. `axistwin check --codes DP301`
+explains one code, `axistwin check --codes SM3` all that begin with SM3.
 
 ```console
 $ axistwin check if1 moves.if1
@@ -87,11 +87,11 @@ moves.if1:4:3: error: unknown character 'x': commands are upper case (manual: Fu
 | option | |
 | --- | --- |
 | `--format text` | one line each, `file:line:column: severity: message (manual: chapter) [code]` |
-| `--format json`, `--json` | one object; places with their ends, fixes as edits |
+| `--format json`, `--json` | one object; each place with its end, each fix as edits |
 | `--format sarif` | SARIF 2.1.0, for code scanning and editors |
 | `--format github` | `::error file=…,line=…,col=…::message`, which GitHub shows beside the line |
-| `--fix` | mends what can be meant in one way only, and says what it did; a file is replaced whole or not at all |
-| `--strict` | warnings too make it fail |
+| `--fix` | applies every fix that has only one reading, and lists them; a file is replaced as a whole or not at all |
+| `--strict` | warnings count as errors |
 
 Exit codes: 0 no errors, 1 errors, 2 wrong usage. The same findings appear while you type: [editors](editors.md).
 """
@@ -121,7 +121,7 @@ def _section(rule: Rule) -> Iterable[str]:
 
 
 def _shown(example: str) -> list[str]:
-    """Its lines; of a very long one, how it begins."""
+    """Return the lines of an example; only the beginning of a very long one."""
     text = example if len(example) <= LONGEST else f"{example[:60].rstrip()} …"
     return text.splitlines()
 

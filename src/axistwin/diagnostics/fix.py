@@ -1,4 +1,4 @@
-"""Mending what can be mended for sure.  A file is replaced as a whole, or stays as it is."""
+"""Apply fixes.  A file is replaced as a whole, or stays unchanged."""
 
 import os
 import tempfile
@@ -9,18 +9,20 @@ from axistwin.controllers.diagnostics import Diagnostic, Edit
 from axistwin.errors import AxistwinError
 
 MOST_ROUNDS = 10
-"""A fix may bring the next fault to light."""
+"""Limit on repeated fixing: a fix may reveal further errors."""
 
 
-def mend(text: str, find: Callable[[str], Sequence[Diagnostic]]) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
-    """The text with all sure fixes, those that were applied, and what is found in it now.
+def fix_text(
+    text: str, find: Callable[[str], Sequence[Diagnostic]]
+) -> tuple[str, list[Diagnostic], Sequence[Diagnostic]]:
+    """Apply all sure fixes; return the new text, the diagnostics that were fixed, and those that remain.
 
-    A round that would bring more errors than it mends is not done.
+    A round that would add errors is not applied.
     """
     done: list[Diagnostic] = []
     found = find(text)
     for _ in range(MOST_ROUNDS):
-        chosen = _apart(each for each in found if each.fix is not None and each.fix.sure)
+        chosen = _without_overlaps(each for each in found if each.fix is not None and each.fix.sure)
         if not chosen:
             break
         better = apply(text, [edit for each in chosen if each.fix for edit in each.fix.edits])
@@ -36,24 +38,24 @@ def _errors(found: Sequence[Diagnostic]) -> int:
     return sum(each.severity == "error" for each in found)
 
 
-def _apart(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Those that do not touch one another; each edit once."""
+def _without_overlaps(fixable: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return the fixes that do not overlap; each edit once."""
     chosen: list[Diagnostic] = []
     taken: list[Edit] = []
     for each in fixable:
         assert each.fix is not None
-        if not any(_touch(edit, other) for edit in each.fix.edits for other in taken):
+        if not any(_overlap(edit, other) for edit in each.fix.edits for other in taken):
             chosen.append(each)
             taken += each.fix.edits
     return chosen
 
 
-def _touch(one: Edit, other: Edit) -> bool:
+def _overlap(one: Edit, other: Edit) -> bool:
     return one[:2] <= other[2:4] and other[:2] <= one[2:4]
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
-    """The text with these edits, from the last to the first.  Its lines keep their ends."""
+    """Return the text after these edits, applied from the last to the first.  Line ends are kept."""
     begins = [0]
     for line in text.splitlines(keepends=True):
         begins.append(begins[-1] + len(line))
@@ -64,14 +66,14 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 
 
 def read_exactly(file: Path) -> tuple[str, str]:
-    """A file's text with its line ends, and the code it is in."""
+    """Return the text of a file with its line ends, and its encoding."""
     data = file.read_bytes()
     encoding = "latin-1" if file.suffix.lower() == ".sms" else "utf-8"
     return data.decode(encoding), encoding
 
 
 def replace(file: Path, text: str, encoding: str) -> None:
-    """Write a new file beside the old one and let it take the old one's place.  Raises AxistwinError."""
+    """Replace a file by a new one through a temporary file in the same folder.  Raises AxistwinError."""
     target = file.resolve()
     beside = None
     try:
@@ -85,4 +87,4 @@ def replace(file: Path, text: str, encoding: str) -> None:
     except OSError as error:
         if beside is not None:
             Path(beside).unlink(missing_ok=True)
-        raise AxistwinError(f"{file} cannot be mended: {(error.strerror or str(error)).lower()}") from None
+        raise AxistwinError(f"{file} cannot be fixed: {(error.strerror or str(error)).lower()}") from None

@@ -1,4 +1,4 @@
-"""What has been found, in the form that somebody wants it: text, JSON, SARIF 2.1.0, GitHub's workflow commands."""
+"""Output formats of diagnostics: text, JSON, SARIF 2.1.0, GitHub workflow commands."""
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
@@ -19,7 +19,7 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
 
 @dataclass(frozen=True)
 class Checked:
-    """A file, what it holds, and what has been found in it."""
+    """A checked file, its text and its diagnostics."""
 
     file: Path
     text: str
@@ -28,7 +28,7 @@ class Checked:
 
 
 def as_text(checked: Checked, excerpts: bool) -> Iterator[str]:
-    """A line per finding; with `excerpts`, the place as well."""
+    """Return one line per diagnostic; with `excerpts`, the source line as well."""
     lines = checked.text.splitlines() if excerpts else []
     for each in checked.found:
         place = click.style(f"{checked.file}:{each.line}:{each.column}:", bold=True)
@@ -50,7 +50,7 @@ def _excerpt(line: str, diagnostic: Diagnostic) -> Iterator[str]:
 
 
 def as_json(checked: Sequence[Checked], model: str | None) -> str:
-    """One object."""
+    """Return one JSON object for all files."""
     found = [{"file": str(each.file), **_plain(diagnostic)} for each in checked for diagnostic in each.found]
     errors = sum(each["severity"] is Severity.ERROR for each in found)
     files = [str(each.file) for each in checked]
@@ -66,7 +66,7 @@ def _plain(diagnostic: Diagnostic) -> dict[str, Any]:
 
 
 def as_github(checked: Checked) -> Iterator[str]:
-    """A workflow command per finding."""
+    """Return one workflow command per diagnostic."""
     for each in checked.found:
         end_line, end = each.end
         name = _property(str(checked.file))
@@ -86,7 +86,7 @@ def _property(text: str) -> str:
 
 
 def as_sarif(checked: Sequence[Checked]) -> str:
-    """A log with one run."""
+    """Return a SARIF log with one run."""
     codes = sorted({diagnostic.code for each in checked for diagnostic in each.found})
     driver = {"name": "axistwin", "semanticVersion": VERSION, "rules": [_rule(code) for code in codes]}
     results = [_result(each.file, diagnostic, codes) for each in checked for diagnostic in each.found]
@@ -131,5 +131,5 @@ def _region(line: int, column: int, end_line: int, end_column: int) -> dict[str,
 
 
 def _uri(file: Path) -> str:
-    """Relative where it was named so: whoever reads it knows where the check was run."""
+    """Return the URI of a file; a relative path stays relative to the working directory of the check."""
     return file.as_uri() if file.is_absolute() else quote(file.as_posix())

@@ -1,4 +1,4 @@
-"""What is wrong with a scene: all keys and values, or else the first thing that keeps it from being built."""
+"""Find the errors in a scene: all wrong keys and values, or else the first error that prevents building it."""
 
 import re
 from pathlib import Path
@@ -14,9 +14,9 @@ _SPAN = re.compile(r"""\[\[[^\]\n]*\]\]|\[[^\]\n]*\]|"[^"\n]*"|'[^'\n]*'|[\w-]+"
 
 
 def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
-    """Everything that can be told about a scene.  `text`: instead of what the file holds.
+    """Return the diagnostics of a scene.  `text` replaces the contents of the file.
 
-    Raises SceneError if there is no such file, or it is no text.
+    Raises SceneError if the file is missing or is not text.
     """
     text = read_text(file) if text is None else text
     return sorted(_as_diagnostic(error, text) for error in _errors(file, text))
@@ -25,7 +25,7 @@ def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
 def _errors(file: Path, text: str) -> list[SceneError]:
     try:
         source = Source(file, text)
-        found = source.complaints()
+        found = source.errors()
         if not found:
             _try(source)
     except SceneError as error:
@@ -34,7 +34,7 @@ def _errors(file: Path, text: str) -> list[SceneError]:
 
 
 def _try(source: Source) -> None:
-    """Build it, without the state directories, so that nothing is left behind."""
+    """Build the scene without its state directories, so that no files are written."""
     contents = source.contents()
     for table in contents.controller:
         table.state = None
@@ -42,7 +42,7 @@ def _try(source: Source) -> None:
 
 
 def _as_diagnostic(error: SceneError, text: str) -> Diagnostic:
-    """With the code of a scene that cannot be built if it has none; about the word that stands at its place."""
+    """Return an error as a diagnostic that covers the word at its place, with a general code if it has none."""
     lines = text.splitlines()
     line, column = error.line or 1, error.column or 1
     found = _SPAN.match(lines[line - 1], column - 1) if line <= len(lines) else None

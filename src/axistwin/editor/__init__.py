@@ -1,4 +1,4 @@
-"""What an editor is told about a text: what a word means, what may be written at a place, what the text is made of.
+"""Language support for editors: meaning of a word, completions at a place, structure of a text.
 
-One module per kind of text, and none of them knows of an editor's protocol: `axistwin.editor.server` speaks that.
+There is one module per kind of text; only `axistwin.editor.server` depends on the editor's protocol.
 """

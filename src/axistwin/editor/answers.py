@@ -1,4 +1,4 @@
-"""The answers, in columns of the text.  Lines count from 1; `begin` and `end` are indexes into a line."""
+"""Answers to an editor.  Lines count from 1; `begin` and `end` are indexes into a line."""
 
 import inspect
 from collections.abc import Callable, Iterator
@@ -12,7 +12,7 @@ from axistwin.controllers.commandset import Command, Field
 
 @dataclass(frozen=True)
 class Hover:
-    """What a word means, in Markdown, and where in its line the word stands."""
+    """Meaning of a word, in Markdown, and the word's place in its line."""
 
     text: str
     begin: int
@@ -21,7 +21,7 @@ class Hover:
 
 @dataclass(frozen=True)
 class Item:
-    """Something that may be written at a place.  `insert`: what is written, where that is not its label."""
+    """A completion.  `insert`: text to insert, if different from the label."""
 
     label: str
     kind: str = "command"
@@ -34,7 +34,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A part of the text that has a name, from a place to another."""
+    """A named part of the text, with begin and end."""
 
     name: str
     kind: str
@@ -46,32 +46,32 @@ class Symbol:
 
 
 class Editing(Protocol):
-    """What can be asked about a kind of text.  `line` from 1, `at` an index into it: the cursor stands before it."""
+    """Queries for one kind of text.  `line` counts from 1; `at` is the index of the character after the cursor."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """What the word at a place means."""
+        """Return the meaning of the word at a place."""
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """What may be written at a place."""
+        """Return the completions at a place."""
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """What the text is made of."""
+        """Return the structure of the text."""
 
 
-def explained(command: Command, marked: Field | None = None) -> str:
-    """A line of the command table in Markdown; `marked`: the parameter that is looked at."""
+def explain(command: Command, marked: Field | None = None) -> str:
+    """Return a line of the command table in Markdown; `marked`: the parameter to emphasise."""
     paragraphs = [f"**{in_words(str(_code(command)))}** {command.name}", f"`{in_words(command.syntax)}`"]
     if command.parameters:
         paragraphs.append("\n".join(f"- {_parameter(each, marked)}" for each in command.parameters))
-    if command.handler is not None and (told := _docstring(command.handler)):
-        paragraphs.append(told)
+    if command.handler is not None and (description := _docstring(command.handler)):
+        paragraphs.append(description)
     paragraphs.append(f"Manual: {command.chapter}")
     return "\n\n".join(paragraphs)
 
 
 def item(command: Command, label: str, insert: str = "") -> Item:
-    """A command as something that may be written."""
-    return Item(label, "command", f"{command.name} · {in_words(command.syntax)}", explained(command), insert)
+    """Return a command as a completion."""
+    return Item(label, "command", f"{command.name} · {in_words(command.syntax)}", explain(command), insert)
 
 
 def _code(command: Command) -> str:
@@ -85,14 +85,14 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 
 def _docstring(handler: Callable[..., Any]) -> str:
-    """What the handler of a command says about it, if it is the handler of that command alone."""
+    """Return the docstring of a command's own handler; a handler shared by commands has no text here."""
     if isinstance(handler, partial):
         return ""
     return " ".join((inspect.getdoc(handler) or "").split())
 
 
 def words(line: str) -> Iterator[tuple[int, int]]:
-    """Where the words of a line begin and end."""
+    """Yield the begin and end of each word in a line."""
     at = 0
     for word in line.split():
         begin = line.index(word, at)

@@ -1,4 +1,4 @@
-"""Commands for an 1810 or 1811, one per line: what a word means, which command may stand here, sequences and moves."""
+"""Language support for `.181x`: commands for an 1810 or 1811, one per line."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -13,7 +13,7 @@ from axistwin.controllers.compumotor.language import DontCare, Number, OneOf, Op
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
 from axistwin.diagnostics.checking import read_acts, sessions
-from axistwin.editor.answers import Hover, Item, Symbol, explained, item, words
+from axistwin.editor.answers import Hover, Item, Symbol, explain, item, words
 
 _HEX = re.compile(r"(?:[0-9A-Fa-f]{2})+")
 BEGIN_SEQUENCE, END_SEQUENCE = 0xD9, 0xD8
@@ -21,35 +21,35 @@ RANGES = [f"{velocity}{acceleration}" for velocity in range(6) for acceleration 
 
 
 class Commands:
-    """`.181x`, and the `>` lines of a conversation."""
+    """`.181x` files, and the `>` lines of a conversation."""
 
     def __init__(self, made: Product, suffix: str = ".181x") -> None:
         self.made, self.suffix = made, suffix
         self.names = {name_of(command): command for command in _opcodes(made.commands)}
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """The command on a line, and of its parameters the one at the place."""
+        """Return the command on a line, with the parameter at the place emphasised."""
         return self.hover_at(_command(lines[line - 1]), at)
 
     def hover_at(self, text: str, at: int, offset: int = 0) -> Hover | None:
-        """The same for a command that begins at column `offset`."""
+        """Return the same for a command that begins at column `offset`."""
         listed = list(words(text))
         here = next((number for number, (begin, end) in enumerate(listed) if begin <= at <= end), None)
-        command = self._first(text)
+        command = self._first_command(text)
         if here is None or command is None:
             return None
         begin, end = listed[here]
-        return Hover(explained(command, self._parameter(command, text, here)), offset + begin, offset + end)
+        return Hover(explain(command, self._parameter(command, text, here)), offset + begin, offset + end)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """The commands that the board would take here, or the values of a parameter that has few."""
+        """Return the commands that the board accepts here, or the values of a parameter that has few."""
         text = lines[line - 1][:at]
         if ";" in text or text.lstrip().startswith(("+", "!")):
             return []
         return self.complete_at(text, partial(self._session, lines[: line - 1]))
 
     def complete_at(self, text: str, session: Callable[[], Session]) -> list[Item]:
-        """The same behind this beginning of a command; `session`: what has been sent before."""
+        """Return the completions after the begin of a command; `session`: the commands sent before."""
         given = text.split()
         number = len(given) - (not text.endswith((" ", "\t")) and bool(given))
         if number == 0:
@@ -59,12 +59,12 @@ class Commands:
         return _values(fields[number - 1]) if number <= len(fields) else []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """The sequences with their commands, and the moves that are defined."""
+        """Return the sequences with their commands, and the defined moves."""
         found: list[Symbol] = []
         defining: tuple[int, str, list[Symbol]] | None = None
         for number, line in enumerate(lines, start=1):
             text = _command(line)
-            command = self._first(text)
+            command = self._first_command(text)
             if command is None:
                 continue
             whole = _symbol(name_of(command), "step", number, text)
@@ -81,8 +81,8 @@ class Commands:
             found.append(_sequence(*defining, (len(lines), len(lines[-1]) + 1)))
         return found
 
-    def _first(self, text: str) -> Opcode | None:
-        """The command that a text begins with."""
+    def _first_command(self, text: str) -> Opcode | None:
+        """Return the first command of a text."""
         first = (text.split() or [""])[0]
         if first in self.names:
             return self.names[first]
@@ -90,7 +90,7 @@ class Commands:
         return found if isinstance(found, Opcode) else None
 
     def _parameter(self, command: Opcode, text: str, here: int) -> Number | None:
-        """The parameter of the word numbered `here`; of a command in hex, by counting bytes."""
+        """Return the parameter of the word numbered `here`; in a hex command, found by counting bytes."""
         given = text.split()
         if given[0] in self.names:
             fields = _written(command)
@@ -103,7 +103,7 @@ class Commands:
         return None
 
     def _session(self, lines: list[str]) -> Session:
-        """What is sent before."""
+        """Return the commands sent before."""
         codec = codec_of(self.made)
         acts, _ = read_acts(lines, self.suffix, codec)
         listed = [session for host in sessions(acts, lines, self.suffix, codec) for session in host]
@@ -120,12 +120,12 @@ def _command(line: str) -> str:
 
 
 def _written(command: Opcode) -> list[Number]:
-    """The parameters that are written behind a command's name."""
+    """Return the parameters written after a command's name."""
     return [each for each in command.fields if not isinstance(each, DontCare)]
 
 
 def _values(parameter: Number) -> list[Item]:
-    """Those of a parameter that has few."""
+    """Return the values of a parameter that has few."""
     if isinstance(parameter, Switch):
         listed = list(SWITCHES)
     elif isinstance(parameter, Ranges):

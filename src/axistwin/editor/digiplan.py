@@ -1,68 +1,68 @@
-"""Command lines of an IF1 or IF2: what a character means, which may follow, the steps of sequences."""
+"""Language support for `.if1`: command lines of an IF1 or IF2."""
 
 from collections.abc import Iterator
 
 from axistwin.controllers.digiplan import rules
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Instruction, Message, parse
-from axistwin.editor.answers import Hover, Item, Symbol, explained, item
+from axistwin.editor.answers import Hover, Item, Symbol, explain, item
 
-OF_A_NUMBER = frozenset("0123456789+-, ")
+NUMBER_CHARACTERS = frozenset("0123456789+-, ")
 MISPLACED = (rules.UNKNOWN, rules.LOST_NUMBER, rules.ALONE, rules.SETUP, rules.CANNOT_STAND, rules.NOT_IN_THIS_KIND,
              rules.ORDER, rules.TWICE)  # fmt: skip
-"""What the reader says of a character that may not stand where it stands."""
-BEHIND = ("", "1", "+1", "1,1")
-"""What a character may need behind it, before one can tell."""
+"""Rules broken by a character at a wrong place."""
+OPERANDS = ("", "1", "+1", "1,1")
+"""Characters that a command may need after itself to be valid."""
 
 
 class CommandLines:
-    """`.if1`: each line is a message; `;` begins a comment, `+` and `!` what is no message."""
+    """`.if1` files: each line is a message; lines with `+` and `!`, and comments after `;`, are not."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """The command that the character at a place is, or belongs to."""
+        """Return the command of the character at a place."""
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """The commands that may follow."""
+        """Return the commands that may follow."""
         text = lines[line - 1][:at]
         return [] if ";" in text or _message(text) != text else following(text)
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """The sequences, and their steps."""
+        """Return the sequences and their steps."""
         return [s for number, line in enumerate(lines, 1) for s in sequences(_message(line), number)]
 
 
 def _message(line: str) -> str:
-    """What is typed."""
+    """Return the text to be typed on a line."""
     words = line.partition(";")[0]
     return "" if words.lstrip().startswith(("+", "!")) else words
 
 
 def hover(text: str, at: int, offset: int = 0) -> Hover | None:
-    """The command at an index into a message that begins at column `offset`."""
+    """Return the command at an index into a message that begins at column `offset`."""
     if not 0 <= at < len(text):
         return None
     begin = at
-    while begin > 0 and text[begin] in OF_A_NUMBER:
+    while begin > 0 and text[begin] in NUMBER_CHARACTERS:
         begin -= 1
     found = COMMANDS.get(text[begin])
     if found is None or (text[begin] == " "):
         return None
-    return Hover(explained(found), offset + begin, offset + max(at, begin) + 1)
+    return Hover(explain(found), offset + begin, offset + max(at, begin) + 1)
 
 
 def following(text: str) -> list[Item]:
-    """The commands that may follow this beginning of a message."""
+    """Return the commands that may follow the begin of a message."""
     return [item(command, str(command.code)) for command in COMMANDS if _may_follow(text, command)]
 
 
 def _may_follow(text: str, command: object) -> bool:
     if not isinstance(command, Instruction) or Accept.SETUP in command.accepted or str(command.code).isspace():
         return False
-    return any(_stands(text, f"{command.code}{behind}") for behind in BEHIND)
+    return any(_is_valid_after(text, f"{command.code}{operand}") for operand in OPERANDS)
 
 
-def _stands(text: str, added: str) -> bool:
+def _is_valid_after(text: str, added: str) -> bool:
     found = parse(text + added, COMMANDS).problems
     return not any(
         problem.rule is rules.CONTROL_ALONE or (problem.rule in MISPLACED and problem.position >= len(text))
@@ -71,7 +71,7 @@ def _stands(text: str, added: str) -> bool:
 
 
 def sequences(text: str, line: int, offset: int = 0) -> Iterator[Symbol]:
-    """The sequence that a message is, if it is one, with its steps."""
+    """Yield the sequence with its steps, if the message is a sequence."""
     if not text.lstrip().startswith(":"):
         return
     message = parse(text.rstrip(), COMMANDS)

@@ -1,4 +1,4 @@
-"""Scenes: keys and tables by their schema, models, terminals; what a key means."""
+"""Language support for scenes: tables, keys, models and terminals, from the schema."""
 
 import ast
 import inspect
@@ -25,10 +25,10 @@ TERMINAL_KEYS = ("from", "to")
 
 
 class Scenes:
-    """`.toml`."""
+    """`.toml` files."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """What a key or a table is for."""
+        """Return the meaning of a key or a table."""
         word = next((m for m in _KEY.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
         header = _HEADER.match(lines[line - 1])
         if word is None:
@@ -40,16 +40,18 @@ class Scenes:
         found = node.get(path[-1]) if node else None
         if found is None:
             return None
-        return Hover(f"**{path[-1]}** {_told(found)}", word.start(), until)
+        return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Tables, keys, and the values of those that have few."""
+        """Return tables, keys, or the values of a key that has few."""
         text = lines[line - 1][:at]
         if "#" in text:
             return []
         if header := _HEADER.match(text):
             return [
-                Item(name, "key", _told(node)) for name, node in _node([], "").items() if header["brackets"] == "[["
+                Item(name, "key", _description(node))
+                for name, node in _node([], "").items()
+                if header["brackets"] == "[["
             ]
         pair = _PAIR.match(text)
         assert pair is not None
@@ -61,10 +63,10 @@ class Scenes:
             return [
                 Item(value, "value") for value in _values(lines, key, _node(path, model).get(key, {}), pair["value"])
             ]
-        return [Item(name, "key", _told(node)) for name, node in _node(path, model).items()]
+        return [Item(name, "key", _description(node)) for name, node in _node(path, model).items()]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """The tables, controllers by their names."""
+        """Return the tables of the file; a controller's table is listed under its name."""
         headers = [(number, found["path"]) for number, line in enumerate(lines, 1) if (found := _HEADER.match(line))]
         last = len(lines) + 1, ""
         return [_symbol(lines, begin, end, path) for (begin, path), (end, _) in pairwise([*headers, last])]
@@ -72,10 +74,10 @@ class Scenes:
 
 def _symbol(lines: list[str], begin: int, end: int, path: str) -> Symbol:
     last = (end - 1, len(lines[end - 2]) + 1)
-    return Symbol(_called(lines, begin, end, path), "table", (begin, 1), last, path)
+    return Symbol(_title(lines, begin, end, path), "table", (begin, 1), last, path)
 
 
-def _called(lines: list[str], begin: int, end: int, path: str) -> str:
+def _title(lines: list[str], begin: int, end: int, path: str) -> str:
     body = lines[begin : end - 1]
     named = next((m["name"] for each in body if (m := _NAME.match(each))), None)
     model = next((m["model"] for each in body if (m := _MODEL.match(each))), None)
@@ -83,7 +85,7 @@ def _called(lines: list[str], begin: int, end: int, path: str) -> str:
 
 
 def _table(lines: list[str], line: int) -> list[str]:
-    """The table that a line stands in."""
+    """Return the table of a line."""
     for number in range(line - 1, 0, -1):
         if found := _HEADER.match(lines[number - 1]):
             return [part.strip("\"'") for part in found["path"].split(".")]
@@ -91,7 +93,7 @@ def _table(lines: list[str], line: int) -> list[str]:
 
 
 def _model(lines: list[str], line: int) -> str:
-    """The model of the controller whose table a line stands in."""
+    """Return the model of the controller whose table contains a line."""
     begin = next((n for n in range(line, 0, -1) if re.match(r"\s*\[\[\s*controller\s*\]\]", lines[n - 1])), None)
     if begin is None:
         return ""
@@ -112,7 +114,7 @@ def _schema() -> dict[str, Any]:
 
 
 def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
-    """The keys that may stand in the table at this path, each with its schema."""
+    """Return the allowed keys of the table at this path, each with its schema."""
     schema = _schema()
     if path[:2] == ["controller", "options"] and len(path) == 2 and model:
         return _options(model)
@@ -122,14 +124,14 @@ def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
     if path[:2] == ["controller", "axes"] and has_servo(model):
         node, path = SERVO_SCHEMA, path[3:]
     for part in path:
-        node = _inside(schema, node, part)
-    properties: dict[str, dict[str, Any]] = _plain(schema, node).get("properties", {})
+        node = _child(schema, node, part)
+    properties: dict[str, dict[str, Any]] = _resolved(schema, node).get("properties", {})
     return properties
 
 
 @cache
 def _options(model: str) -> dict[str, dict[str, Any]]:
-    """The options of a model, with what is written about each in the dataclass."""
+    """Return the options of a model, with their docstrings from the dataclass."""
     made = product(model).options
     (body,) = (node.body for node in ast.parse(dedent(inspect.getsource(made))).body if isinstance(node, ast.ClassDef))
     docs = {
@@ -141,30 +143,30 @@ def _options(model: str) -> dict[str, dict[str, Any]]:
     return {field.name: {"description": docs.get(field.name, "")} for field in fields(made)}
 
 
-def _inside(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str, Any]:
-    """The schema of a key's value; of a list, of what it holds."""
-    node = _plain(schema, node)
+def _child(schema: dict[str, Any], node: dict[str, Any], part: str) -> dict[str, Any]:
+    """Return the schema of a key's value, or of the elements of a list."""
+    node = _resolved(schema, node)
     found = node.get("properties", {}).get(part) or node.get("additionalProperties")
-    found = _plain(schema, found) if isinstance(found, dict) else {}
+    found = _resolved(schema, found) if isinstance(found, dict) else {}
     items = found.get("items")
     return items if isinstance(items, dict) else found
 
 
-def _plain(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """What stands behind a reference, and the first table of a choice."""
+def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    """Return the definition that a node refers to; of a choice, the first table."""
     if "$ref" in node:
         return dict(schema["$defs"][node["$ref"].rpartition("/")[2]])
     choices = node.get("anyOf") or node.get("oneOf") or []
-    tables = [each for each in (_plain(schema, choice) for choice in choices) if "properties" in each]
+    tables = [each for each in (_resolved(schema, choice) for choice in choices) if "properties" in each]
     return tables[0] if tables else node
 
 
-def _told(node: dict[str, Any]) -> str:
+def _description(node: dict[str, Any]) -> str:
     return " ".join(str(node.get("description", "")).split())
 
 
 def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """The values of a key that has few, in quotes where they are texts, unless one has been begun."""
+    """Yield the values of a key that has few, quoted unless the user has typed the quote."""
     quote = "" if typed.startswith(('"', "'")) else '"'
     if key == "model":
         yield from (f"{quote}{model}{quote}" for model in FAMILIES)
@@ -177,11 +179,11 @@ def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Ite
 
 
 def _terminals(lines: list[str]) -> Iterator[str]:
-    """The pins of the controllers in the file."""
+    """Yield the pins of the controllers in the file."""
     for number, line in enumerate(lines, start=1):
         if re.match(r"\s*\[\[\s*controller\s*\]\]", line) and (model := _model(lines, number)):
             end = next(
                 (n for n in range(number + 1, len(lines) + 1) if lines[n - 1].lstrip().startswith("[[")), len(lines) + 1
             )
-            name = _called(lines, number, end, model)
+            name = _title(lines, number, end, model)
             yield from (f"{name}.{pin}" for pin in terminals(model)["pins"])

@@ -1,6 +1,6 @@
-"""The language server: what the checkers and `axistwin.editor` say, in the terms of the Language Server Protocol.
+"""The language server: diagnostics and `axistwin.editor` by the Language Server Protocol.
 
-Columns there are of UTF-16, lines count from 0; the protocol's own position codec converts.
+Protocol columns are in UTF-16 units and lines count from 0; the protocol's position codec converts.
 """
 
 import asyncio
@@ -24,11 +24,11 @@ from axistwin.errors import UsageError
 from axistwin.version import VERSION
 
 LIMIT = 1 << 17
-"""Characters of a text that are looked at while somebody types: that takes a second or two."""
+"""Longest text checked while the user types, in characters; a check of such a text takes a second or two."""
 PAUSE_S = 0.2
-"""What is wrong is told when nobody has typed for so long."""
+"""Pause in typing before diagnostics are published."""
 _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", " "))
-"""What ends a line for Python and not for the protocol."""
+"""Characters that end a line in Python but not in the protocol."""
 SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
 ITEMS = {
     "command": lsp.CompletionItemKind.Keyword,
@@ -48,14 +48,14 @@ SYMBOLS = {
 
 
 class Text:
-    """A document as it is in the editor now."""
+    """A document in its present state in the editor."""
 
     def __init__(self, document: TextDocument) -> None:
         self.document = document
         self.path = Path(document.path or document.uri)
         try:
             self.text = document.source.translate(_ODD_ENDS)
-        except (OSError, UnicodeDecodeError):  # not open in the editor, and not to be read: closed, removed, unsaved
+        except (OSError, UnicodeDecodeError):  # closed in the editor and not readable as a file
             self.text = ""
         self.lines = self.text.splitlines() or [""]
         if self.text.endswith(("\n", "\r")):
@@ -63,7 +63,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """Who answers for this kind of text, unless it would take long."""
+        """The language support for this kind of text; None if there is none or the text is too long."""
         if self.too_long:
             return None
         match self.path.suffix.lower():
@@ -81,11 +81,11 @@ class Text:
 
     @property
     def too_long(self) -> bool:
-        """Whether one would wait for what there is to say about it."""
+        """True if the text is too long for checking during typing."""
         return len(self.text) > LIMIT
 
     def diagnose(self) -> list[Diagnostic]:
-        """What is wrong with it.  A TOML file that has no [[controller]] is somebody else's."""
+        """Return the diagnostics.  A TOML file without [[controller]] is not a scene."""
         suffix = self.path.suffix.lower()
         if self.editing is None:
             return []
@@ -97,59 +97,59 @@ class Text:
             return [Diagnostic(1, 1, Severity.WARNING, str(error))]
 
     def position(self, line: int, column: int) -> lsp.Position:
-        """A place, from 1, as the protocol has it."""
+        """Convert a place counted from 1 to the protocol's position."""
         here = lsp.Position(min(line, len(self.lines)) - 1, column - 1)
         if self.lines[here.line].isascii():
-            return here  # the codec counts from the line's beginning, which takes its time in long ones
+            return here  # the codec is slow in long lines
         return self.document.position_codec.position_to_client_units(self.lines, here)
 
     def span(self, begin: tuple[int, int], end: tuple[int, int]) -> lsp.Range:
-        """From a place to another."""
+        """Convert begin and end to the protocol's range."""
         return lsp.Range(self.position(*begin), self.position(*end))
 
     def at(self, position: lsp.Position) -> tuple[int, int]:
-        """A place of the protocol as a line from 1 and an index into it."""
+        """Convert a position of the protocol to a line from 1 and an index into that line."""
         here = self.document.position_codec.position_from_client_units(self.lines, position)
         line = min(here.line, len(self.lines) - 1)
         return line + 1, min(here.character, len(self.lines[line]))
 
 
 class Server(LanguageServer):
-    """One editor's server."""
+    """The server of one editor."""
 
     def __init__(self) -> None:
         super().__init__("axistwin", VERSION)
         self.asked_to_end = False
         self._due: dict[str, asyncio.TimerHandle] = {}
-        self._told: dict[str, tuple[str, list[Diagnostic]]] = {}
+        self._published: dict[str, tuple[str, list[Diagnostic]]] = {}
 
     def text(self, uri: str) -> Text:
-        """The document as it is now."""
+        """Return the document in its present state."""
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
-        """Tell the editor what is wrong with a document."""
+        """Publish the diagnostics of a document."""
         text = self.text(uri)
-        self._told[uri] = text.text, text.diagnose()
-        found = [_diagnostic(text, each) for each in self._told[uri][1]]
+        self._published[uri] = text.text, text.diagnose()
+        found = [_diagnostic(text, each) for each in self._published[uri][1]]
         found += [_too_long(text)] if text.too_long else []
         params = lsp.PublishDiagnosticsParams(uri, found, text.document.version)
         self.text_document_publish_diagnostics(params)
 
     def publish_soon(self, uri: str) -> None:
-        """The same, of the newest version, when nobody has typed for a moment."""
+        """Publish the diagnostics after a pause in typing."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
     def found(self, text: Text) -> list[Diagnostic]:
-        """What is wrong with a document: as it has been told, if that is what it was about."""
-        about, found = self._told.get(text.document.uri, ("", []))
+        """Return the diagnostics of a document; published ones are reused if the text is unchanged."""
+        about, found = self._published.get(text.document.uri, ("", []))
         return found if about == text.text else text.diagnose()
 
-    def forget(self, uri: str) -> None:
-        """It has been closed: nothing is wrong with what is not there."""
+    def close_document(self, uri: str) -> None:
+        """Remove the diagnostics of a closed document."""
         self._cancel(uri)
-        self._told.pop(uri, None)
+        self._published.pop(uri, None)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def _cancel(self, uri: str) -> None:
@@ -159,7 +159,7 @@ class Server(LanguageServer):
 
 
 def make() -> Server:
-    """A server with everything it can do."""
+    """Return a server with all features."""
     server = Server()
     for feature, answer in FEATURES.items():
         server.feature(feature)(answer)
@@ -174,27 +174,27 @@ def make() -> Server:
 
 
 def did_open(server: Server, params: lsp.DidOpenTextDocumentParams) -> None:
-    """A document is there."""
+    """Handle an opened document."""
     server.publish(params.text_document.uri)
 
 
 def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
-    """Somebody has typed."""
+    """Handle an edit."""
     server.publish_soon(params.text_document.uri)
 
 
 def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
-    """A document is not there any more."""
-    server.forget(params.text_document.uri)
+    """Handle a closed document."""
+    server.close_document(params.text_document.uri)
 
 
 def shutdown(server: Server, _: None) -> None:
-    """The editor is going to end the server."""
+    """Handle the announcement of the server's end."""
     server.asked_to_end = True
 
 
 def _too_long(text: Text) -> lsp.Diagnostic:
-    message = f"more than {LIMIT:,} characters: not looked at while you type; use axistwin check"
+    message = f"more than {LIMIT:,} characters: not checked during typing, use axistwin check"
     return lsp.Diagnostic(text.span((1, 1), (1, 1)), message, lsp.DiagnosticSeverity.Information, source="axistwin")
 
 
@@ -208,11 +208,11 @@ def _diagnostic(text: Text, found: Diagnostic) -> lsp.Diagnostic:
     )
 
 
-# Questions
+# Requests
 
 
 def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
-    """What a word means."""
+    """Return the meaning of a word."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     found = text.editing.hover(text.lines, line, at) if text.editing is not None else None
@@ -223,7 +223,7 @@ def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 
 def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    """What may be written."""
+    """Return the completions."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     found = text.editing.complete(text.lines, line, at) if text.editing is not None else []
@@ -231,20 +231,20 @@ def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList
 
 
 def _item(item: Item, number: int) -> lsp.CompletionItem:
-    """In the order in which the manual has them."""
-    told = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.text) if item.text else None
+    """Return a completion; completions are sorted in the order of the manual."""
+    documentation = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.text) if item.text else None
     return lsp.CompletionItem(
         item.label,
         kind=ITEMS[item.kind],
         detail=item.detail or None,
-        documentation=told,
+        documentation=documentation,
         insert_text=item.insert or None,
         sort_text=f"{number:04}",
     )
 
 
 def symbols(server: Server, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-    """What the document is made of."""
+    """Return the structure of the document."""
     text = server.text(params.text_document.uri)
     found = text.editing.symbols(text.lines) if text.editing is not None else []
     return [_symbol(text, each) for each in found]
@@ -257,27 +257,27 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
 
 
 def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-    """The fixes of what is found there."""
+    """Return the fixes of the diagnostics in a range."""
     text = server.text(params.text_document.uri)
     found = ((each, _diagnostic(text, each)) for each in server.found(text))
     return [
-        _action(text, each.fix, told)
-        for each, told in found
-        if each.fix is not None and _meet(told.range, params.range)
+        _action(text, each.fix, diagnostic)
+        for each, diagnostic in found
+        if each.fix is not None and _overlap(diagnostic.range, params.range)
     ]
 
 
-def _meet(one: lsp.Range, other: lsp.Range) -> bool:
+def _overlap(one: lsp.Range, other: lsp.Range) -> bool:
     return one.start <= other.end and other.start <= one.end
 
 
-def _action(text: Text, fix: Fix, told: lsp.Diagnostic) -> lsp.CodeAction:
+def _action(text: Text, fix: Fix, diagnostic: lsp.Diagnostic) -> lsp.CodeAction:
     edits = [lsp.TextEdit(text.span(edit[:2], edit[2:4]), edit.text) for edit in fix.edits]
     change = lsp.WorkspaceEdit(changes={text.document.uri: edits})
     return lsp.CodeAction(
         fix.title[:1].upper() + fix.title[1:],
         lsp.CodeActionKind.QuickFix,
-        diagnostics=[told],
+        diagnostics=[diagnostic],
         is_preferred=fix.sure,
         edit=change,
     )
@@ -291,4 +291,4 @@ FEATURES: dict[str, Callable[..., object]] = {
     lsp.TEXT_DOCUMENT_HOVER: hover,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: symbols,
 }
-"""What needs no options."""
+"""Features without options."""

@@ -1,4 +1,4 @@
-"""A SmartMotor's source, and what a host says to it: what a word means, what may be written, labels."""
+"""Language support for SmartMotor source and for what a host sends to a SmartMotor."""
 
 import re
 from collections.abc import Iterator
@@ -12,30 +12,30 @@ from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruc
 from axistwin.controllers.smartmotor.language.language import read
 from axistwin.controllers.smartmotor.language.lexer import BEFORE_EXPRESSION
 from axistwin.controllers.smartmotor.language.program import OPENS, PARTS, Program, digits, word
-from axistwin.editor.answers import Hover, Item, Symbol, explained, item
+from axistwin.editor.answers import Hover, Item, Symbol, explain, item
 from axistwin.numbers import NumberError, clipped, whole
 
 _COMMENT = re.compile(r"""(?:[^"']|"[^"]*"?)*'""")
 _NAME = re.compile(r"@[A-Z]+|B[a-z]|[A-Za-z]+\d*|\d+")
-_OWN = re.compile(r"[a-z]{1,3}")
+_VARIABLE = re.compile(r"[a-z]{1,3}")
 CALLS = ("GOTO", "GOSUB")
 ARRAYS = ("ab", "aw", "al")
 
 
 @dataclass(frozen=True)
 class Source:
-    """The lines of a program as the motor reads them; of each statement, where it stands."""
+    """The lines of a program as read by the motor, with the place of each statement."""
 
     lines: tuple[str, ...]
 
     @cached_property
     def program(self) -> Program:
-        """What the motor makes of them."""
+        """The compiled program."""
         return Program.compile("\n".join(self.lines).encode("ascii", "replace"))
 
     @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
-        """The line and column of each label; of one that stands twice, the first."""
+        """Line and column of each label; the first place of a label used twice."""
         found: dict[int, tuple[int, int]] = {}
         for statement, place in zip(self.program.statements, self.program.places, strict=True):
             if word(statement) == "Cn":
@@ -43,14 +43,14 @@ class Source:
         return found
 
     def statement(self, line: int, at: int) -> int | None:
-        """The number of the statement at a place."""
+        """Return the number of the statement at a place."""
         for number, place in enumerate(self.program.places):
             if place.line == line and place.column - 1 <= at <= place.column - 1 + place.end - place.begin:
                 return number
         return None
 
     def open_blocks(self, line: int, at: int) -> list[str]:
-        """The IF, WHILE and SWITCH that are open at a place, the innermost last."""
+        """Return the open IF, WHILE and SWITCH blocks at a place, innermost last."""
         blocks: list[str] = []
         for statement, place in zip(self.program.statements, self.program.places, strict=True):
             if (place.line, place.column - 1 + place.end - place.begin) >= (line, at):
@@ -64,10 +64,10 @@ class Source:
 
 
 class SourceEditing:
-    """`.sms`."""
+    """`.sms` files."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """The command, the value or the label at a place."""
+        """Return the command, the value or the label at a place."""
         source = Source(tuple(lines))
         number = source.statement(line, at)
         if number is None:
@@ -76,13 +76,13 @@ class SourceEditing:
         return hover(source.program.statements[number].text, at - place.column + 1, place.column - 1, source)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """The commands, values, variables or labels that may stand at a place."""
+        """Return the commands, values, variables or labels that are valid at a place."""
         text = lines[line - 1][:at]
         source = Source(tuple(lines))
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """The labels, each up to the next one."""
+        """Return the labels, each up to the next one."""
         source = Source(tuple(lines))
         listed = sorted((place, label) for label, place in source.labels.items())
         last = (len(lines), len(lines[-1]) + 1), -1
@@ -92,24 +92,24 @@ class SourceEditing:
         ]
 
     def _detail(self, source: Source, place: tuple[int, int]) -> str:
-        """The comment behind a label."""
+        """Return the comment after a label."""
         _, apostrophe, comment = source.lines[place[0] - 1][place[1] - 1 :].partition("'")
         return comment.strip() if apostrophe else ""
 
 
 def hover(text: str, at: int, offset: int = 0, source: Source | None = None) -> Hover | None:
-    """What a statement that begins at column `offset` means at an index into it."""
+    """Return the meaning at an index into a statement that begins at column `offset`."""
     command = read(text).command
     name = next((m for m in _NAME.finditer(text) if m.start() <= at < m.end() or at == m.end() == len(text)), None)
     in_operands = command is None or (name is not None and name.start() >= len(_keyword(command)))
     if name is not None and in_operands and (variable := find(name[0])) is not None:
-        return Hover(_told(variable), offset + name.start(), offset + name.end())
+        return Hover(_description(variable), offset + name.start(), offset + name.end())
     if command is None:
         return None
-    told = explained(command)
+    meaning = explain(command)
     if str(command.code) in ("GOTOn", "GOSUBn") and source is not None:
-        told = f"{_where(text, source)}\n\n{told}"
-    return Hover(told, offset, offset + len(text))
+        meaning = f"{_where(text, source)}\n\n{meaning}"
+    return Hover(meaning, offset, offset + len(text))
 
 
 def _where(text: str, source: Source) -> str:
@@ -119,17 +119,17 @@ def _where(text: str, source: Source) -> str:
         place = source.labels.get(whole(digits))
     except NumberError:
         place = None
-    return f"C{label} stands in line {place[0]}" if place else f"There is no label C{label}"
+    return f"C{label} is on line {place[0]}" if place else f"There is no label C{label}"
 
 
 def _keyword(command: Instruction) -> str:
-    """What all uses of a command begin with."""
+    """Return the fixed begin of a command's code."""
     if command.form is Form.VARIABLE:
         return ""
     return re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]
 
 
-def _told(variable: Variable) -> str:
+def _description(variable: Variable) -> str:
     report = COMMANDS.get(f"R{variable.name.lstrip('@')}")
     name = report.name.removeprefix("report ") if report is not None else "variable" if variable.name.islower() else ""
     unit = f"in {variable.unit}" if variable.unit else ""
@@ -139,25 +139,25 @@ def _told(variable: Variable) -> str:
 
 
 def following(text: str, source: Source, blocks: list[str] | None) -> list[Item]:
-    """What may follow this beginning of a line.  `blocks`: the open ones of a program; None: a host says it."""
+    """Return the completions after the begin of a line.  `blocks`: open blocks of a program; None for a host's line."""
     last = re.split(r"[ \t]", text)[-1]
     before = text[: len(text) - len(last)].split()
     call = next((word for word in CALLS if last.startswith(word)), None)
     if call is not None:
         return [Item(f"{call}{label}", "label", f"line {place[0]}") for label, place in sorted(source.labels.items())]
     if re.search(r"[=(\[,]", last) or (before and before[-1] in BEFORE_EXPRESSION):
-        return [*_values(), *_own(source)]
+        return [*_values(), *_variables(source)]
     return [*_commands(blocks), *(Item(f"{name}=", "variable") for name in _names(source))]
 
 
 def _values() -> Iterator[Item]:
     for variable in TABLE:
         if not variable.name.islower():
-            yield Item(variable.name, "value", variable.unit, _told(variable))
+            yield Item(variable.name, "value", variable.unit, _description(variable))
 
 
-def _own(source: Source) -> Iterator[Item]:
-    """The variables that the program uses, and the arrays."""
+def _variables(source: Source) -> Iterator[Item]:
+    """Yield the variables used by the program, and the arrays."""
     yield from (Item(name, "variable") for name in _names(source))
     yield from (Item(f"{array}[", "variable", str(COMMANDS.get(f"{array}[]=").name)) for array in ARRAYS)  # type: ignore[union-attr]
 
@@ -166,18 +166,18 @@ def _names(source: Source) -> list[str]:
     used = {name for statement in source.program.statements for part in statement.computed for name in part.names}
     let = (re.match(r"([a-z]{1,3})=", statement.text) for statement in source.program.statements)
     used |= {found[1] for found in let if found}
-    return sorted(name for name in used if _OWN.fullmatch(name) and name not in ARRAYS)
+    return sorted(name for name in used if _VARIABLE.fullmatch(name) and name not in ARRAYS)
 
 
 def _commands(blocks: list[str] | None) -> Iterator[Item]:
     for command in COMMANDS:
         if not isinstance(command, Instruction) or command.form in (Form.VARIABLE, Form.REPORT_VARIABLE):
             continue
-        if _may_stand(command, blocks):
+        if _is_allowed(command, blocks):
             yield item(command, str(command.code), _written(command))
 
 
-def _may_stand(command: Instruction, blocks: list[str] | None) -> bool:
+def _is_allowed(command: Instruction, blocks: list[str] | None) -> bool:
     if blocks is None:
         return Accept.HOST in command.accepted
     wanted = OPENS.get(str(command.code)) or PARTS.get(str(command.code))
@@ -189,7 +189,7 @@ def _may_stand(command: Instruction, blocks: list[str] | None) -> bool:
 
 
 def _written(command: Instruction) -> str:
-    """What is put in for a command: as far as it is always the same."""
+    """Return the text to insert for a command: the part that never varies."""
     match command.form:
         case Form.CALL | Form.ITEMS:
             return str(command.code).removesuffix(")")

@@ -1,4 +1,4 @@
-"""Conversations: what is said, by the family's own language; pins, axes and what can be asked of them."""
+"""Language support for conversations: data in the family's own language; pins, axes and their values."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -18,23 +18,23 @@ _LINE = re.compile(r"(?P<before>\s*(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])\
 _ESCAPE = re.compile(r"\\(?:x[0-9A-Fa-f]{2}|.?)")
 _END = re.compile(r"\\[rn]|\\x0[aAdD]")
 MARKS = {
-    ">": "the host says",
-    "<": "the controller says",
+    ">": "the host transmits",
+    "<": "the controller transmits",
     "+": "time passes, in seconds",
-    "!": "somebody at the machine does something",
-    "=": "something must be so",
+    "!": "an action at the machine",
+    "=": "an assertion",
     ";": "a comment",
 }
 
 
 class Conversations:
-    """`.talk`.  `model`: whose it is, where its first comments do not say it."""
+    """`.talk` files.  `model`: for conversations whose first comments name no model."""
 
     def __init__(self, model: str = "") -> None:
         self.model = model
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """What is said, in the family's own terms; a pin or an axis; the mark."""
+        """Return the meaning of the data in the family's terms, of a pin or an axis, or of the mark."""
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None
@@ -44,10 +44,10 @@ class Conversations:
         made = _product(lines, self.model)
         if made is None or found["mark"] not in "><":
             return _terminal(made, found["rest"], at - begin, begin) if found["mark"] in "!=" else None
-        return _said(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
+        return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Marks, commands, pins and axes, levels."""
+        """Return marks, commands, pins and axes, or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:
@@ -59,13 +59,13 @@ class Conversations:
             return []
         match found["mark"]:
             case ">":
-                return _sayable(made, found["rest"], partial(_session, lines[: line - 1], made))
+                return _data_completions(made, found["rest"], partial(_session, lines[: line - 1], made))
             case "!" | "=":
                 return _acts(made.model, found["mark"], found["rest"])
         return []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """The sequences that the host sends."""
+        """Return the sequences sent by the host."""
         made = _product(lines, self.model)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []
@@ -78,12 +78,12 @@ def _product(lines: list[str], model: str) -> Product | None:
 
 
 def _masked(text: str) -> str:
-    """Escapes as blanks, so that columns stay."""
+    """Replace escapes by blanks, so that columns are kept."""
     return _ESCAPE.sub(lambda found: " " * len(found[0]), text)
 
 
 def _pieces(text: str) -> Iterator[tuple[int, str]]:
-    """The messages in a line, with the index at which each begins."""
+    """Yield the messages in a line, each with its begin."""
     begin = 0
     for end in _END.finditer(text):
         yield begin, _masked(text[begin : end.start()])
@@ -91,7 +91,7 @@ def _pieces(text: str) -> Iterator[tuple[int, str]]:
     yield begin, _masked(text[begin:])
 
 
-def _said(made: Product, text: str, at: int, offset: int) -> Hover | None:
+def _data_hover(made: Product, text: str, at: int, offset: int) -> Hover | None:
     if FAMILIES[made.model] == "compumotor":
         return compumotor.Commands(made).hover_at(text.partition(";")[0], at, offset)
     begin, piece = next((b, p) for b, p in reversed(list(_pieces(text))) if b <= at)
@@ -102,7 +102,7 @@ def _said(made: Product, text: str, at: int, offset: int) -> Hover | None:
     return smartmotor.hover(word[1], at - begin - word[0], offset + begin + word[0]) if word else None
 
 
-def _sayable(made: Product, text: str, session: Callable[[], Session]) -> list[Item]:
+def _data_completions(made: Product, text: str, session: Callable[[], Session]) -> list[Item]:
     if FAMILIES[made.model] == "compumotor":
         return compumotor.Commands(made, ".talk").complete_at(text, session)
     *_, (_, piece) = _pieces(text)
@@ -125,19 +125,19 @@ def _sequences(line: str, number: int) -> Iterator[Symbol]:
             yield from digiplan.sequences(piece, number, len(found["before"]) + begin)
 
 
-# What is at the machine
+# Names at the machine
 
 
 @cache
 def terminals(model: str) -> dict[str, tuple[str, ...]]:
-    """What `!` and `=` can name at a controller of this model, and its pins."""
+    """Return the names allowed after `!` and after `=` for this model, and its pins."""
     controller = Bench().add(model)
     acts, asked = (_each(names, controller.axes) for names in (targets(controller), subjects(controller)))
     return {"!": acts, "=": asked, "pins": tuple(controller.pins)}
 
 
 def _each(names: Iterable[str], axes: Iterable[str]) -> tuple[str, ...]:
-    """The names, those with AXIS for each axis."""
+    """Return the names; a name with AXIS once for each axis."""
     listed = list(axes)
     return tuple(
         each

@@ -1,1 +1,1 @@
-"""Pictures of what has happened, from a run or from a trace."""
+"""Pictures of a run or of a trace."""

@@ -1,4 +1,4 @@
-"""What a picture shows, before it is drawn: panels with curves, lanes with levels, words, on one time axis."""
+"""Contents of a picture before drawing: panels with curves, lanes with levels, and messages, on one time axis."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55
 """Heights of panels in inches."""
-UNSEEN = ("rts", "host.dtr", "host.rts", "host_dtr", "host_rts", "direction", "step", "index")
-"""Levels that are not drawn unless somebody asks for them: they go with the words, or with motion."""
-BACKGROUND = (*UNSEEN, "led", "dtr")
-"""Levels that do not decide which time is drawn."""
+HIDDEN = ("rts", "host.dtr", "host.rts", "host_dtr", "host_rts", "direction", "step", "index")
+"""Levels that are drawn only on request, because the messages or the motion show them."""
+BACKGROUND = (*HIDDEN, "led", "dtr")
+"""Levels that do not count for the choice of the drawn time."""
 
 
 @dataclass
 class Line:
-    """A curve in a panel.  `steps`: each value holds until the next; otherwise straight between them."""
+    """A curve in a panel.  `steps`: each value holds until the next; otherwise straight lines join the points."""
 
     curve: Curve
     steps: bool = False
@@ -33,7 +33,7 @@ class Line:
 
 @dataclass
 class Panel:
-    """Curves over one another.  `filled`: down to zero, as velocities and errors are; `colour`: its number."""
+    """Curves in one diagram.  `filled`: down to zero, for velocities and errors; `colour`: number of a colour."""
 
     label: str
     lines: list[Line]
@@ -44,7 +44,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Word:
-    """Something said, and when it began."""
+    """A text with its start time."""
 
     time_ns: int
     text: str
@@ -52,7 +52,7 @@ class Word:
 
 @dataclass
 class Chart:
-    """A picture's contents.  The time axis goes from `from_ns` to `edge_ns`; nothing is known beyond `to_ns`."""
+    """A picture's contents.  The time axis goes from `from_ns` to `edge_ns`; the data end at `to_ns`."""
 
     title: str
     from_ns: int
@@ -61,22 +61,22 @@ class Chart:
     panels: list[Panel] = field(default_factory=list)
     lanes: dict[str, Curve] = field(default_factory=dict)
     states: dict[str, list[Word]] = field(default_factory=dict)
-    """Texts that hold until the next."""
+    """Texts, each of which holds until the next."""
     words: dict[str, list[Word]] = field(default_factory=dict)
-    """What was said, by who said it."""
+    """Messages, by sender."""
     marks: list[Word] = field(default_factory=list)
-    """Moments to be pointed out."""
+    """Marked times."""
     faults: list[Fault] = field(default_factory=list)
-    """What was wrong meanwhile; what was over before or begins after it is left out."""
+    """Faults that are active in the drawn time."""
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
-        """Those that are there in the time that is drawn."""
+        """Add the faults that are active in the drawn time."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
         self.faults += sorted(seen, key=lambda fault: fault.begin_ns)
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:
-    """From when to when to draw, and the edge: where something happens, and a little around it; else all there is."""
+    """Return begin and end of the time to draw, and the edge: all events with a margin, or else the whole time."""
     if not times:
         return begin_ns, end_ns, max(end_ns, begin_ns + 1)
     margin_ns = (max(times) - min(times)) // 25 + 20 * MS
@@ -85,12 +85,12 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def colours(first: int = 0) -> Iterator[int]:
-    """One after the other."""
+    """Yield the numbers of colours."""
     return count(first)
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """The values in that time, with what they were at its beginning, and still are at its end."""
+    """Return the values in that time, extended to its begin and its end."""
     import numpy as np
 
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)
@@ -102,11 +102,11 @@ def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns
 
 BINS = 1500
 SHORTEST_NS = 4 * MS
-"""Over at least so long a velocity is taken: one count in a single sample would be thousands in a second."""
+"""Shortest time for a velocity: one count in a single sample would give thousands per second."""
 
 
 def rate(times: "NDArray[np.int64]", values: "NDArray[np.int64]", from_ns: int, to_ns: int) -> Curve:
-    """How fast a position changes, per second, as steps."""
+    """Return the velocity of a position, per second, as steps."""
     import numpy as np
 
     bins = max(1, min(BINS, (to_ns - from_ns) // SHORTEST_NS))

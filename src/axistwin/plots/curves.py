@@ -1,6 +1,6 @@
-"""Curves of what has moved: of steppers exactly as the profiles have it, rates in steps, positions straight between.
+"""Curves of motion.  Stepper curves are exact: rates in steps, straight lines between positions.
 
-Servos are drawn from sample to sample: where the shaft was and where it should have been, and the difference.
+Servo curves join the samples: actual position, commanded position and following error.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,30 +15,30 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST = 20_000
-"""Points that a curve may have; with more, neighbours are drawn as the span between their extremes."""
+"""Largest number of points of a curve; longer curves are reduced to the extremes of neighbouring points."""
 
 
 @dataclass
 class Curve:
-    """Values from their times on, in seconds."""
+    """Values with their start times, in seconds."""
 
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
 
     def add(self, time_ns: int, value: float) -> None:
-        """The next point."""
+        """Append a point."""
         self.times.append(time_ns / S)
         self.values.append(value)
 
     def change(self, time_ns: int, value: float) -> None:
-        """From now on; what was to be from the same time on never was."""
+        """Set a new value from this time on; it replaces a point at the same time."""
         if self.times[-1] == time_ns / S:
             self.times.pop()
             self.values.pop()
         self.add(time_ns, value)
 
     def thinned(self, most: int = MOST) -> "Curve":
-        """The same to the eye, with no more points than that."""
+        """Return a curve with at most `most` points that looks the same."""
         if len(self.times) <= most:
             return self
         thin = Curve([self.times[0]], [self.values[0]])
@@ -53,7 +53,7 @@ class Curve:
 
 
 def velocity(moves: Iterable[Move], from_ns: int, to_ns: int) -> Curve:
-    """Pulses per second, negative in the negative direction: each value holds until the next."""
+    """Return the velocity in pulses per second, negative in the negative direction, as steps."""
     curve = Curve()
     curve.add(from_ns, 0)
     for move in moves:
@@ -66,7 +66,7 @@ def velocity(moves: Iterable[Move], from_ns: int, to_ns: int) -> Curve:
 
 
 def position(moves: Sequence[Move], from_ns: int, to_ns: int) -> Curve:
-    """Net pulses, with fractions between one pulse and the next: straight between the points."""
+    """Return the net pulses, with fractions between pulses, as straight lines."""
     curve = Curve()
     curve.add(from_ns, moves[0].origin)
     for move in moves:
@@ -80,9 +80,9 @@ def position(moves: Sequence[Move], from_ns: int, to_ns: int) -> Curve:
 
 
 def servo(rows: "NDArray[np.int64]", from_ns: int, to_ns: int) -> tuple[Curve, Curve, Curve]:
-    """Position, commanded position and following error (commanded less actual) of a servo, in counts.
+    """Return position, commanded position and following error (commanded less actual) of a servo, in counts.
 
-    `rows`: time in ns, position, commanded position; before the first and behind the last everything rests.
+    `rows`: time in ns, position, commanded position; before the first row and after the last row the axis rests.
     """
     import numpy as np
 

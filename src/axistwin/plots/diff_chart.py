@@ -1,4 +1,4 @@
-"""A chart of where two traces differ: each signal that does, once as it is in one and once as in the other."""
+"""A chart of two traces: each signal that differs, as in the first and as in the second trace."""
 
 from axistwin.plots import chart
 from axistwin.plots.chart import FLAT, LOW, Chart, Line, Panel, Word
@@ -9,13 +9,13 @@ from axistwin.traces.signals import TEXT
 from axistwin.units import MS
 
 MOST = 12
-"""Signals that are drawn."""
+"""Largest number of signals drawn."""
 BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
-"""How much time is drawn around the first difference, at least."""
+"""Least time drawn before and after the first difference."""
 
 
 def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:
-    """Around the first difference, up to where the other signals that are drawn begin to differ."""
+    """Return a chart around the first difference that includes the first differences of the other drawn signals."""
     drawn = found.differences[:MOST]
     begin_ns, last_ns = drawn[0].time_ns, drawn[-1].time_ns
     around_ns = max(BEFORE_NS, (last_ns - begin_ns) // 4)

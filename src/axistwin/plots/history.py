@@ -1,4 +1,4 @@
-"""What has been said and what has moved on a bench: what a transcript tells and a plot draws."""
+"""History of a run on a bench: messages, moves, levels and faults, for transcripts and plots."""
 
 import re
 from collections import deque
@@ -18,17 +18,17 @@ from axistwin.sim.pins import PULLED_UP_VOLTS
 from axistwin.units import MS, S
 
 LENGTH = 100_000
-"""Utterances and changes of level that are kept; earlier ones are forgotten, and that is told."""
+"""Largest number of messages and of level changes kept; `complete` reports if older ones were dropped."""
 
 _LINES = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 PAUSE_NS = 500 * MS
-"""A longer silence makes two utterances of what is said; five characters at 110 baud are shorter."""
+"""A longer silence divides a message; five characters at 110 baud take less."""
 
 
 @dataclass
 class Utterance:
-    """Something said: up to a terminator, or until the other end has said something, or there was silence."""
+    """A message: up to a terminator, an answer of the other end, or a silence."""
 
     time_ns: int
     controller: str
@@ -37,21 +37,21 @@ class Utterance:
     last_ns: int
     errors: LineError = LineError.NONE
     whole: bool = False
-    """Whether it has been said at once, as commands and messages on a bus are."""
+    """True for a message that arrives at once, as on a bus."""
 
     @property
-    def over(self) -> bool:
-        """Whether its terminator has come."""
+    def terminated(self) -> bool:
+        """True if the message has its terminator."""
         return self.whole or bytes(self.data[-1:]) in (b"\r", b"\n")
 
-    def ends_before(self, time_ns: int, data: bytes) -> bool:
-        """Whether what is said now is something new."""
-        return (self.over and data != b"\n") or time_ns - self.last_ns > PAUSE_NS
+    def is_new_message(self, time_ns: int, data: bytes) -> bool:
+        """Return True if new data begins a new message."""
+        return (self.terminated and data != b"\n") or time_ns - self.last_ns > PAUSE_NS
 
 
 @dataclass(frozen=True)
 class Move:
-    """A stroke of an axis: pulses in one direction without a rest.  `end_ns` None: it goes on."""
+    """A move of an axis: pulses in one direction without a rest.  `end_ns` None: still moving."""
 
     controller: str
     axis: str
@@ -61,32 +61,32 @@ class Move:
 
     @property
     def start_ns(self) -> int:
-        """When it began."""
+        """Start of the move."""
         return self.stroke.start_ns
 
     @property
     def end_ns(self) -> int | None:
-        """When it was over; None: it is not yet."""
+        """End of the move; None: still moving."""
         end_ns = self.stroke.end_ns
         return end_ns if end_ns is not None and end_ns <= self.now_ns else None
 
     @property
     def origin(self) -> int:
-        """Net pulses before it."""
+        """Net pulses before the move."""
         return self.stroke.origin
 
     @property
     def target(self) -> int:
-        """Net pulses after it, or so far."""
+        """Net pulses after the move, or so far."""
         return self.stroke.position_at(self.now_ns)
 
     @property
     def top_rate(self) -> Fraction:
-        """Its highest rate in pulses/s, so far."""
+        """Highest rate in pulses/s, so far."""
         return max(rate for _, rate in self.segments())
 
     def segments(self) -> Iterator[tuple[int, Fraction]]:
-        """When each stretch of constant rate began, and its rate in pulses/s."""
+        """Yield the start of each segment of constant rate, and its rate in pulses/s."""
         profile = self.stroke.profile
         for start, segment in zip(profile.starts, profile.segments, strict=False):
             start_ns = self.start_ns + start * S // profile.ticks
@@ -97,7 +97,7 @@ class Move:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault, from when to when it was there; `end_ns` None: it still is."""
+    """A fault with its begin and end; `end_ns` None: still active."""
 
     name: str
     begin_ns: int
@@ -109,40 +109,40 @@ AnyMove = Move | ServoMove
 
 @dataclass
 class History:
-    """Everything since `began_ns`; the latest of it, if it was too much."""
+    """All events since `began_ns`, or the latest of them."""
 
     bench: Bench
     began_ns: int
     levels: dict[tuple[str, str], bool]
-    """Every terminal's level at the beginning, by controller and name."""
+    """Level of every terminal at the beginning, by controller and name."""
     said: deque[Utterance] = field(default_factory=lambda: deque(maxlen=LENGTH))
     changes: deque[Changed] = field(default_factory=lambda: deque(maxlen=LENGTH))
     turned: deque[Turned] = field(default_factory=lambda: deque(maxlen=LENGTH))
-    """Voltages that somebody has put on a terminal."""
+    """Voltages driven on terminals."""
     servos: list[ServoRecord] = field(default_factory=list)
-    """What the servo axes have done."""
+    """Records of the servo axes."""
     faults: list[Fault] = field(default_factory=list)
-    """Those that were there at the beginning or have begun since."""
+    """Faults that were active at the beginning or have begun since."""
     _open: dict[tuple[str, bool], Utterance] = field(default_factory=dict)
 
-    def take(self, event: Event) -> None:
-        """Something has happened."""
+    def record(self, event: Event) -> None:
+        """Record an event."""
         if isinstance(event, Changed):
             self.changes.append(event)
         elif isinstance(event, Turned):
-            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # else its level says it
+            if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # otherwise the level shows it
                 self.turned.append(event)
         elif isinstance(event, Heard):
-            utterance = self._say(event, event.data, by_host=False)
+            utterance = self._add(event, event.data, by_host=False)
             utterance.errors |= event.errors
-            if utterance.over:
+            if utterance.terminated:
                 self._open.pop((event.controller, True), None)
         elif isinstance(event, Said):
             for line in [event.data] if self._on_a_bus(event) else _LINES.findall(event.data):
-                self._say(event, line, by_host=True)
+                self._add(event, line, by_host=True)
 
     def failed(self, name: str, what: str) -> None:
-        """A fault "begins", or "ends"."""
+        """Record that a fault "begins" or "ends"."""
         if what == "begins":
             self.faults.append(Fault(name, self.bench.now))
             return
@@ -152,17 +152,17 @@ class History:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing had to be forgotten."""
+        """True if no events were dropped."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
         return max(len(self.said), len(self.changes), len(self.turned)) < LENGTH and not lost
 
     def moves(self) -> list[AnyMove]:
-        """What has moved, in order of time."""
+        """Return all moves in order of time."""
         found: list[AnyMove] = [*self.strokes(), *moves_of(self.servos, self.bench.now)]
         return sorted(found, key=lambda move: move.start_ns)
 
     def strokes(self) -> list[Move]:
-        """What steppers have moved, in order of time."""
+        """Return the moves of steppers in order of time."""
         found = [
             Move(controller, name, stroke, self.bench.now)
             for controller, name, axis in self._steppers()
@@ -177,10 +177,10 @@ class History:
                 if isinstance(axis, StepperAxis):
                     yield controller.name, name, axis
 
-    def _say(self, event: Said | Heard, data: bytes, by_host: bool) -> Utterance:
+    def _add(self, event: Said | Heard, data: bytes, by_host: bool) -> Utterance:
         key = event.controller, by_host
         utterance = self._open.get(key)
-        if utterance is None or utterance.ends_before(event.time_ns, data):
+        if utterance is None or utterance.is_new_message(event.time_ns, data):
             utterance = Utterance(event.time_ns, event.controller, by_host, bytearray(), event.time_ns)
             utterance.whole = self._on_a_bus(event)
             self._open[key] = utterance
@@ -192,20 +192,20 @@ class History:
     def _on_a_bus(self, event: Event) -> bool:
         return endpoints.at_a_bus(self.bench, event.controller)
 
-    def listen(self, stack: ExitStack) -> None:
-        """To the servo axes, until the stack is left."""
+    def observe_servos(self, stack: ExitStack) -> None:
+        """Observe the servo axes until the stack is closed."""
         for controller in self.bench.controllers.values():
             for name, axis in controller.axes.items():
                 if isinstance(axis, ServoAxis):
                     record = ServoRecord(controller.name, name, axis)
                     self.servos.append(record)
-                    stack.callback(axis.watch(record.take))
+                    stack.callback(axis.watch(record.add_samples))
                     stack.callback(axis.catch_up)
 
 
 @contextmanager
 def watching(bench: Bench) -> Iterator[History]:
-    """Keep in mind what happens on the bench meanwhile."""
+    """Record the events on a bench within this context."""
     levels = {
         (controller.name, name): pin.level
         for controller in bench.controllers.values()
@@ -216,7 +216,7 @@ def watching(bench: Bench) -> Iterator[History]:
         Fault(fault.name, fault.began_ns) for fault in bench.faults if fault.began_ns is not None and fault.on
     ]
     with ExitStack() as stack:
-        history.listen(stack)
+        history.observe_servos(stack)
         stack.callback(bench.faults.watch(lambda fault, what: history.failed(fault.name, what)))
-        stack.enter_context(observing(bench, history.take))
+        stack.enter_context(observing(bench, history.record))
         yield history

@@ -1,8 +1,8 @@
-"""A chart of what has happened on a bench, as `run --plot` draws it: of steppers exactly as the profiles have it."""
+"""A chart of a run on a bench, as drawn by `run --plot`; stepper curves are exact."""
 
 from axistwin.bench import endpoints
 from axistwin.plots import chart, curves
-from axistwin.plots.chart import BACKGROUND, LOW, TALL, UNSEEN, Chart, Line, Panel, Word
+from axistwin.plots.chart import BACKGROUND, HIDDEN, LOW, TALL, Chart, Line, Panel, Word
 from axistwin.plots.curves import Curve
 from axistwin.plots.history import History, Move
 from axistwin.plots.servo_record import ServoRecord
@@ -10,7 +10,7 @@ from axistwin.units import S
 
 
 def of_history(history: History, title: str = "") -> Chart:
-    """The time in which something moves or switches, and a little around it; else all there is."""
+    """Return a chart of the time with motion or level changes, or else of the whole run."""
     return _Drawn(history, title).chart
 
 
@@ -56,13 +56,13 @@ class _Drawn:
         self.chart.panels += servo_panels(name, velocity, position, commanded, error, colour)
 
     def _lanes(self) -> dict[str, Curve]:
-        """The levels that change while we look."""
+        """Return the levels that change in the drawn time."""
         history, from_ns, to_ns = self.history, self.chart.from_ns, self.chart.to_ns
         levels = dict(history.levels)
         found: dict[tuple[str, str], Curve] = {}
         for change in history.changes:
             key = change.controller, change.pin
-            if change.pin not in UNSEEN and from_ns <= change.time_ns <= to_ns:
+            if change.pin not in HIDDEN and from_ns <= change.time_ns <= to_ns:
                 if key not in found:
                     found[key] = Curve([from_ns / S], [levels[key]])
                 found[key].add(change.time_ns, change.level)
@@ -83,7 +83,7 @@ class _Drawn:
 
 
 def speaker(name: str, by_host: bool) -> str:
-    """Who says something: `host`, `controller`; among several, `host to table` and `table`."""
+    """Return the label of a sender: `host`, `controller`; with several controllers, `host to table` and `table`."""
     if not name:
         return "host" if by_host else "controller"
     return f"host to {name}" if by_host else name
@@ -92,7 +92,7 @@ def speaker(name: str, by_host: bool) -> str:
 def servo_panels(
     name: str, velocity: Curve, position: Curve, commanded: Curve, error: Curve, colour: int, *, steps: bool = False
 ) -> list[Panel]:
-    """Velocity, position and where it should be, following error.  `steps`: they hold until they change."""
+    """Return panels for velocity, actual and commanded position, following error.  `steps`: values hold."""
     places = [Line(position, steps, legend="position"), Line(commanded, steps, faint=True, legend="commanded")]
     return [
         Panel(f"{name}  velocity\ncounts/s", [Line(velocity, steps=True)], TALL, filled=True, colour=colour),

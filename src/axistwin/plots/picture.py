@@ -1,4 +1,4 @@
-"""Draws a chart: on the screen, or into an SVG or PNG file."""
+"""Draw a chart on the screen, or to an SVG or PNG file."""
 
 from collections.abc import Iterator, Sequence
 from io import BytesIO
@@ -14,35 +14,37 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".svg", ".png")
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # told apart by all eyes
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # distinct for colour-blind readers
 INK, PALE, GREY, LAMP, ALARM = "#333333", "#D9D9D9", "#808080", "#F0B000", "#C00000"
-STYLE: dict[Any, Any] = {  # `rc_context` knows its keys by name
+STYLE: dict[Any, Any] = {  # `rc_context` declares its keys as literals
     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
     "axes.labelcolor": INK, "xtick.color": INK, "ytick.color": INK, "svg.hashsalt": "axistwin", "svg.fonttype": "none",
     "axes.formatter.limits": (-9, 12), "axes.formatter.useoffset": False,
 }  # fmt: skip
 WIDTH, LANE, WORDS = 10, 0.24, 0.38
-"""Width of the picture, height of a lane, and of what one says, in inches."""
+"""Width of the picture, height of a lane, height for a sender's messages, in inches."""
 WORDS_SIZE, ROWS = 7.5, 2
-"""Words: font size, rows of text for each speaker."""
+"""Messages: font size, rows of text per sender."""
 FAULT_LEVELS, FAULT_LEVEL = 4, 12
-"""So many faults at once have their names shown; the points that each takes up."""
+"""Number of simultaneous faults drawn with names; height of each in points."""
 LABEL, MARGIN = 0.072, 0.85
-"""Inches that a character of a label takes up, and what else is beside the axes."""
+"""Inches per character of a label; width beside the axes without labels."""
 FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
-"""What Matplotlib draws with where there is no screen."""
+"""Matplotlib backends that have no screen."""
 ALL_WORDS = 4.0
-"""Inches for all that is said, at the most."""
+"""Largest height for all messages, in inches."""
 
 
 def check_suffix(path: Path) -> None:
-    """Raises UsageError if this is no kind of picture."""
+    """Raise UsageError if the suffix is not that of a picture."""
     if path.suffix not in SUFFIXES:
-        raise UsageError(f"no picture in {path.name!r}: name a file {' or '.join(SUFFIXES)}")
+        raise UsageError(
+            f"{path.name!r} is not a name for a picture: expected a name that ends in {' or '.join(SUFFIXES)}"
+        )
 
 
 def save(chart: Chart, path: Path) -> None:
-    """Draw it into an SVG or PNG file."""
+    """Draw a chart to an SVG or PNG file."""
     check_suffix(path)
     import matplotlib as mpl
 
@@ -57,7 +59,7 @@ def save(chart: Chart, path: Path) -> None:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Whole, or not at all.  Raises UsageError."""
+    """Write a file whole or not at all.  Raises UsageError."""
     try:
         path.write_bytes(data)
     except OSError as error:
@@ -67,13 +69,13 @@ def _write(path: Path, data: bytes) -> None:
 
 
 def show(chart: Chart) -> None:
-    """In a window, until it is closed.  Raises UsageError if there is no screen."""
+    """Show a chart in a window until the window is closed.  Raises UsageError without a screen."""
     import matplotlib as mpl
     from matplotlib import pyplot as plt
 
     with mpl.rc_context(STYLE):
         if mpl.get_backend().lower() in FILES_ONLY:
-            raise UsageError("there is no screen to show it on: name a file with --out")
+            raise UsageError("no screen is available: give a file with --out")
         _Picture(chart).draw(plt.figure())
         plt.show()
 
@@ -121,7 +123,7 @@ class _Picture:
             )  # fmt: skip
 
     def _draw_faults(self, rows: Sequence["Axes"]) -> None:
-        """A hairline where one begins, another where it ends; above all, a bar as long as it lasts, with its name."""
+        """Draw a thin line at the begin and the end of each fault, and above the plot a bar with the fault's name."""
         for begin_ns, end_ns, level, name in self._packed():
             for row in rows:
                 for at_ns, style in {end_ns: ":", begin_ns: "-"}.items():
@@ -143,7 +145,7 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Faults as they are drawn: from when to when, and on which level there is room for the name, if on any."""
+        """Yield each fault with begin, end, level of its name (None: no space) and name."""
         chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
         for fault in chart.faults:
             begin_ns = max(fault.begin_ns, chart.from_ns)
@@ -174,7 +176,7 @@ class _Picture:
         _dress(row, panel.label)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """One lane per terminal: a line that is up when the level is high, lit underneath; texts in boxes."""
+        """Draw one lane per terminal: a line that is up while the level is high; texts in boxes."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():
@@ -208,7 +210,7 @@ class _Picture:
         return (chart.edge_ns - chart.from_ns) / inches * 0.66 * WORDS_SIZE / 72
 
     def _draw_words(self, row: "Axes") -> None:
-        """What was said, where there is room for it; a tick where there is none."""
+        """Draw the messages where there is space, and a tick where there is none."""
         speakers = list(self.chart.words)
         for n, (speaker, words) in enumerate(self.chart.words.items()):
             place = float(len(speakers) - 1 - n)
@@ -226,7 +228,7 @@ class _Picture:
         row.grid(axis="x", color=PALE, linewidth=0.5)
 
     def _fitting(self, texts: Sequence[tuple[int, str]]) -> Iterator[tuple[float, int, str]]:
-        """Where there is room for a text: from when on, and in which of the rows."""
+        """Yield the texts for which there is space, with their places and rows."""
         character_ns = self._character_ns
         free_ns: list[float] = [self.chart.from_ns] * ROWS
         for time_ns, text in texts:

@@ -1,4 +1,4 @@
-"""What the axis of a servo motor has done: its moves, and points for curves, in a memory of limited size."""
+"""Record of a servo axis in limited memory: its moves, and points for curves."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 REST_NS = 80 * MS
-"""After so long without a change a move is over."""
+"""A move ends after this time without a change."""
 JITTER = 2
-"""Counts that a shaft may tremble about where it should be without moving."""
+"""Largest deviation from the commanded position, in counts, that does not count as motion."""
 WINDOW = 16
-"""Samples over which a velocity is taken: one count in a single sample would be thousands in a second."""
+"""Samples per velocity value: one count in a single sample would give thousands per second."""
 MOVES, POINTS = 10_000, 1 << 17
-"""How many moves are kept, the latest; and how many points of the whole course, the more important ones."""
+"""Largest number of moves kept, and of curve points kept; less important points are dropped."""
 
 
 @dataclass
 class ServoMove:
-    """Motion of a servo axis, from one rest to the next.  `end_ns` None: it goes on."""
+    """Motion of a servo axis from one rest to the next.  `end_ns` None: still moving."""
 
     controller: str
     axis: str
@@ -34,65 +34,65 @@ class ServoMove:
     target: int
     last_ns: int
     top_rate: float = 0.0
-    """Its highest velocity in counts/s, either way."""
+    """Highest speed in counts/s, in either direction."""
     low: int = 0
     high: int = 0
     commanded: bool = False
-    """Whether the trajectory has moved, and not only the shaft."""
+    """True if the commanded position has moved."""
     end_ns: int | None = None
     unit = "counts"
 
     @property
     def now_ns(self) -> int:
-        """Up to when it is known."""
+        """Time of the last known position."""
         return self.last_ns
 
     @property
-    def worth_telling(self) -> bool:
-        """Whether it is more than a trembling."""
+    def is_significant(self) -> bool:
+        """True if the motion is more than jitter."""
         return self.commanded or self.high - self.low > JITTER
 
 
 @dataclass
 class ServoRecord:
-    """Listens to an axis."""
+    """Recorder of one axis."""
 
     controller: str
     name: str
     axis: ServoAxis
     moves: deque[ServoMove] = field(default_factory=lambda: deque(maxlen=MOVES))
     forgotten: bool = False
-    """Whether there have been more moves than are kept."""
+    """True if moves were dropped."""
 
     def __post_init__(self) -> None:
         self._position = self.axis.position
         self._commanded: int | None = None
-        self._latest: tuple[int, NDArray[np.int64] | None] = -1, None  # when the next sample would be; those before
+        self._latest: tuple[int, NDArray[np.int64] | None] = -1, None  # time of the next sample; the last positions
         self._points: list[NDArray[np.int64]] = []
         self._count = 0
 
-    def take(self, samples: Samples) -> None:
-        """What has been."""
+    def add_samples(self, samples: Samples) -> None:
+        """Record a block of samples."""
         import numpy as np
 
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
-        whole = self._with_those_before(samples, positions)
+        whole = self._with_window(samples, positions)
         before = int(commanded[0]) if self._commanded is None else self._commanded
-        stirred = np.diff(positions, prepend=self._position) != 0
-        led = np.diff(commanded, prepend=before) != 0
-        changed = np.flatnonzero(stirred | led)
+        shaft_moved = np.diff(positions, prepend=self._position) != 0
+        trajectory_moved = np.diff(commanded, prepend=before) != 0
+        changed = np.flatnonzero(shaft_moved | trajectory_moved)
         if len(changed):
             times = samples.start_ns + samples.period_ns * np.arange(len(positions), dtype=np.int64)
-            active = np.flatnonzero(led | (stirred & (np.abs(commanded - positions) > JITTER)))
+            active = np.flatnonzero(trajectory_moved | (shaft_moved & (np.abs(commanded - positions) > JITTER)))
             if len(active):
-                self._find_moves(samples, times, whole, led, active)
+                self._find_moves(samples, times, whole, trajectory_moved, active)
             self._keep(times, positions, commanded, changed, samples.period_ns)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
-            self.moves[-1].target = self._position  # it settles after the move
+            self.moves[-1].target = self._position  # the axis settles after the move
 
-    def _with_those_before(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
-        """With as many before them as a velocity is taken over; where there were no samples the shaft was at rest."""
+    def _with_window(self, samples: Samples, positions: "NDArray[np.int64]") -> "NDArray[np.int64]":
+        """Return the positions with the window before them; before the first samples the axis was at rest."""
         import numpy as np
 
         next_ns, before = self._latest
@@ -108,10 +108,10 @@ class ServoRecord:
         samples: Samples,
         times: "NDArray[np.int64]",
         whole: "NDArray[np.int64]",
-        led: "NDArray[np.bool_]",
+        trajectory_moved: "NDArray[np.bool_]",
         active: "NDArray[np.int64]",
     ) -> None:
-        """Stretches of change with no rest in them that is too long; `whole`: positions, and those before them."""
+        """Find the moves in a block: changes without a long rest.  `whole`: positions with the window before them."""
         import numpy as np
 
         positions = whole[WINDOW:]
@@ -122,13 +122,13 @@ class ServoRecord:
             part = positions[first : last + 1]
             move.low, move.high = min(move.low, int(part.min())), max(move.high, int(part.max()))
             move.target, move.last_ns = int(part[-1]), int(times[last])
-            move.commanded |= bool(led[first : last + 1].any())
+            move.commanded |= bool(trajectory_moved[first : last + 1].any())
             if samples.period_ns:
                 fastest = int(np.abs(part - whole[first : last + 1]).max())
                 move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
 
     def _move(self, start_ns: int, before: int) -> ServoMove:
-        """The one that goes on, or a new one."""
+        """Return the current move, or begin a new one."""
         if self.moves and start_ns - self.moves[-1].last_ns <= REST_NS:
             return self.moves[-1]
         if self.moves:
@@ -141,17 +141,17 @@ class ServoRecord:
         return self.moves[-1]
 
     def _close(self) -> None:
-        """The last move is over; if it was a trembling it was none."""
+        """End the last move; drop the move if it was only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
-            if not self.moves[-1].worth_telling:
+            if not self.moves[-1].is_significant:
                 self.moves.pop()
 
-    def told(self, now_ns: int) -> list[ServoMove]:
-        """The moves so far."""
+    def moves_until(self, now_ns: int) -> list[ServoMove]:
+        """Return the moves so far."""
         if self.moves and now_ns - self.moves[-1].last_ns > REST_NS and self.moves[-1].end_ns is None:
             self._close()
-        found = [move for move in self.moves if move.worth_telling]
+        found = [move for move in self.moves if move.is_significant]
         if found and found[-1].end_ns is None and not self.axis.moving:
             found[-1].end_ns = found[-1].last_ns
         return found
@@ -166,7 +166,7 @@ class ServoRecord:
         active: "NDArray[np.int64]",
         period_ns: int,
     ) -> None:
-        """What changes, and the place from which it does."""
+        """Keep the points that change, and the point before each change."""
         import numpy as np
 
         here = np.column_stack((times, positions, commanded))
@@ -182,7 +182,7 @@ class ServoRecord:
             self._count = len(self._points[0])
 
     def points(self) -> "NDArray[np.int64]":
-        """Rows of time in ns, position and commanded position, in order of time; straight between them."""
+        """Return rows of time in ns, position and commanded position, in order of time."""
         import numpy as np
 
         rows = np.vstack(self._points) if self._points else np.empty((0, 3), np.int64)
@@ -192,7 +192,7 @@ class ServoRecord:
 
 
 def _thinned(rows: "NDArray[np.int64]") -> "NDArray[np.int64]":
-    """Half of them: of every four neighbours those with the least and with the greatest following error."""
+    """Return half of the rows: of every four, those with the least and the greatest following error."""
     import numpy as np
 
     whole = len(rows) // 4 * 4
@@ -206,5 +206,5 @@ def _thinned(rows: "NDArray[np.int64]") -> "NDArray[np.int64]":
 
 
 def moves_of(records: Sequence[ServoRecord], now_ns: int) -> list[ServoMove]:
-    """The moves of all these axes."""
-    return [move for record in records for move in record.told(now_ns)]
+    """Return the moves of all these axes."""
+    return [move for record in records for move in record.moves_until(now_ns)]

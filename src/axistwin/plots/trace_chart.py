@@ -1,9 +1,9 @@
-"""A chart of a trace: its axes, levels, registers and words in a span of time."""
+"""A chart of a trace: axes, levels, registers and messages in a span of time."""
 
 from collections.abc import Iterator, Sequence
 
 from axistwin.plots import chart
-from axistwin.plots.chart import BACKGROUND, FLAT, TALL, UNSEEN, Chart, Line, Panel, Word
+from axistwin.plots.chart import BACKGROUND, FLAT, HIDDEN, TALL, Chart, Line, Panel, Word
 from axistwin.plots.curves import Curve
 from axistwin.plots.history import Fault
 from axistwin.plots.history_chart import servo_panels, speaker
@@ -13,7 +13,7 @@ from axistwin.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
 SAYS = ("host_says", "controller_says")
 AXIS = ("pulses", "velocity", "position", "commanded")
 RAILS = (0.0, 5.0)
-"""Voltages that the level tells as well."""
+"""Voltages that are equal to a logic level."""
 
 
 def of_trace(
@@ -23,9 +23,9 @@ def of_trace(
     to_ns: int | None = None,
     title: str = "",
 ) -> Chart:
-    """A chart of the signals that patterns mean, from `from_ns` to `to_ns` (None: where something happens).
+    """Return a chart of the signals matched by patterns, from `from_ns` to `to_ns` (None: chosen by the events).
 
-    Raises UsageError for a pattern that means nothing.
+    Raises UsageError for a pattern without a match.
     """
     return _Drawn(trace, trace.choose(tuple(patterns)), from_ns, to_ns, title, tuple(patterns) == (EVERYTHING,)).chart
 
@@ -46,7 +46,7 @@ class _Drawn:
             self._add(name, track)
 
     def _times(self) -> list[int]:
-        """When something moves or switches."""
+        """Return the times of motion and level changes."""
         found = []
         for name, track in self.tracks.items():
             last = name.rpartition(".")[2]
@@ -58,11 +58,11 @@ class _Drawn:
         return name.partition(".")[2] if self._alone else name
 
     def _changes(self, track: Track) -> bool:
-        """Whether something happens in the time that is drawn."""
+        """Return True if the signal changes in the drawn time."""
         return any(self.chart.from_ns < track.times[n] <= self.chart.to_ns for n in range(1, len(track)))
 
     def _add_axes(self) -> None:
-        """Axes that move."""
+        """Add the axes that move."""
         scopes = dict.fromkeys(name.rpartition(".")[0] for name in self.tracks)
         for scope in scopes:
             tracks = {one: self.tracks[f"{scope}.{one}"] for one in AXIS if f"{scope}.{one}" in self.tracks}
@@ -87,13 +87,13 @@ class _Drawn:
             self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve, steps=True)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
-        """What is no axis, if it changes."""
+        """Add a signal that is not part of an axis, if it changes."""
         last = name.rpartition(".")[2]
         if last in SAYS and track.kind == TEXT:
             self._add_words(name, track)
         elif last == FAULTS:
             self.chart.add_faults(faults(track))
-        elif last in AXIS or not self._changes(track) or (self._all and last in UNSEEN):
+        elif last in AXIS or not self._changes(track) or (self._all and last in HIDDEN):
             return
         elif track.kind == LEVEL or (track.kind == COUNT and set(track.values) <= {0, 1}):
             self.chart.lanes[self._short(name)] = chart.held(*track.columns(), self.chart.from_ns, self.chart.to_ns)
@@ -105,7 +105,7 @@ class _Drawn:
             self.chart.panels.append(Panel(label, [Line(curve, steps=True)], FLAT, colour=next(self._colours)))
 
     def _add_words(self, name: str, track: Track) -> None:
-        """Each message as long as it has become."""
+        """Add the complete messages of one end of a line."""
         scope, _, which = name.rpartition(".")
         who = speaker("" if self._alone else scope, which == "host_says")
         words = [w for w in messages(track) if self.chart.from_ns <= w.time_ns <= self.chart.to_ns]
@@ -114,14 +114,14 @@ class _Drawn:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """The texts in that time, from the one at its beginning on."""
+    """Return the texts in that time, with the one that holds at its begin."""
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Those that are in a list of names in turn."""
+    """Yield the faults named in the values of a signal."""
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):
         names = [name for name in str(text).split(", ") if name]
@@ -132,7 +132,7 @@ def faults(track: Track) -> Iterator[Fault]:
 
 
 def messages(track: Track) -> list[Word]:
-    """What one end of a line has said, message by message: when each began, and what it was in the end."""
+    """Return the complete messages of one end of a line, with their start times."""
     found: list[Word] = []
     before = ""
     for time_ns, text in zip(track.times, track.values, strict=True):
@@ -146,7 +146,7 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """One signal less another."""
+    """Return the difference of two signals."""
     import numpy as np
 
     (times, values), (others, those) = of.columns(), less.columns()

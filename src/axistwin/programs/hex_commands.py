@@ -1,67 +1,70 @@
-"""Somebody who sends the lines of a `.181x` file to an 1810 or 1811.
+"""Send the lines of a `.181x` file to an 1810 or 1811.
 
-A line is a command, in hex (`33 00 00 61 A8`) or by its name (`go_relative 25000`).  It is sent when nothing more is
-going to happen by itself, that is when the move or the sequence of the line before is over, and the board takes it;
-after a `+seconds` line when that time has passed, whatever is going on.  Messages are read as they come.
+A line is a command, in hex (`33 00 00 61 A8`) or by its name (`go_relative 25000`).  A line is sent when the move or
+the sequence of the previous line has ended, that is when no event is due, and the board is ready.  After a `+seconds`
+line the next line is sent when that time has passed, in any state.  Messages are read as they come.
 """
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
 from axistwin.bench import FAMILIES, Bench, Controller, product
-from axistwin.bench.actions import action, on_a_bus
+from axistwin.bench.actions import on_a_bus
 from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.bench.hosts import Host, host_of
 from axistwin.controllers.product import Language
 from axistwin.conversations import conversation
 from axistwin.errors import ProgramError
-from axistwin.programs.command_lines import settle
+from axistwin.programs.command_lines import prepared_action, run_until_quiet
 
-USUAL = "1811"
-"""Whose language a program is in if nothing tells."""
+DEFAULT_MODEL = "1811"
+"""Model of a program that names none."""
 
 
 def language_of(target: str) -> Language:
-    """The language of a MODEL, or else of an 1811."""
-    made = product(target if target.lower() in FAMILIES else USUAL)
+    """Return the command language of `target`, or of an 1811 if `target` is not a model."""
+    made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
-        raise ProgramError(f"{made.model} knows no commands in hex: a .181x program is for an 1810 or 1811")
+        raise ProgramError(f"{made.model} has no hex commands: a .181x program is for an 1810 or 1811")
     return made.language
 
 
 def command_strings(text: str, language: Language, file: str = "") -> Iterator[Act]:
-    """The lines of a `.181x` file: commands as Say, and a conversation's `+` and `!` lines."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.partition(";")[0].rstrip()
-        if words.lstrip().startswith(("+", "!")):
-            yield conversation.parse_line(words, number, file)
-        elif words:
-            yield Say(_read(words, language, number, file), line=number)
+    """Return the lines of a `.181x` file: commands as Say, and `+` and `!` lines as acts."""
+    acts = (command_string(line, number, file, language.read) for number, line in enumerate(text.splitlines(), start=1))
+    return (act for act in acts if act is not None)
 
 
-def _read(words: str, language: Language, number: int, file: str) -> bytes:
+def command_string(line: str, number: int, file: str, read: Callable[[str], bytes]) -> Act | None:
+    """Return one line as an act; None for a blank line or a comment.  Raises ProgramError.
+
+    `read` converts a command, in hex or by name, to bytes.
+    """
+    text = line.partition(";")[0].rstrip()
+    if text.lstrip().startswith(("+", "!")):
+        return conversation.parse_line(text, number, file)
     try:
-        return language.read(words)
+        return Say(read(text), line=number) if text else None
     except ProgramError as error:
-        raise ProgramError(error.message, file=file, line=number, column=error.column) from None
+        raise error.at(file, number, error.column) from None
 
 
 def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = "") -> str | None:
-    """Send command after command; returns what to tell about lines that were not sent."""
+    """Send the commands one by one; return a note about lines that were not sent, or None."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        host.hear(lambda message: None)  # it is read, so that the next one can come
+        host.hear(lambda message: None)  # read each message, so that the board can send the next
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False
         for act, do in planned:
             pause = isinstance(act, Wait)
-            if not (timed or pause or settle(bench, deadline_ns)):
-                return f"line {act.line} and what follows: not done by {bench.seconds:g} s, the work before it goes on"
+            if not (timed or pause or run_until_quiet(bench, deadline_ns)):
+                return f"line {act.line} and later lines were not sent: the one before is busy at {bench.seconds:g} s"
             if isinstance(act, Wait):
                 bench.clock.run_to(min(bench.now + act.ns, max(deadline_ns, bench.now)))
             do()
             timed = pause
-        settle(bench, deadline_ns)
+        run_until_quiet(bench, deadline_ns)
     return None
 
 
@@ -70,10 +73,7 @@ def _prepared(act: Act, controller: Controller, host: Host, file: str) -> Callab
         case Say():
             return partial(host.write, act.data)
         case Do():
-            try:
-                return action(controller, act.target, act.value)
-            except ProgramError as error:
-                raise ProgramError(error.message, file=file, line=act.line) from None
+            return prepared_action(controller, act, file)
     return lambda: None
 
 
@@ -81,6 +81,6 @@ def _only_board(bench: Bench, file: str) -> Controller:
     found = [controller for controller in bench.controllers.values() if on_a_bus(controller)]
     if len(found) != 1:
         raise ProgramError(
-            f"commands are sent to one 1810 or 1811, here are {len(found)}: write a conversation (.talk)", file=file
+            f"hex commands need one 1810 or 1811, the bench has {len(found)}: use a conversation (.talk)", file=file
         )
     return found[0]

@@ -1,7 +1,7 @@
-"""A SmartMotor's stored program, from its source in an `.sms` file: put into the motor, and started.
+"""Load a SmartMotor's stored program from its source in an `.sms` file, and start it.
 
-It is loaded over the motor's serial port as by any host, in no time, before anybody looks; then the motor is switched
-off and on again.  Comments are not sent.
+The program is loaded over the motor's serial port in zero time, before observers are connected.  Then the motor's power
+is cycled.  Comments are not sent.
 """
 
 import codecs
@@ -16,23 +16,20 @@ from axistwin.sim.serial_port import SerialPort
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
 READY = b"UCI UDI ZS "
-"""An unwired motor is in a limit fault, in which it takes no program."""
+"""Commands that clear the limit fault of an unwired motor; in a limit fault the motor accepts no program."""
 MARKS = {
     codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
-"""What today's editors put in front of a text; files of that age are in all kinds of 8-bit codes."""
+"""Marks at the beginning of Unicode texts.  Files without a mark are read as 8-bit characters."""
 END_OF_FILE = "\x1a"
-"""Ctrl-Z, with which editors of that age ended a file."""
+"""Ctrl-Z, the end-of-file mark of DOS editors."""
 _line_end = re.compile(r"\r\n|[\r\n\v\f]")
 _foreign = re.compile(r"[^\0-\x1b\x1f-\x7f]")
 _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 
 
 def load_source(path: Path) -> bytes:
-    """The text of a source file as it is sent.
-
-    Raises UsageError if it cannot be read.
-    """
+    """Return the text of a source file as bytes to send.  Raises UsageError if the file cannot be read."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -41,44 +38,46 @@ def load_source(path: Path) -> bytes:
         text = data.decode(next((code for mark, code in MARKS.items() if data.startswith(mark)), "latin-1"))
     except UnicodeDecodeError as error:
         raise UsageError(
-            f"{path} cannot be read: it begins like {error.encoding} and is not: save it as text"
+            f"{path} cannot be read: it begins like {error.encoding} but is not: save the file as text"
         ) from None
     return as_sent(text)
 
 
 def as_sent(text: str) -> bytes:
-    """The text of a source as it is sent: lines ended by LF, what is no ASCII (in comments) as `?`."""
+    """Return a source text as bytes to send: lines end in LF, other than ASCII characters (in comments) become `?`."""
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
-        lines.pop()  # there is nothing behind the end of the last line
+        lines.pop()  # the empty text after the last line end
     return "".join(f"{_foreign.sub('?', line.expandtabs(1))}\n" for line in lines).encode()
 
 
 def store_program(source: bytes, file: str, bench: Bench) -> None:
-    """Load it into the only motor on the bench, and switch that off and on.  Raises ProgramError if it is not taken."""
+    """Load a source into the only motor on the bench, and cycle its power.  Raises ProgramError if refused."""
     store(source, file, only_motor(bench, file))
 
 
 def check_motor(controller: Controller) -> None:
-    """Raises UsageError if it has no place for a stored program."""
+    """Raise UsageError if the controller is not a motor."""
     if motor_of(controller) is None:
         raise UsageError(f"{controller.name} is a {controller.product.model}: a stored program is for a SmartMotor")
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raises UsageError or ProgramError if this motor, as it is wired here, will not take the program when it is run.
+    """Raise UsageError or ProgramError if this motor, as wired here, would refuse the program.
 
-    A motor like it, alone on a bench of its own, is given the program.
+    The check loads the program into an equal motor on a bench of its own.
     """
     check_motor(controller)
     if controller.name not in controller.ports:
-        raise UsageError(f"{controller.name} shares its line with others: a program cannot be loaded into it")
+        raise UsageError(
+            f"{controller.name} shares its serial line: a program can be loaded only over a line of its own"
+        )
     alike = Bench().add(controller.product.model, controller.name, **controller.given)
     store(source, file, alike)
 
 
 def store(source: bytes, file: str, motor: Controller) -> None:
-    """Load it into this motor, and switch that off and on.  Raises ProgramError if it is not taken."""
+    """Load a source into this motor, and cycle its power.  Raises ProgramError if refused."""
     port = motor.serial
     instant, port.instant = port.instant, True
     try:
@@ -90,9 +89,9 @@ def store(source: bytes, file: str, motor: Controller) -> None:
 
 
 def run(source: bytes, file: str, motor: Controller) -> None:
-    """Load it into a motor that is switched off and on for it, whatever it does, and run it.
+    """Cycle the power of a motor in any state, load a source and run it.
 
-    The host has its usual format again.  Raises ProgramError if the program is not taken.
+    The host returns to its default line format.  Raises ProgramError if the motor refuses the program.
     """
     port, usual = motor.serial, motor.product.line
     assert usual is not None, "a motor has a serial port"
@@ -104,31 +103,31 @@ def run(source: bytes, file: str, motor: Controller) -> None:
 
 
 def only_motor(bench: Bench, file: str) -> Controller:
-    """The motor that a source file is for."""
+    """Return the only motor on the bench.  Raises ProgramError if there are none or several."""
     found = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(found) != 1:
         raise ProgramError(
-            f"a stored program is for one SmartMotor, here are {len(found)}: write a conversation (.talk)", file=file
+            f"a stored program needs one SmartMotor, the bench has {len(found)}: use a conversation (.talk)", file=file
         )
     if found[0].name not in found[0].ports:
-        raise ProgramError(f"{found[0].name} shares its line with others: write a conversation (.talk)", file=file)
+        raise ProgramError(f"{found[0].name} shares its serial line: use a conversation (.talk)", file=file)
     return found[0]
 
 
 def _load(port: SerialPort, source: bytes, file: str) -> None:
-    """By the protocol of LOAD: the motor asks with 06 for each block, whose length is its own affair."""
+    """Load by the protocol of LOAD: the motor requests each block with 06 and decides its length."""
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
-        raise ProgramError(f"the motor takes no program: it does not answer LOAD at {port.host.format}", file=file)
+        raise ProgramError(f"the motor does not answer LOAD at {port.host.format}", file=file)
     sent = _without_comments(source)
     port.write(sent + END + b"RCKS\r")
     if not port.read().endswith(b"P\r"):
-        advice = f"give it a larger option program_bytes (these are {len(sent)} bytes)"
-        raise ProgramError(f"the motor has no room for it: {advice}", file=file)
+        advice = f"enlarge the option program_bytes (the source has {len(sent)} bytes)"
+        raise ProgramError(f"the program is too large for the motor: {advice}", file=file)
 
 
 def _without_comments(source: bytes) -> bytes:
-    """What is left to be sent."""
+    """Return the source without comments and empty lines."""
     found = (_code.match(line) for line in source.decode().splitlines())
     lines = (match[0].rstrip(" ") for match in found if match is not None)
     return "".join(f"{line}\n" for line in lines if line).encode()

@@ -1,1 +1,1 @@
-"""Texts about a run for people: what was said and what moved."""
+"""Text reports of a run: messages and moves."""

@@ -1,10 +1,10 @@
-"""Rows of text in columns."""
+"""Format rows of text as columns."""
 
 from collections.abc import Iterable, Iterator
 
 
 def columns(rows: Iterable[Iterable[str]]) -> Iterator[str]:
-    """One line per row, each column as wide as its widest cell."""
+    """Yield one line per row, with each column as wide as its widest cell."""
     cells = [tuple(row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     for row in cells:

@@ -1,4 +1,4 @@
-"""What was said and what moved, as text for people and as a dictionary for machines."""
+"""Report messages and moves, as text for the user and as a dictionary for programs."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -13,26 +13,26 @@ from axistwin.plots.history import AnyMove, History, Utterance
 from axistwin.sim.frames import LineError
 from axistwin.units import to_seconds
 
-UNTOLD = ("dtr", "rts", "host.dtr", "host.rts")
-"""Levels that are not told to people: they go with the words."""
+HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
+"""Levels left out of the text; the messages show them."""
 
 
-Happening = Utterance | AnyMove | Changed | Turned
+Item = Utterance | AnyMove | Changed | Turned
 
 
 def text(history: History) -> Iterator[str]:
-    """Lines in order of time: `>` the host says, `<` the controller says, `!` somebody does, `=` it becomes so."""
+    """Yield lines in order of time: `>` host, `<` controller, `!` action at the machine, `=` new level."""
     several = endpoints.several(history.bench)
     codecs = _codecs(history)
-    levels = filter(_worth_telling, history.changes)
-    told: list[Happening] = [*history.said, *levels, *history.turned, *history.moves()]
-    for item in sorted(told, key=_time_ns):  # what somebody does stands before the move that it causes
+    levels = filter(_is_shown, history.changes)
+    told: list[Item] = [*history.said, *levels, *history.turned, *history.moves()]
+    for item in sorted(told, key=_time_ns):  # an action comes before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
 
 
 def summary(history: History) -> Iterator[str]:
-    """A table of the axes that moved."""
+    """Yield a table of the axes that moved."""
     by_axis = _by_axis(history)
     units = " or ".join(sorted({move.unit for moves in by_axis.values() for move in moves}, reverse=True))
     rows = [("axis", "from", "to", units, "moving", "moves")]
@@ -45,11 +45,11 @@ def summary(history: History) -> Iterator[str]:
         for row in rows:
             cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
             yield "  ".join([row[0].ljust(widths[0]), *cells])
-    yield from _lost(history)
+    yield from _lost_pulses(history)
 
 
 def as_dict(history: History) -> dict[str, Any]:
-    """The same for `--json`; times in integer nanoseconds, rates in pulses/s."""
+    """Return a dictionary for `--json`; times in integer nanoseconds, rates in pulses/s."""
     codecs = _codecs(history)
     return {
         "said": [_said(utterance, codecs[utterance.controller]) for utterance in history.said],
@@ -62,7 +62,7 @@ def as_dict(history: History) -> dict[str, Any]:
             {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in history.turned
         ],
         "axes": [
-            {"controller": c.name, "axis": name, "position": axis.position, **_besides(axis)}
+            {"controller": c.name, "axis": name, "position": axis.position, **_reference(axis)}
             for c in history.bench.controllers.values()
             for name, axis in c.axes.items()
         ],
@@ -71,7 +71,7 @@ def as_dict(history: History) -> dict[str, Any]:
     }
 
 
-def _besides(axis: Axis) -> dict[str, int]:
+def _reference(axis: Axis) -> dict[str, int]:
     return {"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses}
 
 
@@ -104,11 +104,11 @@ def _moved(move: AnyMove) -> dict[str, Any]:
     }
 
 
-def _time_ns(item: Happening) -> int:
+def _time_ns(item: Item) -> int:
     return item.start_ns if isinstance(item, AnyMove) else item.time_ns
 
 
-def _words(item: Happening, codec: Codec) -> str:
+def _words(item: Item, codec: Codec) -> str:
     match item:
         case Utterance():
             errors = f"   ({', '.join(_errors(item.errors))})" if item.errors else ""
@@ -119,12 +119,12 @@ def _words(item: Happening, codec: Codec) -> str:
             return f"! {item.pin} {voltage(item.volts)}"
     path = f"  {item.axis} {item.origin} → {item.target}, up to {_rate(item)} {item.unit}/s"
     if item.end_ns is None:
-        return f"{path}, still going on at {to_seconds(item.now_ns):.6f}"
+        return f"{path}, still moving at {to_seconds(item.now_ns):.6f}"
     return f"{path}, until {to_seconds(item.end_ns):.6f}"
 
 
 def _rate(move: AnyMove) -> str:
-    """Pulses have an exact rate; counts are sampled, and four figures are more than is known of it."""
+    """Return the rate; pulse rates are exact, rates of counts are rounded because they are sampled."""
     return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.0f}"
 
 
@@ -141,8 +141,8 @@ def _errors(errors: LineError) -> list[str]:
     return [str(error.name).lower() for error in LineError if error in errors and error]
 
 
-def _worth_telling(change: Changed) -> bool:
-    return change.pin not in UNTOLD and not (change.flashing and change.pin == "led")
+def _is_shown(change: Changed) -> bool:
+    return change.pin not in HIDDEN_LEVELS and not (change.flashing and change.pin == "led")
 
 
 def _by_axis(history: History) -> dict[str, list[AnyMove]]:
@@ -153,9 +153,9 @@ def _by_axis(history: History) -> dict[str, list[AnyMove]]:
     return found
 
 
-def _lost(history: History) -> Iterator[str]:
-    """Motors that do not stand where their pulses should have taken them."""
+def _lost_pulses(history: History) -> Iterator[str]:
+    """Yield a note for each motor whose position differs from its pulses."""
     for controller in history.bench.controllers.values():
         for name, axis in controller.axes.items():
             if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:
-                yield f"{name} stands at {axis.position}: it has lost {abs(axis.pulses - axis.position)} pulses"
+                yield f"{name} is at {axis.position}: {abs(axis.pulses - axis.position)} pulses were lost"

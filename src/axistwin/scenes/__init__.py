@@ -1,1 +1,1 @@
-"""Scenes: a bench from a TOML file."""
+"""Scenes: build a bench from a TOML file."""

@@ -1,7 +1,7 @@
-"""Puts what a scene file says on a bench, in the order in which one would build the machine.
+"""Build a bench from a scene file.
 
-Controllers with their axes and stored programs; what sits on whose shaft; wires; shared lines; faults; who does what at
-which time; hosts.  Whatever cannot be is told with its place in the file.
+The order is that of a real machine: controllers with their axes and stored programs; encoders on shafts; wires; shared
+lines; faults; the script; hosts.  Errors are placed in the file.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -30,11 +30,11 @@ from axistwin.units import to_ns
 
 Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000
-"""So far apart are the seeds of two scenes."""
+"""Distance between the seeds of two scenes."""
 
 
-def comes_back(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """Whether one comes back to where one has begun."""
+def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
+    """True if following `leads_to` from `name` leads back to `name`."""
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)
@@ -42,49 +42,46 @@ def comes_back(name: str, leads_to: Mapping[str, str | None]) -> bool:
     return at == name
 
 
-def _check_way(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
-    """A terminal is at the end of one wire at most, whatever name it is given, and wires do not form a circle.
-
-    Raises UsageError.
-    """
+def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
+    """Raise UsageError if a terminal is at the end of two wires, under any name, or if wires form a loop."""
     if target in laid:
         other = laid[target][1]
         same = "" if other.to == wire.to else f" is the same terminal as {other.to}, which"
-        raise UsageError(f"{wire.to}{same} hangs on a wire from {other.from_} already")
+        raise UsageError(f"{wire.to}{same} has a wire from {other.from_} already")
     at: Pin | None = source
     while at is not None:
         if at is target:
-            raise UsageError(f"these wires lead from {wire.to} back to itself: leave one out")
+            raise UsageError(f"the wires form a loop through {wire.to}: remove one")
         at = laid[at][0] if at in laid else None
 
 
 class Builder:
-    """One bench in the making.
+    """Builds one bench.
 
-    `served`: hosts come from outside where there are ports for them.  `texts`: programs that have been read before, by
-    their names, so that each bench of a scene is the same.
+    `served`: controllers with ports have outside hosts.  `texts`: texts of programs read before, by path, so that every
+    bench of a scene is the same.
     """
 
     def __init__(self, contents: SceneFile, source: Source, served: bool, texts: dict[str, str]) -> None:
         self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()
-        load = hosting.loader(self.bench, lambda file: self._text(str(self._beside(Path(file)))))
+        load = hosting.loader(self.bench, lambda file: self._text(str(self._relative_to_scene(Path(file)))))
         self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
-        """All of it; the controllers have just been switched on."""
-        self._tell_origin()
+        """Build the bench; the controllers have just been switched on."""
+        self._note_origin()
         self._add_controllers()
-        self._join_shafts()
-        self._lay_wires()
-        self._share_lines()
+        self._connect_masters()
+        self._connect_wires()
+        self._add_shared_lines()
         self._open_second_channels()
         self._plan_faults()
         self._plan_script()
         self._start_hosts()
         return self.bench
 
-    def _tell_origin(self) -> None:
+    def _note_origin(self) -> None:
         digest = sha256(self.source.text.encode()).hexdigest()
         self.bench.origin["scene"] = f"{self.source.file.name} sha256:{digest[:16]}"
         if self.contents.seed is not None:
@@ -101,16 +98,16 @@ class Builder:
 
     def _add(self, table: ControllerTable, path: Path_) -> None:
         made = product(table.model)
-        with self.source.blaming(*path, "line"):
+        with self.source.placing_errors(*path, "line"):
             if made.line is not None:
                 line_format(table.line, made.line)
         self._check_keys((*path, "options"), table.options, [field.name for field in fields(made.options)])
         self._check_keys((*path, "axes"), table.axes, made.axes)
         given = table.model_dump(include={"line", "history"}, exclude_none=True)
         if table.state is not None:
-            given["state"] = self._beside(table.state)
+            given["state"] = self._relative_to_scene(table.state)
         axes = table.model_dump(include={"axes"}, exclude_none=True)["axes"]
-        with self.source.blaming_one_of(path, ("axes", axes), ("options", table.options), ("", given)):
+        with self.source.placing_errors_at_key(path, ("axes", axes), ("options", table.options), ("", given)):
             self.bench.add(table.model, table.called, **given, **table.options, **axes)
 
     def _check_keys(self, path: Path_, given: Iterable[str], known: Collection[str]) -> None:
@@ -119,53 +116,53 @@ class Builder:
                 raise self.source.error((*path, key), f"{path[-1]}: unknown key {key!r}: {instead(key, known)}")
 
     def _store(self, motor: Controller, program: Path, path: Path_) -> None:
-        with self.source.blaming(*path):
+        with self.source.placing_errors(*path):
             stored_programs.check_motor(motor)
-            source = stored_programs.as_sent(self._text(str(self._beside(program))))
+            source = stored_programs.as_sent(self._text(str(self._relative_to_scene(program))))
             stored_programs.store(source, str(program), motor)
 
-    # What connects them
+    # Connections
 
-    def _join_shafts(self) -> None:
+    def _connect_masters(self) -> None:
         for number, table in enumerate(self.contents.controller):
             if table.master is not None:
                 path: Path_ = ("controller", number, "master")
                 axis = self._axis(table.master, path)
-                with self.source.blaming(*path):
+                with self.source.placing_errors(*path):
                     self.bench[table.called].master.follow(axis, Fraction(*table.master_ratio))
 
-    def _lay_wires(self) -> None:
+    def _connect_wires(self) -> None:
         laid: dict[Pin, tuple[Pin, WireTable]] = {}
         for number, wire in enumerate(self.contents.wire):
             source = self._pin(wire.from_, ("wire", number, "from"))
             target = self._pin(wire.to, ("wire", number, "to"))
             self._check_direction(number, wire)
-            with self.source.blaming("wire", number, "to"):
-                _check_way(source, target, wire, laid)
+            with self.source.placing_errors("wire", number, "to"):
+                _check_wire(source, target, wire, laid)
             laid[target] = source, wire
-            with self.source.blaming("wire", number, "delay_ms"):
+            with self.source.placing_errors("wire", number, "delay_ms"):
                 connect(source, target, invert=wire.invert, delay_ns=to_ns(wire.delay_ms / 1000))
 
     def _check_direction(self, number: int, wire: WireTable) -> None:
-        """From what tells of its changes, to what does not decide about its level itself."""
+        """Raise SceneError unless the wire leads from a terminal that reports changes to an input."""
         from_, to = wire.from_, wire.to
         if self._pin(from_, ("wire", number, "from")).silent:
-            message = f"no wire can follow the pulses of {from_}: let a motor's `master` sit on that axis"
+            message = f"{from_} cannot drive a wire, its pulses are too fast: use a motor's `master` on that axis"
             raise self.source.error(("wire", number, "from"), message)
         if self._pin(to, ("wire", number, "to")).is_output:
-            message = f"{to} is an output, to which no wire can lead: lead it to an input, or away from {to}"
+            message = f"{to} is an output: expected an input at the end of a wire"
             raise self.source.error(("wire", number, "to"), message)
 
-    def _share_lines(self) -> None:
+    def _add_shared_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):
             motors = [self._motor(motor, (*path, "motors", n)) for n, motor in enumerate(line.motors)]
-            with self.source.blaming(*path):
+            with self.source.placing_errors(*path):
                 (self.bench.chain if kind == "chain" else self.bench.rs485)(*motors, name=name)
 
     def _open_second_channels(self) -> None:
         for number, table in enumerate(self.contents.controller):
             if table.rs485_ports:
-                with self.source.blaming("controller", number, "rs485_ports"):
+                with self.source.placing_errors("controller", number, "rs485_ports"):
                     self.bench.port(f"{table.called}.rs485")
 
     def _motor(self, name: str, path: Path_) -> Controller:
@@ -176,7 +173,7 @@ class Builder:
     def _pin(self, terminal: str, path: Path_) -> Pin:
         name, _, pin = terminal.rpartition(".")
         if not name:
-            raise self.source.error(path, f"no terminal {terminal!r}: write it as NAME.PIN")
+            raise self.source.error(path, f"no terminal {terminal!r}: expected NAME.PIN, e.g. table.input1")
         pins = self._motor(name, path).pins
         if pin not in pins:
             raise self.source.error(path, f"{name} has no pin {pin!r}: {instead(pin, pins)}")
@@ -185,19 +182,19 @@ class Builder:
     def _axis(self, whole: str, path: Path_) -> Axis:
         name, _, axis = whole.rpartition(".")
         if not name:
-            raise self.source.error(path, f"no axis {whole!r}: write it as NAME.AXIS")
+            raise self.source.error(path, f"no axis {whole!r}: expected NAME.AXIS, e.g. table.X")
         axes = self._motor(name, path).axes
         if axis not in axes:
             raise self.source.error(path, f"{name} has no axis {axis!r}: {instead(axis, axes)}")
         return axes[axis]
 
-    # What happens
+    # Faults, script and hosts
 
     def _plan_faults(self) -> None:
         tables: list[FaultTerms] = self.contents.fault
         names = self._names_of(tables)
         self.bench.faults.announced = (*names, *self._scripted())
-        self._check_waiting(names, tables)
+        self._check_fault_order(names, tables)
         for number, table in enumerate(tables):
             self._plan_fault(table, number, ("fault", number))
 
@@ -208,59 +205,59 @@ class Builder:
         return names
 
     def _scripted(self) -> list[str]:
-        """Names that the script gives to faults."""
+        """Return the names that the script gives to faults."""
         named = (name_in(act) for table in self.contents.script for act in table.do)
         return [name for name in named if name is not None]
 
-    def _check_waiting(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Faults do not wait for one another in circles: none would ever begin."""
+    def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
+        """Raise SceneError if faults wait for one another in a circle, so that none could begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, name in enumerate(names):
-            if comes_back(name, waits_for):
+            if is_in_loop(name, waits_for):
                 way = f", by way of {waits_for[name]}" if waits_for[name] != name else ""
-                message = f"{name} waits for itself{way}: let it wait for something else"
+                message = f"{name} waits for itself{way}: expected another event"
                 raise self.source.error(("fault", number, "when"), message)
 
     def _plan_fault(self, table: FaultTerms, number: int, path: Path_) -> None:
         faults, on = self.bench.faults, table.on or self._only()
-        with self.source.blaming(*path, "kind"):
+        with self.source.placing_errors(*path, "kind"):
             kind = kind_of(table.kind)
-        with self.source.blaming(*path, "on" if table.on else "kind"):
+        with self.source.placing_errors(*path, "on" if table.on else "kind"):
             kind.check(faults.spot(kind, on, self._only()))
-        with self.source.blaming(*path, "when"):
+        with self.source.placing_errors(*path, "when"):
             faults.trigger(table.when, self._only())
-        with self.source.blaming_one_of(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
+        with self.source.placing_errors_at_key(path, ("", table.model_dump(exclude_none=True, exclude={"kind", "on"}))):
             seed = self._seed(table, number)
             terms = Terms(table.name, table.at, table.when, table.nth, table.duration, seed, self._only())
             faults.plan(table.kind, on, terms, table.parameters)()
 
     def _seed(self, table: FaultTerms, number: int) -> int | None:
-        """Its own, or one that follows from the scene's and is another for each fault."""
+        """Return the fault's own seed, or one derived from the scene's seed and the fault's number."""
         whole = self.contents.seed
         return table.seed if table.seed is not None or whole is None else FAULTS_A_SCENE * whole + number
 
     def _plan_script(self) -> None:
         for number, table in enumerate(self.contents.script):
-            with self.source.blaming("script", number, "at"):
+            with self.source.placing_errors("script", number, "at"):
                 at_ns = to_ns(table.at)
             acts = []
             for which, text in enumerate(table.do):
                 path: Path_ = ("script", number, "do", which)
-                with self.source.blaming(*path):
+                with self.source.placing_errors(*path):
                     acts.append((path, self._act(table, text)))
             self._plan_acts(at_ns, acts)
 
     def _plan_acts(self, at_ns: int, acts: Sequence[tuple[Path_, Callable[[], object]]]) -> None:
-        """When everything else has happened that is due then.  What cannot be is told with its place.
+        """Schedule acts after all other events of their time.  Errors are placed in the file.
 
-        Nobody waits for it: who types a program's lines goes on.
+        The senders of program lines do not wait for the script.
         """
         clock = self.bench.clock
 
         def happen() -> None:
             clock.background -= 1
             for path, do in acts:
-                with self.source.blaming(*path):
+                with self.source.placing_errors(*path):
                     do()
 
         clock.background += 1
@@ -269,32 +266,34 @@ class Builder:
 
     def _act(self, table: ScriptTable, text: str) -> Callable[[], object]:
         act = parse_line(f"! {text}", 0, "")
-        assert isinstance(act, Do), "that is what ! means"
+        assert isinstance(act, Do), "! begins an action"
         here = table.on or self._only()
         if here and here not in (*self.bench.controllers, *endpoints.names(self.bench)):
             raise UsageError(f"no controller {here!r}: {instead(here, self.bench.controllers)}")
         if act.target == "mend":
             self._check_mend(act.value)
         if not here and act.target not in FAULT_ACTS:
-            raise UsageError(f"whose is that? Say on = one of {', '.join(self.bench.controllers)}")
+            raise UsageError(
+                f"the controller is missing: expected `on` with one of {', '.join(self.bench.controllers)}"
+            )
         return self._runner.prepare(Do(act.target, act.value, controller=here))
 
     def _check_mend(self, name: str) -> None:
-        """Faults of the script are there when their time has come."""
+        """Raise UsageError for an unknown fault name; faults of the script need not exist yet."""
         if name not in (*self.bench.faults.names, *KINDS, *self._scripted(), "all"):
             raise UsageError(f"no fault {name!r} here: there are {', '.join(self.bench.faults.names) or 'none'}")
 
     def _only(self) -> str:
-        """The name of the only controller, if there is one only."""
+        """Return the name of the only controller, or an empty string if there are several."""
         return next(iter(self.bench.controllers)) if len(self.bench.controllers) == 1 else ""
 
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
-            with self.source.blaming(*path):
-                hosting.prepared(self.bench, name, str(self._beside(file)), self._text, self._runner)()
+            with self.source.placing_errors(*path):
+                hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
-        """Those that live here: where the file says so, whom they talk to, and what."""
+        """Yield the hosts that run on the bench: place in the file, endpoint, program file."""
         for number, table in enumerate(self.contents.controller):
             if not (self.served and table.ports):
                 for which, file in enumerate(table.host):
@@ -305,11 +304,11 @@ class Builder:
                     yield (*place, "host", which), name, file
 
     def _text(self, file: str) -> str:
-        """Of a program."""
+        """Return the text of a program, read once."""
         if file not in self.texts:
             self.texts[file] = hosting.program_text(Path(file))
         return self.texts[file]
 
-    def _beside(self, path: Path) -> Path:
-        """As seen from the scene file."""
+    def _relative_to_scene(self, path: Path) -> Path:
+        """Return a path relative to the scene file."""
         return self.source.file.parent / path

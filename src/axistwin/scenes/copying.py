@@ -1,7 +1,6 @@
-"""A scene to be kept elsewhere, with what hosts and people have done since: its text, and the files that it needs.
+"""Save a scene elsewhere, with the later acts of hosts and operators: its text and the files it needs.
 
-The text stays as it is, with its comments; of its controllers the keys `host`, `program` and `state` may have to be
-others, and the script becomes longer.
+The text keeps its comments.  The keys `host`, `program` and `state` of controllers may change, and the script grows.
 """
 
 import re
@@ -20,20 +19,20 @@ from axistwin.storage import FileStore
 
 _LOAD = re.compile(rf"(\s*{LOAD}\s+)(.*\S)\s*")
 _LOAD_LINE = re.compile(rf"^([ \t]*(?:[\w.-]+:[ \t]+)?![ \t]*{LOAD}[ \t]+)([^;\n]*[^;\s])", re.MULTILINE)
-"""What loads a program, up to its name, and the name: in a script, in a conversation."""
+"""Match an act that loads a program, in a script and in a conversation: the text up to the file name, and the name."""
 
 Where = tuple[str, int]
-"""A table of a scene: ("controller", 0)."""
+"""A table of a scene, e.g. ("controller", 0)."""
 
 
 class Files:
-    """Texts by name, in one directory."""
+    """Texts by file name, in one directory."""
 
     def __init__(self) -> None:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Put a text there; returns the name it has got, another one if there is another text of that name."""
+        """Add a text; return its name, which is a new one if the name has another text."""
         path = Path(name)
         stem = path.with_suffix("")
         names = (name if n == 1 else f"{stem}-{n}{path.suffix}" for n in range(1, len(self.texts) + 2))
@@ -43,23 +42,23 @@ class Files:
 
 
 class Copy:
-    """A scene in the making, of a bench as it was found, in `files`."""
+    """Builds the copy of a scene from a bench, in `files`."""
 
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
         self.script: list[dict[str, Any]] = []
         self.read: dict[str, str] = {}
-        """Programs as they were when the bench was built, by where they were found."""
+        """Programs as read when the bench was built, by path."""
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Whoever has this name is talked to like this, too."""
+        """Add a conversation as a host of the endpoint `name`."""
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
-    # Of a scene
+    # A bench from a scene
 
     def of_scene(self, contents: SceneFile, source: Source, served: bool, note: str) -> str:
-        """Its text.  `note`: a line about what has been added."""
+        """Return the text of the copy.  `note`: a comment line before the additions."""
         changes = dict(self._changes(contents, source, served))
         text = _edited(source.text, changes)
         added = "".join(f"\n{table_text('script', entry)}" for entry in self.script)
@@ -68,7 +67,7 @@ class Copy:
         return f"# {note}\n\n{tables(self._rewritten(source.data, changes))}"
 
     def _rewritten(self, data: dict[str, Any], changes: Mapping[Where, Mapping[str, Any]]) -> dict[str, Any]:
-        """It is written in another manner: what it says is written anew."""
+        """Write the data again, for a file whose layout does not allow insertions."""
         data = {key: list(value) if isinstance(value, list) else value for key, value in data.items()}
         for (kind, number), values in changes.items():
             data[kind][number] = {**data[kind][number], **values}
@@ -76,7 +75,7 @@ class Copy:
         return {**data, "script": script} if script else data
 
     def _changes(self, contents: SceneFile, source: Source, served: bool) -> Iterator[tuple[Where, dict[str, Any]]]:
-        """What is to be in each table."""
+        """Yield the new values of each table."""
         for number, table in enumerate(contents.controller):
             own = [] if served and table.ports else table.host
             wanted = {"host": [self._copied(source, file) for file in own] + self._hosts.get(table.called, [])}
@@ -100,7 +99,7 @@ class Copy:
                 yield (str(path[0]), int(path[1])), {"host": hosts}
 
     def _copied(self, source: Source, file: Path) -> str:
-        """A program beside the copy, under its own name if it can be."""
+        """Copy a program next to the scene; return its name, the old one where possible."""
         path = source.file.parent / file
         text = self.read.get(str(path))
         text = program_text(path) if text is None else text
@@ -113,26 +112,26 @@ class Copy:
         return self.files.add(name, text)
 
     def _local_act(self, source: Source, act: str) -> str:
-        """An act of the script: what it loads from elsewhere, it loads from beside the copy."""
+        """Return an act of the script; a program to load is copied next to the scene."""
         found = _LOAD.fullmatch(act)
         return act if found is None else found[1] + self._loaded(source, found[2])
 
     def _loaded(self, source: Source, file: str) -> str:
-        """The name of a program in the copy."""
+        """Return the name of a program in the copy."""
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """What a controller had kept before, so that it is found again."""
+        """Copy a controller's kept state as it was at the start; return its directory."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:
             self.files.texts[str(Path(local) / f"{name}.json")] = store.found.decode()
         return local
 
-    # Of a bench that has been made otherwise
+    # A bench built in another way
 
     def of_bench(self, note: str) -> str:
-        """A scene with the same on it."""
+        """Return the text of a scene for an equal bench."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
         script = {"script": self.script} if self.script else {}
         return f"# {note}\n\n{tables({**data, **script})}"
@@ -153,12 +152,12 @@ def _one_or_more(value: list[str], key: str) -> Any:
 
 
 def _local(path: Path) -> str:
-    """A path that does not lead out of the directory."""
+    """Return a path that stays inside the directory."""
     return path.name if path.is_absolute() or ".." in path.parts else str(path)
 
 
 def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None:
-    """The text with other values; None: there is no place for them, as it is written in another manner."""
+    """Return the text with new values; None if the layout of the file has no place for them."""
     spans, edits = toml_places.spans(text), []
     for where, values in changes.items():
         for key, value in values.items():
@@ -176,5 +175,5 @@ def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None
 
 
 def entry(at_s: float, on: str, do: Sequence[str]) -> dict[str, Any]:
-    """One of the script."""
+    """Return one entry of the script."""
     return {"at": at_s, **({"on": on} if on else {}), "do": list(do) if len(do) > 1 else do[0]}

@@ -1,8 +1,8 @@
-"""Hosts that live in the virtual time of a scene, each at its own controller, side by side.
+"""Hosts that run in the virtual time of a scene, each at its own controller.
 
-A host sends the lines of an `.if1` or `.181x` file: as everywhere, a line when the controller is done with the one
-before, and after `+2.5` when that time has passed; but here others move, so only that one controller is looked at.  Or
-it does what a conversation (`.talk`) has for the host's side, at its times.
+A host sends the lines of an `.if1` or `.181x` file: a line when its controller has finished the one before, or after a
+`+2.5` line when that time has passed.  Other controllers may be moving, so a host observes its own controller only.  A
+host with a conversation (`.talk`) performs the host's acts at their times.
 """
 
 import re
@@ -12,76 +12,78 @@ from pathlib import Path
 
 from axistwin.bench import FAMILIES, Bench, Controller, endpoints
 from axistwin.bench.action_runner import ActionRunner, Load
-from axistwin.bench.actions import FAULT_ACTS, action
+from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Act, Do, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_of
 from axistwin.conversations.conversation import Conversation, load_text, parse
 from axistwin.conversations.player import PATIENCE_S, open_channels
-from axistwin.errors import ProgramError, UsageError
+from axistwin.errors import UsageError
 from axistwin.programs import stored_programs
-from axistwin.programs.command_lines import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting
+from axistwin.programs.command_lines import ATTEMPTS, READY_S, SELF_TEST_S, command_lines, greeting, prepared_action
 from axistwin.programs.command_lines import PATIENCE_S as ANSWER_S
 from axistwin.programs.hex_commands import command_strings
 from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
 from axistwin.units import MS, to_ns
 
-LOOK_NS = 20 * MS
-"""So often a host looks whether its controller is done."""
+CHECK_NS = 20 * MS
+"""Interval at which a host checks if its controller is ready."""
 TALK, STORED = ".talk", ".sms"
 KINDS = {".if1": "digiplan", ".181x": "compumotor"}
-"""What is sent to whom."""
+"""Family that each kind of program is for."""
 HOST, SCRIPT = 0, 1
-"""Ranks of those who do something when all else has happened that is due: first hosts, then people at the machine."""
+"""Order of acts at the same time, after all other events: hosts first, then actions at the machine."""
 OUTSIDE = "outside"
 _OUTSIDE = re.compile(rf"{OUTSIDE}(?: ([1-9]\d?))?")
-"""`; host: outside` in a conversation: its host was none of the scene's; what it did comes after what they do then."""
+"""`; host: outside` marks a conversation of an outside host, whose acts come after those of the scene's hosts."""
 Start = Callable[[], Process]
-"""Lets a host begin."""
+"""Starts a host."""
 
 
-def prepared(
+def prepare_host(
     bench: Bench, name: str, file: str, read: Callable[[str], str], runner: ActionRunner | None = None
 ) -> Start:
-    """A host that sends this file to whoever is reached by this name.
+    """Return a host that sends this file to the endpoint `name`, as a callable that starts the host.
 
-    `read`: finds the text of a file.  `runner`: performs the actions of a conversation, one for a whole bench.  Raises
-    ProgramError or UsageError if it cannot.
+    `read` returns the text of a file.  `runner`: the action runner of the bench.  Raises ProgramError or UsageError if
+    the file cannot be sent.
     """
     suffix, clock = _kind(bench, name, file), bench.clock
     text = read(file)
     if suffix == TALK:
-        talker = _Talker(bench, name, _conversation(bench, name, file, text), runner or ActionRunner(bench, own=True))
-        return lambda: clock.process(talker.converse())
+        conversation_host = _ConversationHost(
+            bench, name, _conversation(bench, name, file, text), runner or ActionRunner(bench, own=True)
+        )
+        return lambda: clock.process(conversation_host.converse())
     controller = bench[name]
     if KINDS[suffix] == "digiplan":
-        typist = _Host(clock, controller, command_lines(text, file), file)
-        return lambda: clock.process(typist.type_lines())
+        line_sender = _ControllerHost(clock, controller, command_lines(text, file), file)
+        return lambda: clock.process(line_sender.send_lines())
     assert controller.product.language is not None, "a board has one"
-    operator = _Host(clock, controller, command_strings(text, controller.product.language, file), file)
-    return lambda: clock.process(operator.send_commands())
+    hex_sender = _ControllerHost(clock, controller, command_strings(text, controller.product.language, file), file)
+    return lambda: clock.process(hex_sender.send_commands())
 
 
 def rank_of(host: str) -> int:
-    """When a host does something, among all who do when all else has happened: `outside 2` after `outside`."""
+    """Return the order of a host's acts at the same time: `outside 2` comes after `outside`."""
     found = _OUTSIDE.fullmatch(host)
     return HOST if found is None else min(SCRIPT - 1 + int(found[1] or 1), LAST - 1)
 
 
 def _kind(bench: Bench, name: str, file: str) -> str:
-    """The suffix of what a host sends.  Raises UsageError if it cannot be sent to whoever is called so."""
+    """Return the suffix of a host's file.  Raises UsageError if this file cannot be sent to this endpoint."""
     suffix = Path(file).suffix.lower()
     if suffix not in (TALK, *KINDS):
-        raise UsageError(f"{file} is nothing that a host sends by itself: give .if1, .181x or a conversation .talk")
+        raise UsageError(f"{file} cannot be sent by a host: expected .if1, .181x or a conversation .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
         raise UsageError(f"{file} is not for {name}, which is a {bench[name].product.model}")
     return suffix
 
 
 def loader(bench: Bench, read: Callable[[str], str]) -> Load:
-    """Puts programs into controllers of this bench, which are switched off and on for it.
+    """Return a function that loads programs into controllers of this bench and cycles their power.
 
-    A SmartMotor's source (.sms) is stored and run; what a host sends is sent by one that takes the place of the one
-    before.  `read` finds the text of a file.
+    A SmartMotor's source (.sms) is stored and run.  For another program a new host replaces the controller's old host.
+    `read` returns the text of a file.
     """
 
     def load(name: str, file: str) -> Callable[[], object]:
@@ -92,9 +94,9 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             return partial(stored_programs.run, source, file, controller)
         if suffix not in KINDS:
             raise UsageError(
-                f"{file} cannot be loaded: give a SmartMotor's source .sms, or command lines .if1 or .181x"
+                f"{file} cannot be loaded: expected a SmartMotor's source .sms, or command lines .if1 or .181x"
             )
-        return partial(_send, controller, prepared(bench, name, file, read), bench.senders)
+        return partial(_send, controller, prepare_host(bench, name, file, read), bench.senders)
 
     return load
 
@@ -109,7 +111,7 @@ def _send(controller: Controller, start: Start, there: dict[str, Process]) -> No
 
 
 def program_text(path: Path) -> str:
-    """The text of a program of any kind.  Raises UsageError or ProgramError."""
+    """Return the text of a program of any kind.  Raises UsageError or ProgramError."""
     return stored_programs.load_source(path).decode() if path.suffix.lower() == STORED else load_text(path)
 
 
@@ -120,10 +122,10 @@ def _conversation(bench: Bench, name: str, file: str, text: str) -> Conversation
     return conversation
 
 
-class _Talker:
-    """Does what the host does in a conversation, and waits where it hears something.
+class _ConversationHost:
+    """A host that performs the host's acts of a conversation and waits for its replies.
 
-    What must be so (`=`) is nothing that a host does.
+    Assertions (`=`) are skipped.
     """
 
     def __init__(self, bench: Bench, name: str, conversation: Conversation, runner: ActionRunner) -> None:
@@ -131,110 +133,109 @@ class _Talker:
         self._runner = runner
         self._patience_ns = to_ns(conversation.seconds_in("patience", PATIENCE_S))
         self._rank = rank_of(conversation.headers.get("host", ""))
-        self._heard: dict[str, bytearray] = {}
+        self._received: dict[str, bytearray] = {}
         self._waiting: Event | None = None
         self._acts = [(act, self._prepared(act)) for act in conversation.acts]
         bench.agenda_ns = max(bench.agenda_ns, sum(act.ns for act in conversation.acts if isinstance(act, Wait)))
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """What it does, as something to call; what cannot be done is found now."""
-        with self.conversation.blaming(act):
+        """Return the act as a callable.  Raises an error for an act that cannot be performed."""
+        with self.conversation.placing_errors(act):
             match act:
                 case Say(data=data):
-                    self._check(self._whom(act))
-                    return self._runner.prepare(Say(data, controller=self._whom(act)))
-                case Do(target=target, value=value) if not self._is_later(act):
-                    return self._runner.prepare(Do(target, value, controller=self._whom(act)))
+                    self._check(self._endpoint(act))
+                    return self._runner.prepare(Say(data, controller=self._endpoint(act)))
+                case Do(target=target, value=value) if not self._is_checked_later(act):
+                    return self._runner.prepare(Do(target, value, controller=self._endpoint(act)))
                 case Do(target=target, value=value):
-                    later = Do(target, value, controller=self._whom(act))
+                    later = Do(target, value, controller=self._endpoint(act))
                     return lambda: self._runner.prepare(later)()
                 case Hear():
-                    self._listen(self._whom(act))
+                    self._listen(self._endpoint(act))
         return lambda: None
 
-    def _is_later(self, act: Do) -> bool:
-        """A fault may be about another that is there only when its time has come."""
+    def _is_checked_later(self, act: Do) -> bool:
+        """Return True for a fault, which may depend on another fault that exists only later."""
         return act.target in FAULT_ACTS
 
-    def _whom(self, act: Act) -> str:
+    def _endpoint(self, act: Act) -> str:
         return act.controller or self.name
 
     def _check(self, name: str) -> None:
         if name not in endpoints.names(self.bench):
-            raise UsageError(f"nobody called {name!r} to talk to: there are {', '.join(endpoints.names(self.bench))}")
+            raise UsageError(
+                f"no controller {name!r} to talk to: expected one of {', '.join(endpoints.names(self.bench))}"
+            )
 
     def _listen(self, name: str) -> None:
         self._check(name)
-        if name in self._heard:
+        if name in self._received:
             return
-        self._heard[name] = bytearray()
+        self._received[name] = bytearray()
         if endpoints.at_a_bus(self.bench, name):
-            self.bench[name].bus.hear(partial(self._hears, name))
+            self.bench[name].bus.hear(partial(self._receive, name))
         else:
-            self.bench.port(name).hear(lambda byte, _: self._hears(name, bytes([byte])))
+            self.bench.port(name).hear(lambda byte, _: self._receive(name, bytes([byte])))
 
-    def _hears(self, name: str, data: bytes) -> None:
-        self._heard[name] += data
-        self._wake()
+    def _receive(self, name: str, data: bytes) -> None:
+        self._received[name] += data
+        self._resume()
 
-    def _wake(self) -> None:
+    def _resume(self) -> None:
         waiting, self._waiting = self._waiting, None
         if waiting is not None:
             waiting.succeed()
 
     def converse(self) -> Procedure:
-        """From the first act to the last, each when everything else has happened that is due at its time."""
+        """Perform all acts, each after the other events of its time."""
         time_ns = self.bench.now
         for act, do in self._acts:
             match act:
                 case Wait():
                     time_ns += act.ns
-                    yield self._when_all_is_done(time_ns)
+                    yield self._after_all(time_ns)
                 case Hear():
                     yield from self._hear(act)
                     time_ns = self.bench.now
                 case _:
-                    with self.conversation.blaming(act):
+                    with self.conversation.placing_errors(act):
                         do()
 
-    def _when_all_is_done(self, time_ns: int) -> Event:
+    def _after_all(self, time_ns: int) -> Event:
         event = self.bench.clock.event()
         self.bench.clock.after_all(time_ns, event.succeed, rank=self._rank)
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Until all of it has come, whatever it is, or nothing more for a while."""
-        heard, wanted, clock = self._heard[self._whom(act)], len(act.data), self.bench.clock
+        """Wait until the expected number of characters has come, or for the patience without any."""
+        heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:
             known, self._waiting = len(heard), clock.event()
-            forget = clock.after_all(clock.now + self._patience_ns, self._wake)
+            forget = clock.after_all(clock.now + self._patience_ns, self._resume)
             yield self._waiting
             forget()
         del heard[:wanted]
-        yield self._when_all_is_done(clock.now)
+        yield self._after_all(clock.now)
 
 
-class _Host:
-    """At one controller, with what it is going to do."""
+class _ControllerHost:
+    """A host at one controller, with the acts it is going to do."""
 
     def __init__(self, clock: Clock, controller: Controller, acts: Iterable[Act], file: str) -> None:
         self.clock, self.controller, self.file = clock, controller, file
         self.acts = [(act, self._prepared(act)) for act in acts]
 
     def _prepared(self, act: Act) -> Callable[[], object]:
-        """What somebody at the machine does, as something to call; what cannot be done is found now."""
+        """Return an action at the machine as a callable; other acts do nothing here."""
         if not isinstance(act, Do):
             return lambda: None
-        try:
-            return action(self.controller, act.target, act.value)
-        except ProgramError as error:
-            raise ProgramError(error.message, file=self.file, line=act.line) from None
+        return prepared_action(self.controller, act, self.file)
 
-    # At a serial line
+    # Serial line
 
-    def type_lines(self) -> Procedure:
-        """Initialise the interface, then type line after line, as far as it wants to hear more."""
+    def send_lines(self) -> Procedure:
+        """Initialise the interface, then send the lines, each character when the interface is ready."""
         port, wanted = self.controller.serial, self.controller.serial.host.format
         first, message = greeting(wanted)
         port.host.format = first
@@ -246,46 +247,46 @@ class _Host:
         yield from self._perform(self._type, lambda: bool(port.pending))
 
     def _open(self) -> Procedure:
-        """Open bracket until it is answered."""
+        """Send open brackets until the interface answers."""
         port, heard = self.controller.serial, bytearray()
-        deafen = port.hear(lambda byte, _: heard.append(byte))
+        unsubscribe = port.hear(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
             port.write(b"(")
-            for _ in range(round(to_ns(ANSWER_S) / LOOK_NS)):
-                yield self.clock.timeout(LOOK_NS)
+            for _ in range(round(to_ns(ANSWER_S) / CHECK_NS)):
+                yield self.clock.timeout(CHECK_NS)
                 if heard.endswith(b"U\r"):
-                    deafen()
+                    unsubscribe()
                     return
-        deafen()
+        unsubscribe()
 
     def _type(self, words: bytes) -> Procedure:
         port = self.controller.serial
         for character in words + b"\r":
             while not port.dtr or port.pending:
-                yield self.clock.timeout(LOOK_NS if not port.dtr else port.host.format.frame_ns)
+                yield self.clock.timeout(CHECK_NS if not port.dtr else port.host.format.frame_ns)
             port.write(bytes([character]))
 
-    # At a bus
+    # Bus
 
     def send_commands(self) -> Procedure:
-        """Send command after command, and read what comes."""
+        """Send the commands one by one, and read all messages."""
         with host_of(self.controller) as host:
             host.hear(lambda message: None)
             while not self.controller.bus.status:
-                yield self.clock.timeout(LOOK_NS)
+                yield self.clock.timeout(CHECK_NS)
             yield from self._perform(partial(self._send, host), lambda: bool(host.pending))
 
     def _send(self, host: Host, command: bytes) -> Procedure:
         host.write(command)
         yield self.clock.timeout(0)
 
-    # At either
+    # Both
 
     def _perform(self, say: Callable[[bytes], Procedure], pending: Callable[[], bool]) -> Procedure:
         timed = True
         for act, do in self.acts:
             if not (timed or isinstance(act, Wait)):
-                yield from self._until_done(pending)
+                yield from self._wait_until_idle(pending)
             timed = isinstance(act, Wait)
             match act:
                 case Wait():
@@ -294,14 +295,14 @@ class _Host:
                     yield from say(act.data)
                 case _:
                     do()
-        yield from self._until_done(pending)
+        yield from self._wait_until_idle(pending)
 
-    def _until_done(self, pending: Callable[[], bool]) -> Procedure:
-        """Until two looks in a row find nothing said that has not left, and the controller at rest."""
-        looks = 0
-        while looks < 2:
-            yield self.clock.timeout(LOOK_NS)
-            looks = 0 if pending() or self.controller.busy else looks + 1
+    def _wait_until_idle(self, pending: Callable[[], bool]) -> Procedure:
+        """Wait until two checks in a row find all data sent and the controller idle."""
+        checks = 0
+        while checks < 2:
+            yield self.clock.timeout(CHECK_NS)
+            checks = 0 if pending() or self.controller.busy else checks + 1
 
     def _pause(self, seconds: float) -> Event:
         return self.clock.timeout(to_ns(seconds))

@@ -16,17 +16,17 @@
     motors = ["left", "right"]
     ports = ["tcp://127.0.0.1:5002"]
 
-    [[fault]]                           # what goes wrong
+    [[fault]]                           # faults
     kind = "lose"
     on = "table.serial"
     at = 12.5
 
-    [[script]]                          # what somebody does at the machine
+    [[script]]                          # actions at the machine
     at = 3.0
     on = "table"
     do = ["input1 high", "X.load 0.2"]
 
-All keys are told in `docs/scenes.md`, and to editors by the JSON Schema that `Scene.schema()` returns.
+`docs/scenes.md` lists all keys; `Scene.schema()` returns them as a JSON Schema for editors.
 """
 
 from collections import Counter
@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.bench import Bench
 from axistwin.scenes.addresses import check_ports
-from axistwin.scenes.build import Builder, comes_back
+from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
 from axistwin.scenes.tables import SceneFile, shared_lines
 
@@ -56,13 +56,13 @@ class Scene:
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a scene file.  Raises SceneError with file, line, column and what to do."""
+        """Read a scene file.  Raises SceneError with file, line, column and remedy."""
         source = Source(Path(path))
         return cls(source.contents(), source)
 
     @classmethod
     def given(cls, table: Mapping[str, Any]) -> Self:
-        """A scene as a dict with what a file would have.  Raises SceneError with the keys that lead to the place."""
+        """Return a scene from a dict with the contents of a file.  Raises SceneError with the keys of the place."""
         source = Given(table)
         return cls(source.contents(), source)
 
@@ -73,41 +73,41 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """What it is, in a few words; "" if its file does not say."""
+        """Title of the scene; "" without one."""
         return self._contents.title
 
     @property
     def ports(self) -> list[tuple[str, str]]:
-        """Where a host is to reach whom: the name of a controller, its second channel or a line, and a URL."""
+        """Names and URLs of the ports: the name of a controller, a second channel or a shared line."""
         found = [(table.called, url) for table in self._contents.controller for url in table.ports]
         found += [(f"{table.called}.rs485", url) for table in self._contents.controller for url in table.rs485_ports]
         return found + [(name, url) for _, name, table, _ in shared_lines(self._contents) for url in table.ports]
 
     @property
     def hosted(self) -> set[str]:
-        """Controllers that have a host of their own and no ports: nobody from outside is to talk to them."""
+        """Controllers with a host in the scene and no ports: outside hosts cannot reach them."""
         return {table.called for table in self._contents.controller if table.host and not table.ports}
 
     @property
     def programs(self) -> dict[str, str]:
-        """The programs beside it, or below, that its benches have been built with: their texts, by their names."""
+        """Texts of the programs that were used, by path, for those in the scene's folder or below."""
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
 
     def build(self, *, served: bool = False) -> Bench:
-        """A new bench with everything on it, the same each time; the controllers have just been switched on.
+        """Return a new bench, the same each time; the controllers have just been switched on.
 
-        `served`: hosts come from outside to controllers with ports, so that their `host` stays away.
+        `served`: controllers with ports have outside hosts, and their `host` files are not sent.
         """
         return Builder(self._contents, self._source, served, self._texts).build()
 
     def copied(self, copy: "Copy", served: bool, note: str) -> str:
-        """Its text, with the hosts and the script that `copy` has; the files it needs are put there, too."""
+        """Return the text of the scene with the hosts and the script of `copy`; needed files are added to `copy`."""
         copy.read.update(self._texts)
         return copy.of_scene(self._contents, self._source, served, note)
 
-    # What a table by itself cannot tell
+    # Checks across tables
 
     def _check_names(self) -> None:
         count: Counter[str] = Counter()
@@ -115,13 +115,13 @@ class Scene:
             count[table.called] += 1
             if count[table.called] > 1:
                 key = "model" if table.name is None else "name"
-                message = f"there is a controller {table.called!r} already: give each a name of its own"
+                message = f"there is a controller {table.called!r} already: expected a name of its own"
                 raise self._source.error(("controller", number, key), message)
 
     def _check_masters(self) -> None:
-        """Encoders do not follow each other round in circles: nobody would move first."""
+        """Raise SceneError if encoders follow one another in a circle."""
         sits_on = {table.called: table.master.rpartition(".")[0] for table in self._contents.controller if table.master}
         for number, table in enumerate(self._contents.controller):
-            if comes_back(table.called, sits_on):
-                message = f"{table.called} follows itself, by way of {table.master}: let it follow another axis"
+            if is_in_loop(table.called, sits_on):
+                message = f"{table.called} follows itself, by way of {table.master}: expected another axis"
                 raise self._source.error(("controller", number, "master"), message)

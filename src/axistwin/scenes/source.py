@@ -1,4 +1,4 @@
-"""What is wrong with a scene, where in the file, and what to do about it, in one line."""
+"""Read a scene file; report an error in one line, with its place and a remedy."""
 
 import json
 import re
@@ -20,16 +20,16 @@ from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile
 from axistwin.scenes.toml_text import toml
 
-_WORDS = {
-    "missing": "two numbers are wanted",  # for a pair; a missing key is told in other words
-    "too_long": "two numbers are wanted",
-    "string_pattern_mismatch": "only letters, digits, _ and - are wanted",
+_MESSAGES = {
+    "missing": "expected two numbers",  # for a pair; a missing key has its own message
+    "too_long": "expected two numbers",
+    "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
-"""What pydantic says in terms of its own."""
+"""Messages that replace those of pydantic."""
 
 
 MOST_NESTED = 50
-"""Tables and lists within one another."""
+"""Deepest nesting of tables and lists."""
 
 
 def _depth(value: object) -> int:
@@ -38,7 +38,7 @@ def _depth(value: object) -> int:
 
 
 class Source:
-    """The text of a scene, for telling where in it something is wrong.  `text`: instead of what the file holds."""
+    """The text of a scene, with the places of its parts.  `text` replaces the contents of the file."""
 
     def __init__(self, file: Path, text: str | None = None) -> None:
         self.file = file
@@ -53,22 +53,22 @@ class Source:
         except ValueError as error:  # a number of thousands of digits
             raise self._not_toml(str(error).partition(":")[0]) from None
         if nested:
-            raise self._not_toml("Tables or lists within one another, more than anybody wants")
+            raise self._not_toml(f"Tables or lists are nested too deep: expected at most {MOST_NESTED}")
         self.places = toml_places.places(self.text)
 
     def contents(self) -> SceneFile:
-        """What it says.  Raises SceneError if there is a key or a value that may not be."""
+        """Return the validated contents.  Raises SceneError for a wrong key or value."""
         try:
             return self._validated()
         except ValidationError as error:
             raise self._first_of(error.errors()) from None
 
-    def complaints(self) -> list[SceneError]:
-        """Everything that is wrong with its keys and values, table by table; in order of place."""
+    def errors(self) -> list[SceneError]:
+        """Return all errors in keys and values, in order of place."""
         try:
             self._validated()
         except ValidationError as error:
-            found = [self._complaint(each) for each in error.errors()]
+            found = [self._error_at(each) for each in error.errors()]
             return sorted(found, key=lambda error: (error.line, error.column, error.message))
         return []
 
@@ -84,25 +84,25 @@ class Source:
         # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
         return SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
 
-    def _complaint(self, error: ErrorDetails) -> SceneError:
-        file, line, column = self._whereabouts(error["loc"])
+    def _error_at(self, error: ErrorDetails) -> SceneError:
+        file, line, column = self._place_parts(error["loc"])
         rule = _RULES.get(error["type"], rules.VALUE)
         close = get_close_matches(str(error["loc"][-1]), _keys_at(error["loc"][:-1]), 1) if _unknown(error) else []
         return SceneError(
-            _complaint(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
+            _message_for(error), file=file, line=line, column=column, code=rule.code, instead="".join(close)
         )
 
     def error(self, path: toml_places.Path, message: str, code: str = "") -> SceneError:
-        """An error at the place of `path`, or near it."""
-        file, line, column = self._whereabouts(path)
+        """Return an error at the place of `path`, or of the nearest part around it."""
+        file, line, column = self._place_parts(path)
         return SceneError(message, file=file, line=line, column=column, code=code)
 
-    def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
-        """File, line and column."""
+    def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
+        """Return file, line and column."""
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """`tomllib` tells the place in words, or that it is the end."""
+        """Return the error for a message of `tomllib`, which gives the place in words or none at the end."""
         what, _, _ = message.partition(" (at ")
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
@@ -111,8 +111,8 @@ class Source:
         return SceneError(message, file=str(self.file), line=line, column=column, code=rules.NO_TOML.code)
 
     @contextmanager
-    def blaming(self, *path: str | int) -> Iterator[None]:
-        """A UsageError or a ProgramError from here on is the fault of what stands at `path`."""
+    def placing_errors(self, *path: str | int) -> Iterator[None]:
+        """Place each UsageError and ProgramError raised in this context at `path`."""
         try:
             yield
         except UsageError as error:
@@ -121,10 +121,10 @@ class Source:
             raise self.error(path, str(error) if error.file else error.message) from None
 
     @contextmanager
-    def blaming_one_of(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
-        """A UsageError is the fault of the key it names, as deep as it names it.
+    def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
+        """Place a UsageError at the deepest key that its message names.
 
-        `tables`: what keys there are, each with the key below `path` that it stands at; empty: there itself.
+        `tables`: the keys to search, each table with its key below `path`; empty key: `path` itself.
         """
         try:
             yield
@@ -133,31 +133,31 @@ class Source:
             raise self.error((*path, *max(named, key=len, default=())), str(error)) from None
 
     def _first_of(self, errors: list[ErrorDetails]) -> SceneError:
-        """What pydantic has found, as one error: the first in the file."""
-        first = min(errors, key=lambda error: (self._place(error), error["type"] == "missing", _complaint(error)))
+        """Return the errors found by pydantic as one error: the first in the file."""
+        first = min(errors, key=lambda error: (self._place(error), error["type"] == "missing", _message_for(error)))
         more = f" (and {len(errors) - 1} more)" if errors[1:] else ""
-        return self.error(first["loc"], _complaint(first) + more)
+        return self.error(first["loc"], _message_for(first) + more)
 
     def _place(self, error: ErrorDetails) -> toml_places.Place:
         return toml_places.place_of(error["loc"], self.places)
 
 
 class Given(Source):
-    """A scene that was given as a dict: no file, so that keys tell the place.
+    """A scene given as a dict.  There is no file, so errors give the keys.
 
-    Files that it names are seen from where Python was started.
+    Paths in the scene are relative to the working directory.
     """
 
     def __init__(self, table: Mapping[str, Any]) -> None:
         super().__init__(Path("the scene"), toml(table))
 
-    def _whereabouts(self, path: toml_places.Path) -> tuple[str, int, int]:
+    def _place_parts(self, path: toml_places.Path) -> tuple[str, int, int]:
         keys = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
         return f"{self.file}, {keys.removeprefix('.')}" if path else str(self.file), 0, 0
 
 
 def read_text(file: Path) -> str:
-    """The text of a scene file.  Raises SceneError."""
+    """Return the text of a scene file.  Raises SceneError."""
     try:
         return file.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -166,8 +166,8 @@ def read_text(file: Path) -> str:
         raise SceneError("is not a text file in UTF-8", file=str(file)) from None
 
 
-def _complaint(error: ErrorDetails) -> str:
-    """What is wrong, in the words of the file."""
+def _message_for(error: ErrorDetails) -> str:
+    """Return the message for an error found by pydantic."""
     path = error["loc"]
     if not path:
         return f"cannot be read: {error['msg'].partition(' at line')[0]}"
@@ -177,12 +177,12 @@ def _complaint(error: ErrorDetails) -> str:
     if error["type"] == "missing" and isinstance(path[-1], str):
         return f"{key!r} is missing: add {'[[controller]]' if key == 'controller' else f'{key} = …'}"
     name = ".".join(str(part) for part in path if isinstance(part, str))
-    what = _WORDS.get(error["type"]) or error["msg"].removeprefix("Value error, ")
+    what = _MESSAGES.get(error["type"]) or error["msg"].removeprefix("Value error, ")
     return f"{name}: {what[:1].lower()}{what[1:]}, not {json.dumps(error['input'])}"
 
 
 def _named(table: Mapping[str, Any], message: str) -> Iterator[tuple[str, ...]]:
-    """Keys, each below those that it stands in, that are all named in a message."""
+    """Yield each path of keys that are all named in a message."""
     for key, value in table.items():
         if re.search(rf"\b{re.escape(key)}\b", message):
             yield (key,)
@@ -195,7 +195,7 @@ _RULES = {
     "unexpected_keyword_argument": rules.UNKNOWN_KEY,
     "missing": rules.MISSING_KEY,
 }
-"""What is found, by pydantic's name for it; everything else is about a value."""
+"""Rules by the error types of pydantic; every other type is about a value."""
 
 
 def _unknown(error: ErrorDetails) -> bool:
@@ -203,13 +203,13 @@ def _unknown(error: ErrorDetails) -> bool:
 
 
 def instead(word: str, known: Collection[str]) -> str:
-    """What somebody may have meant, or else all there is."""
+    """Return a suggestion for a misspelt word, or else all known words."""
     close = get_close_matches(word, known, n=1)
     return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
 
 
 def _keys_at(path: toml_places.Path) -> list[str]:
-    """The keys that may stand in the table at this path."""
+    """Return the allowed keys of the table at this path."""
     schema = node = _schema()
     for part in path:
         node = _definition(schema, node)
@@ -226,6 +226,6 @@ def _schema() -> dict[str, Any]:
 
 
 def _definition(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
-    """What stands behind a reference, and before "or nothing"."""
+    """Return the definition that a node refers to, for an optional part too."""
     node = node["anyOf"][0] if "anyOf" in node else node
     return schema["$defs"][node["$ref"].rpartition("/")[2]] if "$ref" in node else node

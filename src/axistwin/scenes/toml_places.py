@@ -1,9 +1,9 @@
-"""Where things stand in a TOML file: `tomllib` tells what a file says, this tells on which line and column it says it.
+"""Find the line and column of each part of a TOML file; `tomllib` gives only the contents.
 
     [[controller]]                  ("controller", 0)
     axes.X.limits = [-100, 8000]    ("controller", 0, "axes", "X", "limits")
 
-A small scanner for texts that `tomllib` has already read; it looks at headers and keys, and steps over values.
+A small scanner for texts that `tomllib` has accepted.  Headers and keys are read, values are skipped.
 """
 
 import re
@@ -30,12 +30,12 @@ _VALUE = re.compile(
 
 
 def places(text: str) -> dict[Path, Place]:
-    """The place of each table's header, each key and each element of a list; the first one, if there are more."""
+    """Return the place of each table header, each key and each element of a list; the first one of several."""
     return dict(reversed([*_Scanner(text).scan()]))
 
 
 def spans(text: str) -> dict[Path, tuple[int, int]]:
-    """Where the header of each table and the value of each key begins in the text, and where it ends."""
+    """Return the begin and end of each table header and of each key's value in the text."""
     scanner = _Scanner(text)
     for _ in scanner.scan():
         pass
@@ -43,7 +43,7 @@ def spans(text: str) -> dict[Path, tuple[int, int]]:
 
 
 def place_of(path: Path, known: Mapping[Path, Place]) -> Place:
-    """The place of this path, or of the nearest thing around it."""
+    """Return the place of this path, or of the nearest part around it."""
     while path and path not in known:
         path = path[:-1]
     return known.get(path, (1, 1))
@@ -53,10 +53,10 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.spans: dict[Path, tuple[int, int]] = {}
-        self.tables: dict[Path, int] = {}  # how many of each [[table]] have been seen
+        self.tables: dict[Path, int] = {}  # number of each [[table]] so far
 
     def scan(self) -> Iterator[tuple[Path, Place]]:
-        """Headers, and the pairs that follow them."""
+        """Yield the places of headers and of the pairs after them."""
         table: Path = ()
         while found := _TOKENS.match(self.text, self.at):
             begin, self.at = self.at, found.end()
@@ -90,7 +90,7 @@ class _Scanner:
 
     def _inline_table(self, path: Path) -> Iterator[tuple[Path, Place]]:
         self.at += 1
-        while not self._closes("}"):
+        while not self._skip_to_bracket("}"):
             begin, found = self.at, _TOKENS.match(self.text, self.at)
             if not found or not found["pair"]:
                 return
@@ -100,13 +100,13 @@ class _Scanner:
     def _array(self, path: Path) -> Iterator[tuple[Path, Place]]:
         self.at += 1
         number = 0
-        while not self._closes("]"):
+        while not self._skip_to_bracket("]"):
             yield (*path, number), self._place(self.at)
             yield from self._value((*path, number))
             number += 1
 
-    def _closes(self, bracket: str) -> bool:
-        """Step over blanks, commas and comments; whether the bracket, or the end, is next."""
+    def _skip_to_bracket(self, bracket: str) -> bool:
+        """Skip blanks, commas and comments; return True if the bracket or the end of the text is next."""
         while (found := _TOKENS.match(self.text, self.at)) and found["blank"]:
             self.at = found.end()
         closed = self.text.startswith(bracket, self.at)
@@ -119,7 +119,7 @@ class _Scanner:
         return (*path, number)
 
     def _absolute(self, keys: Path) -> Path:
-        """`controller.axes` below the second [[controller]] is ("controller", 1, "axes")."""
+        """Return keys as a path: `controller.axes` below the second [[controller]] is ("controller", 1, "axes")."""
         path: Path = ()
         for key in keys[:-1]:
             path = (*path, key)

@@ -1,4 +1,4 @@
-"""Values as TOML, for what has been made in Python and is to be read like a file."""
+"""Write values as TOML, so that data made in Python can be read like a file."""
 
 import json
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """A document with a line for each key; of each list of tables, a line for each of them."""
+    """Return a document with one line per key; a list of tables has one line per table."""
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:
@@ -21,7 +21,7 @@ def toml(table: Mapping[str, Any]) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A value on one line.  None in a table is left out.  Raises UsageError for what TOML has not."""
+    """Return a value on one line, without None in tables.  Raises UsageError for a type that TOML does not have."""
     match value:
         case bool():
             return str(value).lower()
@@ -34,17 +34,17 @@ def toml_value(value: Any) -> str:
             return f"{{{', '.join(pairs)}}}"
         case list() | tuple():
             return f"[{', '.join(map(toml_value, value))}]"
-    raise UsageError(f"{value!r} cannot stand in a scene: give text, numbers, lists and dicts")
+    raise UsageError(f"{value!r} is not allowed in a scene: expected text, numbers, lists and dicts")
 
 
 def table_text(key: str, table: Mapping[str, Any]) -> str:
-    """One [[table]] of a list of them, a line for each key."""
+    """Return one [[table]] of a list, one line per key."""
     lines = "".join(f"{name} = {toml_value(value)}\n" for name, value in table.items() if value is not None)
     return f"[[{key}]]\n{lines}"
 
 
 def tables(data: Mapping[str, Any]) -> str:
-    """A document of keys and lists of tables, as people write it."""
+    """Return a document of keys and lists of tables, in the usual layout."""
     parts = [f"{key} = {toml_value(value)}\n" for key, value in data.items() if not _lists_tables(value)]
     parts += [f"\n{table_text(key, each)}" for key, value in data.items() if _lists_tables(value) for each in value]
     return "".join(parts).lstrip()

@@ -1,1 +1,1 @@
-"""What a person at `axistwin term` talks to."""
+"""The terminal of `axistwin term`: screen, commands, and the controller or port at the other end."""

@@ -17,42 +17,42 @@ from axistwin.terminal.virtual import VirtualEnd
 _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
-What you type is sent when you press Enter.  Lines of the terminal's own:
-  :pins                the level of every terminal               virtual
-  :axes                where every axis stands                   virtual
+Enter sends a line to the controller.  Commands of the terminal:
+  :pins                level of every terminal                   virtual
+  :axes                position of every axis                    virtual
   :drive input1 high   force a terminal high or low, or release  virtual
                        (a SmartMotor's to 2.5V, too; also ambient 40, master 4000 in 2, shaft.load 0.3)
-  :speed 10            virtual time against the wall clock; max  virtual
-  :wait 0.5            let so many seconds pass
-  :help                this
-  :quit                leave, as does Ctrl-D"""
+  :speed 10            virtual time per wall-clock time, or max  virtual
+  :wait 0.5            wait, in seconds
+  :help                show this list
+  :quit                leave, also Ctrl-D"""
 
 
 class End(Protocol):
-    """The other end of the cable."""
+    """The far end of the cable."""
 
     def send(self, data: bytes) -> None:
         """Transmit."""
 
-    async def settle(self) -> None:
-        """Wait until what was said has been dealt with, as far as one can tell."""
+    async def run_until_quiet(self) -> None:
+        """Wait until the controller is idle, as far as this end can detect that."""
 
     async def wait(self, seconds: float) -> None:
-        """Let so much time pass there."""
+        """Let that much time pass at the far end."""
 
 
 class LocalCommands:
-    """Obeys them; those about pins, axes and time need a `virtual` controller."""
+    """Executes the terminal's own commands; those for pins, axes and time need a `virtual` controller."""
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
 
     def knows(self, line: bytes) -> bool:
-        """Whether it is one; an IF1's sequence, which begins with a colon too, is upper case."""
+        """Return True for such a command.  An IF1 sequence also begins with a colon, but is upper case."""
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
 
     async def obey(self, line: str) -> bool:
-        """Do it; returns False if that is the end.  What is wrong with it is told, and nothing is done."""
+        """Execute a command; return False to leave.  An error is shown on the screen."""
         found = _COMMAND.fullmatch(line)
         assert found is not None
         try:
@@ -70,24 +70,24 @@ class LocalCommands:
             case "wait":
                 await self.end.wait(_seconds(words))
             case "pins":
-                self.screen.tell(*columns(_pins(self._need())))
+                self.screen.tell(*columns(_pins(self._virtual_end())))
             case "axes":
-                self.screen.tell(*columns(_axes(self._need())))
+                self.screen.tell(*columns(_axes(self._virtual_end())))
             case "drive":
                 self._drive(*words.partition(" ")[::2])
             case "speed":
-                self._need().set_speed(read_speed(words))
+                self._virtual_end().set_speed(read_speed(words))
             case _:
-                raise UsageError(f"no command :{name}: :help tells what there is")
+                raise UsageError(f"no command :{name}: expected one of those listed by :help")
         return True
 
-    def _need(self) -> VirtualEnd:
+    def _virtual_end(self) -> VirtualEnd:
         if self._virtual is None:
-            raise UsageError("that is for a virtual controller: a port shows characters only")
+            raise UsageError("this command is for a virtual controller: a port transfers characters only")
         return self._virtual
 
     def _drive(self, target: str, value: str) -> None:
-        self._need().do(target, value.strip())
+        self._virtual_end().do(target, value.strip())
 
 
 def _seconds(words: str) -> float:
@@ -96,7 +96,7 @@ def _seconds(words: str) -> float:
     except NumberError:
         seconds = -1.0
     if not 0 <= seconds < 1e6:
-        raise UsageError(f"{shortened(words)} is no number of seconds: write it like :wait 0.5")
+        raise UsageError(f"{shortened(words)} is not a number of seconds: expected e.g. :wait 0.5")
     return seconds
 
 

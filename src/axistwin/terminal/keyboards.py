@@ -1,4 +1,4 @@
-"""Appendix 1 of the IF1 manual: the keys of national keyboards that send the codes of `# $ @ [ ] ^`."""
+"""National keyboards of appendix 1 of the IF1 manual: the keys for the codes of `# $ @ [ ] ^`."""
 
 US = "#$@[\\]^"
 KEYBOARDS = {
@@ -12,15 +12,15 @@ KEYBOARDS = {
     "italy": "#$@°\\é^",
     "spain": "£$@¡Ñ¿^",
 }
-"""What the keys of codes 23, 24, 40, 5B, 5C, 5D and 5E (hex) show, by country."""
+"""Characters shown for the codes 23, 24, 40, 5B, 5C, 5D and 5E (hex), by country."""
 
 
 def to_codes(keyboard: str, text: str) -> str:
-    """Return what is sent when this is typed on that keyboard.  Letters count in either case."""
+    """Return the characters sent when a text is typed on that keyboard.  Letters count in either case."""
     keys = {key: code for glyph, code in zip(KEYBOARDS[keyboard], US, strict=True) for key in (glyph, glyph.swapcase())}
     return "".join(keys.get(character, character) for character in text)
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Return what a terminal with that keyboard shows for these codes."""
+    """Return the characters that a terminal with that keyboard shows."""
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

@@ -1,4 +1,4 @@
-"""A port with a controller at its other end, as pyserial opens it.  A thread listens."""
+"""A port with a controller at its other end, opened by pyserial.  A thread reads the port."""
 
 import asyncio
 from collections.abc import Callable
@@ -13,21 +13,21 @@ from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)
 QUIET_S = 0.3
-"""A controller that says nothing for so long has nothing to say."""
+"""A controller that is silent for this time counts as idle."""
 
 
 class PortEnd:
-    """The cable to it.  `hear` gets what it says, `lost` is told when the port is gone."""
+    """Connection to a port.  `hear` receives its data; `lost` receives the error if the port fails."""
 
     def __init__(
         self, target: str, line: str | None, hear: Callable[[bytes], None], lost: Callable[[LinkError], None]
     ) -> None:
         self._loop = asyncio.get_running_loop()
-        self._target, self._hear, self._lost = target, hear, lost
+        self._target, self._hear, self._failed = target, hear, lost
         self._port = _open(target, line)
         self._closing = False
         self._last_s = self._loop.time()
-        self._thread = Thread(target=self._listen, daemon=True)
+        self._thread = Thread(target=self._subscribe, daemon=True)
         self._thread.start()
 
     def send(self, data: bytes) -> None:
@@ -36,10 +36,10 @@ class PortEnd:
         try:
             self._port.write(data)
         except serial.SerialException as error:
-            self._lost(self._gone(error))
+            self._failed(self._gone(error))
 
-    async def settle(self) -> None:
-        """Wait until nothing has been said for a while."""
+    async def run_until_quiet(self) -> None:
+        """Wait until the port has been silent for a while."""
         while (left_s := self._last_s + QUIET_S - self._loop.time()) > 0:
             await asyncio.sleep(left_s)
 
@@ -50,21 +50,21 @@ class PortEnd:
     def close(self) -> None:
         """Close the port."""
         self._closing = True
-        self._thread.join()  # which looks up ten times a second
+        self._thread.join()  # the thread polls ten times per second
         self._port.close()
 
-    def _listen(self) -> None:
+    def _subscribe(self) -> None:
         while not self._closing:
             try:
                 data = self._port.read(max(1, self._port.in_waiting))
             except (serial.SerialException, OSError) as error:
-                self._loop.call_soon_threadsafe(self._lost, self._gone(error))
+                self._loop.call_soon_threadsafe(self._failed, self._gone(error))
                 return
             if data:
                 self._loop.call_soon_threadsafe(self._take, data)
 
     def _gone(self, error: Exception) -> LinkError:
-        return LinkError(f"{self._target} is gone: {error}")
+        return LinkError(f"{self._target} was disconnected: {error}")
 
     def _take(self, data: bytes) -> None:
         self._last_s = self._loop.time()
@@ -82,7 +82,7 @@ def _open(target: str, line: str | None) -> serial.Serial:
 
 
 def _address(target: str, fmt: UartFormat) -> tuple[str, UartFormat]:
-    """What pyserial calls it."""
+    """Return the address in pyserial's form."""
     if target.startswith(("pty:", "tcp:", "serial:")):
         port = parse(target)
         if port.scheme == "tcp":

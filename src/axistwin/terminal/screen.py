@@ -1,4 +1,4 @@
-"""What a terminal shows: `>` the host says, `<` the controller says, as it comes, control characters in words."""
+"""The screen of a terminal: `>` host, `<` controller; control characters are shown by name."""
 
 import asyncio
 from collections.abc import Callable
@@ -12,22 +12,22 @@ CLEAR = "\r\x1b[K"
 DIM, NORMAL = "\x1b[2m", "\x1b[0m"
 PROMPT, ANSWER = "> ", "< "
 OVER_S, PAUSE_S = 0.03, 0.4
-"""An answer is over so long after its <CR>, as a <LF> may follow, or after any other character."""
+"""Time until an answer counts as finished: after its <CR> (a <LF> may follow), or after another character."""
 
 
 class Line(Enum):
-    """What stands on the last line."""
+    """Content of the last line."""
 
     EMPTY = "nothing yet"
-    PROMPT = "the prompt, and what somebody is typing"
-    ANSWER = "an answer that goes on"
-    ENDED = "an answer that has had its terminator"
+    PROMPT = "the prompt and unfinished input"
+    ANSWER = "an unfinished answer"
+    ENDED = "an answer with its terminator"
 
 
 class Screen:
-    """Writes to `out`.  `person`: somebody sits there, so there is a prompt, and what is typed is shown already.
+    """Writes to `out`.  `person`: a user is typing, so a prompt is shown and input is not repeated.
 
-    `glyphs`: what a national terminal shows for characters.
+    `glyphs` converts characters for a national terminal.
     """
 
     def __init__(
@@ -38,32 +38,32 @@ class Screen:
         self._timer: asyncio.TimerHandle | None = None
 
     def prompt(self) -> None:
-        """Ask for a line."""
+        """Show the prompt if the line is empty."""
         if self.person and self._line is Line.EMPTY:
             self._write(PROMPT)
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
-        """A line has been typed, or has come through a pipe."""
+        """Note a line typed by the user, or show a line from a pipe."""
         if self.person:
-            self._line = Line.EMPTY  # Enter has ended it
+            self._line = Line.EMPTY  # Enter has ended the line
         else:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
 
     def said(self, data: bytes) -> None:
-        """The host has said something by itself."""
+        """Show data that the host has sent by itself."""
         self._fresh()
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 
     def tell(self, *lines: str) -> None:
-        """Lines of our own."""
+        """Show lines of the terminal itself."""
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()
 
     def heard(self, data: bytes) -> None:
-        """Characters from the controller."""
+        """Show characters from the controller."""
         for byte in data:
             if self._line is Line.ENDED and byte != LF:
                 self._fresh()
@@ -75,7 +75,7 @@ class Screen:
         self._again_after(OVER_S if self._line is Line.ENDED else PAUSE_S)
 
     def close(self) -> None:
-        """Leave a whole line behind."""
+        """Finish the current line."""
         self._stop_timer()
         self._fresh()
 

@@ -1,4 +1,4 @@
-"""A controller in this process at the other end of a terminal: a session, paced to the wall clock."""
+"""A virtual controller at the far end of a terminal: a session paced to the wall clock."""
 
 import asyncio
 from abc import ABC, abstractmethod
@@ -10,7 +10,7 @@ from axistwin.sim.serial_port import Flow
 from axistwin.units import S
 
 PATIENCE_NS = 60 * S
-"""So long it is given to come to rest."""
+"""Longest virtual time to wait for an idle controller."""
 
 
 class VirtualEnd(ABC):
@@ -19,27 +19,27 @@ class VirtualEnd(ABC):
     def __init__(self, session: Session) -> None:
         self.session, self.bench = session, session.bench
         (self.controller,) = session.bench.controllers.values()
-        self._unhear = self._listen()
+        self._unsubscribe = self._subscribe()
         session.run()
 
     @abstractmethod
-    def _listen(self) -> Callable[[], object]:
-        """Hear what the controller says from now on.  Returns what ends it."""
+    def _subscribe(self) -> Callable[[], object]:
+        """Subscribe to the controller's data.  Return an unsubscribe function."""
 
     @abstractmethod
     def send(self, data: bytes) -> None:
-        """Transmit what has been typed."""
+        """Transmit a typed line."""
 
     def do(self, target: str, value: str) -> None:
-        """A person at the machine does something.  Raises AxistwinError."""
+        """Perform an action at the machine.  Raises AxistwinError."""
         self.session.do(self.controller.name, target, value)
 
     def set_speed(self, speed: float | None) -> None:
-        """Virtual time passes so many times as fast as the wall clock's; None: as fast as it goes."""
+        """Set the ratio of virtual time to wall-clock time; None: as fast as possible."""
         self.session.speed = speed
 
-    async def settle(self) -> None:
-        """Wait until nothing more happens by itself."""
+    async def run_until_quiet(self) -> None:
+        """Wait until no event is due."""
         until_ns = self.bench.now + PATIENCE_NS
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
@@ -55,28 +55,28 @@ class VirtualEnd(ABC):
 
     async def _advance(self, until: Callable[[], bool]) -> None:
         advanced = asyncio.Event()
-        unwatch = self.session.pacer.subscribe(advanced.set)
+        unsubscribe = self.session.pacer.subscribe(advanced.set)
         while not until():
             advanced.clear()
             await advanced.wait()
-        unwatch()
+        unsubscribe()
 
     def close(self) -> None:
-        """Switch it off, and hear no more."""
+        """Switch the controller off and unsubscribe."""
         self.session.pause()
-        self._unhear()
+        self._unsubscribe()
         self.controller.power(False)
 
 
 class SerialEnd(VirtualEnd):
-    """A controller with a serial plug.  `hear` is given what it says."""
+    """A controller with a serial port.  `hear` receives its data."""
 
     def __init__(self, session: Session, hear: Callable[[bytes], None]) -> None:
         self._hear = hear
         super().__init__(session)
         self.do("flow", Flow.DTR.value)
 
-    def _listen(self) -> Callable[[], object]:
+    def _subscribe(self) -> Callable[[], object]:
         return self.controller.serial.hear(lambda byte, _: self._hear(bytes([byte])))
 
     def send(self, data: bytes) -> None:
@@ -85,18 +85,18 @@ class SerialEnd(VirtualEnd):
 
 
 class BoardEnd(VirtualEnd):
-    """A board on a bus: a line is a command in hex or by its name, messages are told in hex and in words."""
+    """A board on a bus: a line is a command in hex or by name; messages are shown in hex and by name."""
 
     def __init__(self, session: Session, tell: Callable[[str], None]) -> None:
         self._tell = tell
         super().__init__(session)
         self._codec = codec_of(self.controller.product)
 
-    def _listen(self) -> Callable[[], object]:
+    def _subscribe(self) -> Callable[[], object]:
         return self.controller.bus.hear(self._heard)
 
     def send(self, data: bytes) -> None:
-        """Hand over a command as soon as the board takes it.  Raises ProgramError if it is none."""
+        """Queue a command for the board.  Raises ProgramError for an unknown command."""
         if text := data.decode("utf-8", "replace").partition(";")[0].strip():
             self.session.say(self.controller.name, self._codec.read(text))
 

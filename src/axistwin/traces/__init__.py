@@ -1,1 +1,1 @@
-"""Traces: what has changed on a bench, written while it happens, read again and compared."""
+"""Traces: record the changes on a bench in a file during a run; read traces back; compare them."""

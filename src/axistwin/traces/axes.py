@@ -1,7 +1,7 @@
-"""What axes have done, as changes of signals.
+"""Signals of axes, as changes.
 
-The pulses of a stepper are worked out from its train when they are to be written; a servo tells its samples, which wait
-here.
+The pulses of a stepper are calculated from its pulse train when they are written.  A servo axis reports its samples,
+which are kept here until then.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,44 +18,44 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STEP_NS = 250
-"""How long a step pulse is drawn: shorter than half the period of the fastest controller."""
+"""Drawn width of a step pulse: shorter than half the period of the fastest controller."""
 
 
-SHAPES, LONGEST_SHAPE = 8, 1 << 14
-"""So many strokes are known by the times of their pulses, if they have no more than that."""
+CACHED_MOVES, MOST_CACHED_PULSES = 8, 1 << 14
+"""Number of moves whose pulse times are cached, and the largest number of pulses of such a move."""
 
 
 class StepperTrace:
-    """The signals of a stepper axis; `places`: which of them are traced, by name."""
+    """The signals of a stepper axis.  `places`: index of each traced signal, by name."""
 
     def __init__(self, train: Train, places: Mapping[str, int], now_ns: int) -> None:
         self.train, self._places = train, places
         self.direction = train.stroke.direction
         self.velocity = _rate_at(train.stroke, now_ns)
         self._falls: list[NDArray[np.int64]] = []
-        self._shapes: dict[tuple[int, ...], NDArray[np.int64]] = {}
-        """When the pulses of strokes that were traced lately are, from their starts on."""
+        self._cached_times: dict[tuple[int, ...], NDArray[np.int64]] = {}
+        """Cached pulse times of recent moves, relative to their starts."""
 
     def first(self, name: str, now_ns: int) -> float:
-        """What a signal is to begin with."""
+        """Return the initial value of a signal."""
         stroke = self.train.stroke
         values = {"direction": int(self.direction > 0), "pulses": stroke.position_at(now_ns), "velocity": self.velocity}
         return values.get(name, 0)
 
     def count(self, since_ns: int, before_ns: int) -> int:
-        """How many pulses there are from `since_ns` to before `before_ns`."""
-        return sum(last - first + 1 for _, first, last in self._stretches(since_ns, before_ns))
+        """Return the number of pulses from `since_ns` to before `before_ns`."""
+        return sum(last - first + 1 for _, first, last in self._moves(since_ns, before_ns))
 
     def parts(self, since_ns: int, before_ns: int) -> list[Part]:
-        """What has changed in that time."""
-        stretches = list(self._stretches(since_ns, before_ns))
+        """Return the changes in that time."""
+        moves = list(self._moves(since_ns, before_ns))
         found = []
         if "direction" in self._places:
-            found.append(self._part("direction", list(self._directions(stretches, since_ns))))
+            found.append(self._part("direction", list(self._directions(moves, since_ns))))
         if "velocity" in self._places:
-            found.append(self._part("velocity", list(self._velocities(stretches, since_ns, before_ns))))
+            found.append(self._part("velocity", list(self._velocities(moves, since_ns, before_ns))))
         if "step" in self._places or "pulses" in self._places:
-            found += self._pulses([stretch for stretch in stretches if stretch[2] >= stretch[1]], before_ns)
+            found += self._pulses([move for move in moves if move[2] >= move[1]], before_ns)
         return found
 
     def _part(self, name: str, changes: list[tuple[int, float]]) -> Part:
@@ -66,28 +66,28 @@ class StepperTrace:
         exact = np.array(values, float).view(np.int64) if name == "velocity" else np.array(values, np.int64)
         return Part(self._places[name], times, exact)
 
-    def _directions(self, stretches: list[tuple[Stroke, int, int]], since_ns: int) -> Iterator[tuple[int, float]]:
-        for stroke, _, _ in stretches:
+    def _directions(self, moves: list[tuple[Stroke, int, int]], since_ns: int) -> Iterator[tuple[int, float]]:
+        for stroke, _, _ in moves:
             if stroke.start_ns >= since_ns and stroke.direction != self.direction:
                 self.direction = stroke.direction
                 yield stroke.start_ns, int(stroke.direction > 0)
 
     def _velocities(
-        self, stretches: list[tuple[Stroke, int, int]], since_ns: int, before_ns: int
+        self, moves: list[tuple[Stroke, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """The rate where a segment begins or the stroke ends; of several at once the last."""
-        changes = (change for stroke, _, _ in stretches for change in _rates(stroke))
+        """Yield the rate at the begin of each segment and at the end of a move; of several at one time, the last."""
+        changes = (change for stroke, _, _ in moves for change in _rates(stroke))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
             if rate != self.velocity:
                 self.velocity = rate
                 yield time_ns, rate
 
-    def _pulses(self, stretches: list[tuple[Stroke, int, int]], before_ns: int) -> list[Part]:
+    def _pulses(self, moves: list[tuple[Stroke, int, int]], before_ns: int) -> list[Part]:
         import numpy as np
 
         times, places = [], []
-        for stroke, first, last in stretches:
+        for stroke, first, last in moves:
             times.append(self._pulse_times(stroke, first, last))
             places.append(stroke.origin + stroke.direction * np.arange(first, last + 1, dtype=np.int64))
         rises = np.concatenate(times) if times else np.empty(0, np.int64)
@@ -99,26 +99,26 @@ class StepperTrace:
         return found
 
     def _pulse_times(self, stroke: Stroke, first: int, last: int) -> "NDArray[np.int64]":
-        """When pulses `first` to `last` are; machines do the same again and again, so that many a shape is known."""
+        """Return the times of pulses `first` to `last`.  Machines repeat their moves, so some times are cached."""
         import numpy as np
 
         profile, start_ns = stroke.profile, stroke.start_ns
-        if profile.pulses is None or profile.pulses > LONGEST_SHAPE:
+        if profile.pulses is None or profile.pulses > MOST_CACHED_PULSES:
             at = np.empty(last - first + 1, np.int64)
             profile.fill_pulse_times(first, start_ns, at)
             return at
         key = (profile.ticks, profile.parts, profile.pulses, *profile.rates, *profile.starts, *profile.phases[:1])
-        shape = self._shapes.pop(key, None)
-        if shape is None:
-            shape = np.empty(profile.pulses, np.int64)
-            profile.fill_pulse_times(1, 0, shape)
-        self._shapes[key] = shape
-        if len(self._shapes) > SHAPES:
-            del self._shapes[next(iter(self._shapes))]
-        return shape[first - 1 : last] + start_ns
+        cached = self._cached_times.pop(key, None)
+        if cached is None:
+            cached = np.empty(profile.pulses, np.int64)
+            profile.fill_pulse_times(1, 0, cached)
+        self._cached_times[key] = cached
+        if len(self._cached_times) > CACHED_MOVES:
+            del self._cached_times[next(iter(self._cached_times))]
+        return cached[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
-        """Up at each pulse, and down again."""
+        """Return the rising and falling edges of the step output."""
         import numpy as np
 
         falls = np.concatenate((*self._falls, rises + STEP_NS))
@@ -129,13 +129,13 @@ class StepperTrace:
         order = np.argsort(times, kind="stable")
         return Part(self._places["step"], times[order], levels[order])
 
-    def _stretches(self, since_ns: int, before_ns: int) -> Iterator[tuple[Stroke, int, int]]:
-        """The strokes in that time, each with the first and the last of its pulses that fall in it."""
+    def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Stroke, int, int]]:
+        """Yield the moves in that time, each with its first and last pulse in that time."""
         strokes: list[Stroke] = []
         for stroke in reversed(self.train.strokes):
             if stroke.start_ns < before_ns:
                 strokes.append(stroke)
-            if stroke.start_ns < since_ns:  # one that begins here may follow on the last pulse of another
+            if stroke.start_ns < since_ns:  # a move may begin at the last pulse of another
                 break
         for stroke in reversed(strokes):
             before = stroke.profile.pulses_by(since_ns - 1 - stroke.start_ns)
@@ -143,7 +143,7 @@ class StepperTrace:
 
 
 def _rates(stroke: Stroke) -> Iterator[tuple[int, float]]:
-    """When a stroke takes another rate, and which, in pulses per second; 0 at its end."""
+    """Yield the times and values of a move's rates, in pulses per second; 0 at its end."""
     profile, direction = stroke.profile, stroke.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
         yield stroke.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
@@ -157,26 +157,26 @@ def _rate_at(stroke: Stroke, time_ns: int) -> float:
 
 
 class ServoTrace:
-    """The signals of a servo axis; `places`: which of them are traced, by name."""
+    """The signals of a servo axis.  `places`: index of each traced signal, by name."""
 
     def __init__(self, axis: ServoAxis, places: Mapping[str, int]) -> None:
         self.axis, self._places = axis, places
-        self._last = {"position": axis.position, "commanded": axis.position}  # at rest it is where it should be
+        self._last = {"position": axis.position, "commanded": axis.position}  # no position error at rest
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:
-        """What a signal is to begin with."""
+        """Return the initial value of a signal."""
         return self._last[name]
 
-    def take(self, samples: Samples) -> None:
-        """What has been."""
+    def add_samples(self, samples: Samples) -> None:
+        """Store a block of samples."""
         import numpy as np
 
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)
         self.rows.add(times, samples.positions, samples.commanded)
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """What has changed before a time."""
+        """Return the changes before a time."""
         times, positions, commanded = self.rows.take(before_ns)
         if not len(times):
             return []
@@ -184,7 +184,7 @@ class ServoTrace:
         return [self._part(name, times, values[name]) for name in self._places]
 
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """The samples that bring a change."""
+        """Return the samples that differ from the sample before."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._last[name]) != 0

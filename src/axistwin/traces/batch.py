@@ -1,4 +1,4 @@
-"""Changes on their way into a file: in order of time, and those of one nanosecond in the order of the signals."""
+"""Changes to be written to a file: in order of time, and at the same nanosecond in order of the signals."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Value = int | float | bytes
 
 
 class Part(NamedTuple):
-    """Changes of one signal in order of time; numbers that are not whole as their 64 bits, texts by their place."""
+    """Changes of one signal in order of time.  Reals are stored as their 64 bits, texts as an index."""
 
     signal: int
     times: "NDArray[np.int64]"
@@ -34,8 +34,8 @@ class Batch:
         return len(self.times)
 
 
-class Waiting:
-    """Changes that have happened one by one and wait to be written, signal by signal."""
+class ChangeQueue:
+    """Queue of single changes to be written, one list per signal."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
         self.count = 0
@@ -43,12 +43,12 @@ class Waiting:
         self._changes: list[list[tuple[int, Value]]] = [[] for _ in signals]
 
     def add(self, time_ns: int, signal: int, value: Value) -> None:
-        """One more; of one signal they come in order of time."""
+        """Append a change; the changes of one signal come in order of time."""
         self._changes[signal].append((time_ns, value))
         self.count += 1
 
     def parts(self, before_ns: int, texts: list[bytes]) -> list[Part]:
-        """Those before a time; they wait no longer."""
+        """Remove and return the changes before a time."""
         taken = ((n, self._take(n, before_ns)) for n in range(len(self._changes)) if self._changes[n])
         return [self._part(n, changes, texts) for n, changes in taken if changes]
 
@@ -76,35 +76,35 @@ class Waiting:
 
 
 class Rows:
-    """Numbers that have been told in order of time, and wait to be written: columns, the first of them the times."""
+    """Queue of numeric changes in order of time, in columns; the first column holds the times."""
 
     def __init__(self, columns: int) -> None:
-        self._told: list[tuple[NDArray[np.int64], ...]] = []
+        self._blocks: list[tuple[NDArray[np.int64], ...]] = []
         self._columns = columns
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Some more."""
+        """Append rows."""
         import numpy as np
 
-        self._told.append(tuple(np.asarray(column, np.int64) for column in columns))
+        self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Those before a time; they wait no longer."""
+        """Remove and return the rows before a time."""
         import numpy as np
 
-        if not self._told:
+        if not self._blocks:
             return [np.empty(0, np.int64)] * self._columns
-        columns = [np.concatenate(column) for column in zip(*self._told, strict=True)]
+        columns = [np.concatenate(column) for column in zip(*self._blocks, strict=True)]
         due = int(np.searchsorted(columns[0], before_ns))
         self.waiting -= due
-        self._told = [tuple(column[due:] for column in columns)] if self.waiting else []
+        self._blocks = [tuple(column[due:] for column in columns)] if self.waiting else []
         return [column[:due] for column in columns]
 
 
 def merged(parts: Sequence[Part], texts: Sequence[bytes]) -> Batch:
-    """All of them in order."""
+    """Merge the parts into one batch in order of time."""
     import numpy as np
 
     parts = sorted((part for part in parts if len(part.times)), key=lambda part: part.signal)

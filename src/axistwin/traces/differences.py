@@ -1,4 +1,4 @@
-"""Where two traces differ: for each signal the first time at which it has a value that is not tolerated."""
+"""Compare two traces: for each signal, find the first time at which the values differ beyond the tolerance."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ Value = int | float | str
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What is no difference: numbers so close to each other, changes so much earlier or later."""
+    """Accepted differences of values and of times."""
 
     value: float = 0.0
     time_ns: int = 0
@@ -27,7 +27,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Difference:
-    """From `time_ns` on a signal has one value in one trace and another in the other; None: it has none there."""
+    """First difference of a signal; None as a value: the signal is missing in that trace."""
 
     time_ns: int
     signal: str
@@ -37,7 +37,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All signals that differ, the first first; and up to when both traces go."""
+    """All signals that differ, in order of time, and the compared time span."""
 
     differences: Sequence[Difference]
     compared: int
@@ -48,9 +48,10 @@ class Comparison:
 def compare(
     first: Trace, second: Trace, tolerance: Tolerance | None = None, patterns: Sequence[str] = (EVERYTHING,)
 ) -> Comparison:
-    """Compare the signals that patterns mean, as long as both traces go.
+    """Compare the signals matched by patterns, up to the end of the shorter trace.
 
-    Step pulses are left out: `pulses` tells the same.  Raises UsageError for a pattern that means nothing.
+    Step pulses are left out, because `pulses` has the same information.  Raises UsageError for a pattern
+    without a match.
     """
     tolerance = tolerance or Tolerance()
     until_ns = min(first.end_ns, second.end_ns)
@@ -82,11 +83,11 @@ def _compare(name: str, first: Trace, second: Trace, until_ns: int, tolerance: T
 
 
 def _first(name: str, one: Track, other: Track, until_ns: int, tolerance: Tolerance) -> Difference | None:
-    """The first time at which one has a value that the other has not, neither then nor within the tolerated time."""
+    """Return the first time at which one trace has a value that the other does not have within the tolerated time."""
     moments = [
         time_ns
         for this, that in ((one, other), (other, one))
-        if (time_ns := _first_alone(this, that, until_ns, tolerance)) is not None
+        if (time_ns := _first_unmatched(this, that, until_ns, tolerance)) is not None
     ]
     if not moments:
         return None
@@ -98,10 +99,10 @@ def _at(track: Track, time_ns: int) -> Value:
     return track.values[max(bisect_right(track.times, time_ns) - 1, 0)]
 
 
-def _first_alone(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
-    """When `this` first has a value that `that` has not.
+def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Tolerance) -> int | None:
+    """Return the first time at which `this` has a value that `that` does not have.
 
-    It can begin when this one changes, or when a value of the other is long enough gone or soon enough to come.
+    Candidates are the changes of `this`, and the changes of `that` shifted by the tolerated time.
     """
     import numpy as np
 
@@ -114,14 +115,14 @@ def _first_alone(this: Track, that: Track, until_ns: int, tolerance: Tolerance) 
     here = np.searchsorted(times, moments, "right") - 1
     first = np.maximum(np.searchsorted(others, moments - most_ns, "right") - 1, 0)
     last = np.searchsorted(others, moments + most_ns, "right")
-    alone = np.flatnonzero(_alone(this, that, here, first, last, tolerance.value))
-    return int(moments[alone[0]]) if len(alone) else None
+    unmatched = np.flatnonzero(_unmatched(this, that, here, first, last, tolerance.value))
+    return int(moments[unmatched[0]]) if len(unmatched) else None
 
 
-def _alone(
+def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
-    """Whether a value of this one is none of those that the other has from its first to before its last place."""
+    """Return True for each value that is not among the values of the other track in the given span."""
     import numpy as np
 
     if TEXT in (this.kind, that.kind):
@@ -129,7 +130,7 @@ def _alone(
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
     values, others = this.columns()[1][here], that.columns()[1]
     spans = np.column_stack((first, last)).ravel()
-    ended = np.append(others, others[-1])  # so that a span may go up to the end
+    ended = np.append(others, others[-1])  # allows spans up to the end
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
     found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
     return found

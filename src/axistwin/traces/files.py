@@ -1,7 +1,7 @@
-"""Files that a trace is written to: `.csv`, `.vcd` for GTKWave, `.parquet` for everything that calculates.
+"""Files for traces: `.csv`, `.vcd` for GTKWave, `.parquet` for analysis.
 
-What has been written can be read at any moment: a file grows by whole rows, and what a full disk has cut is taken away.
-Each kind says in its own way what it is a trace of (`provenance.py`): comments, or the metadata of Parquet.
+A file can be read at any time during writing: it grows by whole rows, and rows cut by a full disk are removed.  Each
+file holds its provenance (`provenance.py`), as comments or as Parquet metadata.
 """
 
 import os
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 Provenance = Mapping[str, str]
 ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
 WAVES = ".vcd"
-"""Here step pulses are drawn; elsewhere a pulse is a change of `pulses`, and that is enough."""
+"""Suffix of the files with step pulses.  In other files the signal `pulses` is enough."""
 
 
 class Output:
-    """A file that grows by pieces, each whole or not there.  Raises OSError when there is no room for one."""
+    """A file that grows by whole pieces.  Raises OSError if the disk is full; its former contents are kept."""
 
     def __init__(self, path: Path) -> None:
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
         self._size = 0
 
     def append(self, data: bytes) -> None:
-        """One more piece."""
+        """Append a piece."""
         self.replace_end(data, 0)
 
     def replace_end(self, data: bytes, of: int) -> None:
-        """A piece in the place of the last `of` bytes, which come back if there is no room for it."""
+        """Replace the last `of` bytes by a piece; restore them if the write fails."""
         start = self._size - of
         before = os.pread(self._file, of, start)
         try:
@@ -49,7 +49,7 @@ class Output:
         os.ftruncate(self._file, self._size)
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """Close the file."""
         os.close(self._file)
 
 
@@ -61,20 +61,20 @@ def _write_at(file: int, data: bytes, place: int) -> None:
 
 
 class Sink(Protocol):
-    """What writes a kind of file."""
+    """Writer of one kind of file."""
 
     def write(self, batch: Batch) -> None:
-        """Changes in order of time, later than those before.  Raises OSError."""
+        """Write changes, all later than those before.  Raises OSError."""
 
     def flush(self) -> None:
-        """All that has been written can be read by others.  Raises OSError."""
+        """Make everything written so far readable for other programs.  Raises OSError."""
 
     def end(self, now_ns: int) -> None:
-        """The trace goes up to here.  Raises OSError."""
+        """Write the end of the trace.  Raises OSError."""
 
 
 class CsvSink:
-    """Rows of time_ns, signal, value; the first rows say how everything is.  A pulse is a row of `pulses`."""
+    """Writes rows of time_ns, signal, value; the first rows give the initial values.  A pulse is a row of `pulses`."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -88,22 +88,22 @@ class CsvSink:
         output.append(("\n".join(lines) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """A row for each change."""
+        """Write a row for each change."""
         values = decoded(batch, batch.signals, batch.values, self._signals, _csv_value)
         names = self._names
         rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
         self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
 
     def flush(self) -> None:
-        """It is there already."""
+        """Do nothing: each row is written at once."""
 
     def end(self, now_ns: int) -> None:
-        """A last comment says so."""
+        """Write the end as a comment."""
         self._output.append(f"# end_ns: {now_ns}\n".encode())
 
 
 class VcdSink:
-    """A value change dump with a time scale of 1 ns, a scope for each controller and each axis."""
+    """Writes a value change dump with a time scale of 1 ns, and a scope for each controller and each axis."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -124,7 +124,7 @@ class VcdSink:
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """The time, and what has changed at it."""
+        """Write each time and the changes at that time."""
         import numpy as np
 
         lines = self._changes(batch)
@@ -136,7 +136,7 @@ class VcdSink:
             self._last_ns = int(batch.times[-1])
 
     def _changes(self, batch: Batch) -> list[str]:
-        """A line for each; there are many levels and only two of them."""
+        """Return a line for each change; lines for levels are built in advance, because most changes are levels."""
         import numpy as np
 
         values, signals = batch.values, batch.signals
@@ -150,10 +150,10 @@ class VcdSink:
         return lines
 
     def flush(self) -> None:
-        """It is there already."""
+        """Do nothing: each line is written at once."""
 
     def end(self, now_ns: int) -> None:
-        """The dump goes up to here."""
+        """Write the time of the end."""
         if now_ns > self._last_ns:
             self._output.append(f"#{now_ns}\n".encode())
 
@@ -166,7 +166,7 @@ class VcdSink:
         return f"s{value} {self._ids[n]}" if kind == TEXT else f"{value}{self._ids[n]}"
 
     def _scopes(self) -> list[str]:
-        """Scopes within scopes, in the order of the signals."""
+        """Return the nested scopes, in the order of the signals."""
         found: list[str] = []
         inside: list[str] = []
         for signal, identifier in zip(self._signals, self._ids, strict=True):
@@ -190,7 +190,7 @@ def decoded(
     known: Sequence[Signal],
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
-    """Values as they are: whole numbers, and where a signal is of another kind, what `show` makes of it."""
+    """Return integers as they are, and reals and texts as `show` formats them."""
     import numpy as np
 
     found: list[float | str] = values.tolist()
@@ -203,12 +203,12 @@ def decoded(
 
 
 def csv_field(text: str) -> str:
-    """Quoted where it must be, and where it would be taken for a comment."""
+    """Return a CSV field, quoted where necessary and where it would be read as a comment."""
     return f'"{text.replace(chr(34), chr(34) * 2)}"' if any(sign in text for sign in ',"#\r\n') else text
 
 
 def _vcd_value(value: Value) -> float | str:
-    """Characters as one word."""
+    """Return characters as one VCD word."""
     return CHARACTERS.show(value).replace(" ", r"\x20") if isinstance(value, bytes) else value
 
 
@@ -228,13 +228,13 @@ FIRST_SIGN, SIGNS = 33, 94
 
 
 def _identifier(n: int) -> str:
-    """Short words of printable characters: first all of one sign."""
+    """Return the n-th identifier: the shortest ones first, of printable characters."""
     word = chr(FIRST_SIGN + n % SIGNS)
     return word if n < SIGNS else _identifier(n // SIGNS - 1) + word
 
 
 def _parquet(*arguments: object) -> Sink:
-    from axistwin.traces.parquet import ParquetSink  # late: it needs an extra
+    from axistwin.traces.parquet import ParquetSink  # lazy import: needs an extra
 
     return ParquetSink(*arguments)  # type: ignore[arg-type]
 
@@ -244,17 +244,19 @@ SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, ".parquet": _p
 
 
 def sink_for(path: Path) -> MakeSink:
-    """What writes this kind of file.  Raises UsageError if there is none, MissingExtraError if it needs an extra."""
+    """Return the writer for this kind of file.  Raises UsageError or MissingExtraError if there is none."""
     if path.suffix not in SINKS:
         *others, last = SINKS
-        raise UsageError(f"no trace in {path.name!r}: name a file {', '.join(others)} or {last}")
+        raise UsageError(
+            f"{path.name!r} is not a name for a trace: expected a name that ends in {', '.join(others)} or {last}"
+        )
     if path.suffix == ".parquet":
-        from axistwin.traces.parquet import need_pyarrow
+        from axistwin.traces.parquet import require_pyarrow
 
-        need_pyarrow()
+        require_pyarrow()
     return SINKS[path.suffix]
 
 
-def kept(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Those that this kind of file keeps."""
+def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
+    """Return the signals that this kind of file keeps."""
     return [signal for signal in signals if signal.kind != STEP or path.suffix == WAVES]

@@ -1,10 +1,10 @@
-"""Traces as Parquet files: one row for each change, in columns `time_ns`, `signal` and `integer`, `number` or `text`.
+"""Traces as Parquet files: one row per change, in columns `time_ns`, `signal` and `integer`, `number` or `text`.
 
-As in CSV there are no rows for step pulses.  A last row, `end`, says up to when the trace goes.
+As in CSV there are no rows for step pulses.  The last row, `end`, gives the end of the trace.
 
-Parquet has its table of contents at the end, and a file without it is lost.  So each group of rows is written together
-with a new table of contents, in the place of the old one: the file is whole at any time, whoever is killed.
-The last group is written again and again until it is full.
+Parquet has its table of contents at the end; without the table a file is unreadable.  So each row group is written
+together with a new table, over the old one, and the file is complete even if the program is killed.  The last group is
+rewritten until it is full.
 """
 
 import io
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import MissingExtraError
-from axistwin.traces.batch import Batch, Value, Waiting, merged
+from axistwin.traces.batch import Batch, ChangeQueue, Value, merged
 from axistwin.traces.files import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
 
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 MAGIC = b"PAR1"
 TAIL = 8
-"""Bytes behind the table of contents: its length, and the magic word again."""
+"""Bytes after the table of contents: its length, and the magic number again."""
 GROUP, MOST = 1 << 16, 1 << 20
-"""Rows in a group; in a long trace more and more, so that the table of contents stays small."""
+"""Rows in a group; long traces use larger groups, to keep the table of contents small."""
 GROWS_AFTER = 64
 NOTHING = memoryview(bytes(1 << 24))
 SIGNALS, END = "axistwin.signals", "end"
 INTEGER, NUMBER, WORDS, NONE = range(4)
 KINDS = {REAL: NUMBER, TEXT: WORDS}
-"""Which column holds a signal's values."""
+"""Column for a signal's values."""
 OPTIONS: dict[str, Any] = {
     "compression": "zstd",
     "use_dictionary": ["signal", "text"],
@@ -45,14 +45,14 @@ OPTIONS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def need_pyarrow() -> None:
-    """Raises MissingExtraError if it is not installed."""
+def require_pyarrow() -> None:
+    """Raise MissingExtraError if pyarrow is not installed."""
     if find_spec("pyarrow") is None:
         raise MissingExtraError("pyarrow", "traces")
 
 
 class ParquetSink:
-    """Rows of time, signal and value."""
+    """Writes rows of time, signal and value."""
 
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
@@ -67,9 +67,9 @@ class ParquetSink:
         self._rows = self._groups = 0
         self._new = False
         self._contents: Any = None
-        self._place, self._loose = len(MAGIC), 0  # where the group begins; bytes behind that are written anew
+        self._place, self._rewritable = len(MAGIC), 0  # begin of the group; number of bytes after it to rewrite
         output.append(MAGIC)
-        waiting = Waiting(signals)
+        waiting = ChangeQueue(signals)
         for n, value in enumerate(first):
             waiting.add(now_ns, n, value)
         texts: list[bytes] = []
@@ -77,7 +77,7 @@ class ParquetSink:
         self.flush()
 
     def write(self, batch: Batch) -> None:
-        """Rows for the present group, and if that is full for the next."""
+        """Add rows to the current group, and begin a new group when it is full."""
         table = self._table(batch)
         while self._rows + len(table) >= self._full:
             room = self._full - self._rows
@@ -92,15 +92,15 @@ class ParquetSink:
         self._new |= len(table) > 0
 
     def _close_group(self) -> None:
-        """The present group is full, and stays as it is."""
+        """Write the full group for the last time and begin a new one."""
         self.flush()
         self._place += self._body
-        self._loose -= self._body
+        self._rewritable -= self._body
         self._contents = self._with_group
         self._batches, self._rows, self._groups = [], 0, self._groups + 1
 
     def flush(self) -> None:
-        """The present group, and a table of contents for all."""
+        """Write the current group and a table of contents for the whole file."""
         import pyarrow as pa
 
         if not self._new:
@@ -110,11 +110,11 @@ class ParquetSink:
         body, self._with_group = self._encoded(self._batches[0])
         self._body = len(body)
         data = body + _footer(self._with_group)
-        self._output.replace_end(data, self._loose)
-        self._loose = len(data)
+        self._output.replace_end(data, self._rewritable)
+        self._rewritable = len(data)
 
     def end(self, now_ns: int) -> None:
-        """A last row says so."""
+        """Write the end as a last row."""
         import numpy as np
 
         self.write(Batch(np.array([now_ns]), np.array([len(self._signals)]), np.array([0]), ()))
@@ -153,14 +153,14 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        """A group as it will stand at its place, and the table of contents with it."""
+        """Return a group encoded for its place in the file, and the table of contents that includes the group."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
-        while (missing := self._place - file.tell()) > 0:  # so that the addresses are those in the whole file
+        while (missing := self._place - file.tell()) > 0:  # so that addresses count from the begin of the whole file
             file.write(NOTHING[:missing])
         tail.parts = []
         writer.write_table(table)
@@ -176,7 +176,7 @@ class ParquetSink:
 
 
 class _Tail(io.RawIOBase):
-    """A file of which only what comes last is kept: what is written while there are `parts`."""
+    """A file that keeps only the bytes written while `parts` is a list."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] | None = None
@@ -191,7 +191,7 @@ class _Tail(io.RawIOBase):
 
 
 def _footer(contents: Any) -> bytes:
-    """A table of contents as it stands at the end of a file."""
+    """Return the table of contents as bytes for the end of a file."""
     file = io.BytesIO()
     contents.write_metadata_file(file)
     data = file.getvalue()
@@ -209,5 +209,5 @@ def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequ
 
 @lru_cache(1 << 14)
 def _shown(text: bytes) -> str:
-    """Hosts and controllers say the same again and again."""
+    """Return characters as text; cached, because hosts and controllers repeat their messages."""
     return CHARACTERS.show(text)

@@ -1,6 +1,6 @@
-"""What a trace is of, written into it: what made it, from which scene, with which models, options and seed.
+"""Provenance of a trace, written into its file: version, scene, models, options and seed.
 
-Nothing in it depends on when, where or by whom a bench was run, so that the same run gives the same file.
+The provenance does not depend on time, place or user, so equal runs give equal files.
 """
 
 import json
@@ -12,7 +12,7 @@ from axistwin.version import VERSION
 
 
 def provenance(bench: Bench) -> dict[str, str]:
-    """By key, in order: `axistwin`, what the bench says of its origin (`scene`, `seed`), one for each controller."""
+    """Return the provenance by key: `axistwin`, the bench's origin (`scene`, `seed`), controllers, shared lines."""
     found = {"axistwin": VERSION, **bench.origin}
     for name, controller in bench.controllers.items():
         found[f"controller {name}"] = " ".join((controller.product.model, *_options(controller.given)))

@@ -1,4 +1,4 @@
-"""Reads traces back, whichever kind of file they are in, also those that whoever wrote them could not finish."""
+"""Read traces back from each kind of file, also from unfinished files."""
 
 import csv
 import json
@@ -23,12 +23,12 @@ FLOAT = "d"
 WHOLE = "q"
 KINDS = (LEVEL, COUNT, STEP, TEXT, REAL)
 COLUMNS = {"time_ns": "int64", "signal": "string", "integer": "int64", "number": "double", "text": "string"}
-"""Of a Parquet file, and what is in them."""
+"""Columns of a Parquet file and their types."""
 
 
 @dataclass
 class Track:
-    """One signal: from `times[n]` on it had `values[n]`.  Texts are as they are shown, `\\r` for a carriage return."""
+    """One signal: the value is `values[n]` from `times[n]` on.  Texts are escaped, e.g. `\\r` for a carriage return."""
 
     name: str
     kind: str
@@ -42,12 +42,12 @@ class Track:
         return len(self.times)
 
     def add(self, time_ns: int, value: str) -> None:
-        """One more change, as it is written in CSV."""
+        """Append a change; `value` is in CSV form."""
         self.times.append(time_ns)
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 
     def columns(self) -> "tuple[NDArray[np.int64], NDArray[Any]]":
-        """Times, and numbers."""
+        """Return the times and the numbers as arrays."""
         import numpy as np
 
         values = np.array(self.values, float if self.kind == REAL else np.int64)
@@ -56,7 +56,7 @@ class Track:
 
 @dataclass
 class Trace:
-    """Signals by name, from `begin_ns` to `end_ns`; `about`: what it is a trace of."""
+    """Signals by name, from `begin_ns` to `end_ns`; `about`: the provenance."""
 
     path: Path
     tracks: dict[str, Track]
@@ -65,29 +65,29 @@ class Trace:
     end_ns: int
 
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
-        """The signals that patterns mean.  Raises UsageError for one that means none."""
+        """Return the signals matched by patterns.  Raises UsageError for a pattern without a match."""
         known = {Known(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
         names = (known[signal] for signal in choose(list(known), patterns))
         return {name: self.tracks[name] for name in names}
 
 
 def read(path: Path) -> Trace:
-    """A trace.  Raises UsageError for a file that cannot be read, TraceError for one that is no trace."""
+    """Read a trace.  Raises UsageError for a file that cannot be read, TraceError for a file that is not a trace."""
     readers: Mapping[str, Callable[[Path], Trace]] = {".csv": _csv, ".vcd": _vcd, ".parquet": _parquet}
     if path.suffix not in readers:
-        raise UsageError(f"{path.name!r} is no trace: name a file .csv, .vcd or .parquet")
+        raise UsageError(f"{path.name!r} is not a trace: expected a name that ends in .csv, .vcd or .parquet")
     try:
         return readers[path.suffix](path)
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        raise TraceError(f"{path}: no text in UTF-8: is it a trace?") from None
+        raise TraceError(f"{path}: not a trace: no text in UTF-8") from None
 
 
 def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
     times = [track.times for track in tracks.values() if len(track)]
     if not times:
-        raise TraceError(f"{path}: no signals in it: is it a trace?")
+        raise TraceError(f"{path}: not a trace: no signals")
     for track in tracks.values():
         _check_order(path, track)
     last = max(of_one[-1] for of_one in times)
@@ -99,7 +99,7 @@ def _check_order(path: Path, track: Track) -> None:
 
     times = np.array(track.times, np.int64)
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
-        raise TraceError(f"{path}: the times of {track.name} go backwards, or begin before 0: is it a trace?")
+        raise TraceError(f"{path}: not a trace: the times of {track.name} decrease or are negative")
 
 
 # CSV
@@ -113,7 +113,7 @@ def _csv(path: Path) -> Trace:
         rows, kinds = _Rows(path, file, about), dict[str, str]()
         for number, row in enumerate(rows):
             if number == 0 and row != ["time_ns", "signal", "value"]:
-                raise TraceError(f"{path}: no row time_ns,signal,value at its beginning: is it a trace?")
+                raise TraceError(f"{path}: not a trace: expected time_ns,signal,value as the first row")
             if number == 0:
                 kinds = _kinds(about)
                 continue
@@ -122,32 +122,32 @@ def _csv(path: Path) -> Trace:
                 track = tracks.get(name) or tracks.setdefault(name, Track(name, kinds.get(name) or _guess(value)))
                 track.add(whole(time_ns), value)
             except ValueError:
-                raise TraceError(f"{path}:{rows.line}: no change of a signal: {shortened(','.join(row))}") from None
+                raise TraceError(f"{path}:{rows.line}: not a change of a signal: {shortened(','.join(row))}") from None
     if "end_ns" in about:
         end_ns = _time_ns(path, about.pop("end_ns"))
     return _trace(path, tracks, about, end_ns)
 
 
 class _Rows:
-    """The rows of a CSV file; `line` is where the latest one ends."""
+    """The rows of a CSV file; `line` is the line on which the latest row ends."""
 
     def __init__(self, path: Path, lines: Iterator[str], about: dict[str, str]) -> None:
         self.line = 0
         self._path, self._rows = path, csv.reader(_rows(self._counted(lines), about))
 
     def _counted(self, lines: Iterator[str]) -> Iterator[str]:
-        for self.line, line in enumerate(lines, start=1):  # that is how it is counted
+        for self.line, line in enumerate(lines, start=1):  # the loop variable counts the lines
             yield line
 
     def __iter__(self) -> Iterator[list[str]]:
         try:
             yield from self._rows
         except csv.Error as error:
-            raise TraceError(f"{self._path}:{self.line}: no CSV: {error}") from None
+            raise TraceError(f"{self._path}:{self.line}: not CSV: {error}") from None
 
 
 def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
-    """Lines that are no comments; the last one may be torn, and is then left out."""
+    """Yield the lines that are not comments; an incomplete last line is left out."""
     signals: list[str] = []
     for line in lines:
         if not line.endswith("\n"):
@@ -173,11 +173,11 @@ def _time_ns(path: Path, text: str, line: int = 0) -> int:
     try:
         return whole(text)
     except NumberError:
-        raise TraceError(f"{path}{f':{line}' if line else ''}: {shortened(text)} is no time in ns") from None
+        raise TraceError(f"{path}{f':{line}' if line else ''}: {shortened(text)} is not a time in ns") from None
 
 
 def _guess(value: str) -> str:
-    """The kind of a signal about which nothing is said."""
+    """Return the kind of a signal that is not declared."""
     for kind in (COUNT, REAL):
         try:
             _value(kind, value)
@@ -211,12 +211,12 @@ def _vcd(path: Path) -> Trace:
                 try:
                     _vcd_change(path, tracks, now_ns, line.rstrip("\n"))
                 except ValueError:
-                    raise TraceError(f"{path}:{number}: no change of a signal: {shortened(line.rstrip())}") from None
+                    raise TraceError(f"{path}:{number}: not a change of a signal: {shortened(line.rstrip())}") from None
     return _trace(path, {track.name: track for track in tracks.values() if len(track)}, about, now_ns)
 
 
 def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[str, tuple[str, str]]]:
-    """What it is a trace of, and the name and kind of each signal."""
+    """Return the provenance, and the name and kind of each signal."""
     about: dict[str, str] = {}
     names: dict[str, tuple[str, str]] = {}
     scopes: list[str] = []
@@ -231,13 +231,13 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
                 step = kind == LEVEL and name == STEP
                 names[identifier] = (".".join((*scopes, name)), STEP if step else kind)
             case ["$timescale", *scale, "$end"] if "".join(scale) != "1ns":
-                raise TraceError(f"{path}: its times are in {' '.join(scale)}, not in 1 ns: is it a trace of axistwin?")
+                raise TraceError(f"{path}: not a trace: the time scale is {' '.join(scale)}, expected 1 ns")
             case ["$enddefinitions", *_]:
                 return about, names
             case [_, *_] if ": " in line:
                 name, _, value = line.strip().partition(": ")
                 about[name] = value.replace("%24", "$")
-    raise TraceError(f"{path}: no definitions at its beginning: is it a trace?")
+    raise TraceError(f"{path}: not a trace: no definitions at the beginning")
 
 
 def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) -> None:
@@ -253,7 +253,7 @@ def _vcd_change(path: Path, tracks: dict[str, Track], now_ns: int, line: str) ->
 
 
 def _words(path: Path, text: str) -> str:
-    """Characters that were written as one word."""
+    """Return the text of a VCD word."""
     try:
         return CHARACTERS.show(CHARACTERS.read(text))
     except ProgramError as error:
@@ -265,9 +265,9 @@ def _words(path: Path, text: str) -> str:
 
 def _parquet(path: Path) -> Trace:
     from axistwin.traces.parquet import END as END_ROW
-    from axistwin.traces.parquet import SIGNALS, need_pyarrow
+    from axistwin.traces.parquet import SIGNALS, require_pyarrow
 
-    need_pyarrow()
+    require_pyarrow()
     import numpy as np
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -288,18 +288,18 @@ def _parquet(path: Path) -> Trace:
 
 
 def _parquet_table(path: Path) -> Any:
-    """The rows, in columns as axistwin writes them.  Raises TraceError."""
+    """Return the table with the columns of axistwin.  Raises TraceError."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    with path.open("rb"):  # what keeps a file from being opened is told as for the other kinds
+    with path.open("rb"):  # raises the same OSError as for the other kinds
         pass
     try:
         table = pq.ParquetFile(path).read()
         table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         reason = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
-        raise TraceError(f"{path}: no Parquet file, or a damaged one: {reason}") from None
+        raise TraceError(f"{path}: not a Parquet file, or damaged: {reason}") from None
     types = {field.name: _name_of(field.type) for field in table.schema}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
@@ -307,23 +307,23 @@ def _parquet_table(path: Path) -> Any:
             raise TraceError(f"{path}: not written by axistwin: column {name} is {found}, expected {wanted}")
     for name in ("time_ns", "signal"):
         if table[name].null_count:
-            raise TraceError(f"{path}: column {name} has rows without a value: is it a trace?")
+            raise TraceError(f"{path}: not a trace: column {name} has rows without a value")
     return table
 
 
 def _name_of(kind: Any) -> str:
-    """The type of a column; texts may be stored as numbers of words."""
+    """Return the type of a column; dictionary-encoded texts count as texts."""
     return str(getattr(kind, "value_type", kind))
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
-    """The kind of each signal, from the metadata."""
+    """Return the kind of each signal from the metadata."""
     try:
         kinds = json.loads(text or "")
     except (ValueError, RecursionError):
         kinds = None
     if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
-        raise TraceError(f"{path}: not written by axistwin: its metadata do not say which signals there are")
+        raise TraceError(f"{path}: not written by axistwin: the metadata have no list of signals")
     return kinds
 
 
@@ -331,7 +331,7 @@ def _column(path: Path, track: Track, table: Any, rows: "NDArray[np.int64]") -> 
     name = {TEXT: "text", REAL: "number"}.get(track.kind, "integer")
     found = table[name].take(rows)
     if found.null_count:
-        raise TraceError(f"{path}: {track.name} has rows without a value in column {name}: is it a trace?")
+        raise TraceError(f"{path}: {track.name} has rows without a value in column {name}")
     if track.kind == TEXT:
         texts: list[str] = found.to_pylist()
         return texts

@@ -1,4 +1,4 @@
-"""What registers have done, as changes of signals: those that are looked at, and those that a controller tells of."""
+"""Registers as signals: polled registers, and registers whose controller reports changes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -12,46 +12,46 @@ if TYPE_CHECKING:
 
 
 def written(value: int | str) -> Value:
-    """A register's value as it is written."""
+    """Return a register's value as written to traces."""
     return value.encode("ascii", "replace") if isinstance(value, str) else value
 
 
-class Looked:
-    """A register as it was when somebody looked last."""
+class PolledRegister:
+    """A polled register with its last known value."""
 
     def __init__(self, place: int, register: Register, add: Callable[[int, int, Value], None]) -> None:
         self._place, self.read, self._add = place, register.read, add
         self.known = register.read()
 
-    def take(self, now_ns: int, value: int | str) -> None:
-        """It is another at the end of a nanosecond in which something has happened."""
+    def record(self, now_ns: int, value: int | str) -> None:
+        """Store a value that has changed by the end of a nanosecond with events."""
         self.known = value
         self._add(now_ns, self._place, written(value))
 
 
-class Followed:
-    """Registers of one controller, which tells of changes when it has got so far; `places`: where they are traced."""
+class ReportedRegisters:
+    """Registers of a controller that reports its changes.  `places`: index of each traced register."""
 
     def __init__(self, places: Sequence[int], registers: Mapping[str, Register]) -> None:
         self._places = places
         self._known = [register.read() for register in registers.values()]
         self.rows = Rows(3)
-        """What the controller tells: times, which of the registers, their values from then on."""
+        """Changes reported by the controller: times, indexes of registers, new values."""
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
-        """What has changed before a time."""
+        """Return the changes before a time."""
         import numpy as np
 
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
-        order = np.argsort(which.astype(np.int16), kind="stable")  # so short that it is sorted by counting
+        order = np.argsort(which.astype(np.int16), kind="stable")  # 16 bits: radix sort
         numbers, begins = np.unique(which[order], return_index=True)
         spans = zip(numbers.tolist(), begins.tolist(), [*begins[1:].tolist(), len(which)], strict=True)
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        """Changes of one register, as far as they are changes."""
+        """Return the values of one register that differ from the value before."""
         import numpy as np
 
         changed = np.diff(values, prepend=self._known[n]) != 0

@@ -1,7 +1,7 @@
-"""What can be traced on a bench, by name: `if1.output1`, `if1.X.pulses`, `if1.host_says`, `motor.RPE`.
+"""Signals of a bench, by name: `if1.output1`, `if1.X.pulses`, `if1.host_says`, `motor.RPE`.
 
-Signals are chosen by patterns in which `*` is anything, `?` any one character: `if1.*`, `*.X.*`, `motor.a`.  A
-register may have other names, too: `motor.RPE` is found as `motor.@PE`.
+Patterns select signals: `*` matches any text, `?` any one character, e.g. `if1.*`, `*.X.*`, `motor.a`.  A register may
+have alternative names: `motor.RPE` is also matched by `motor.@PE`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,36 +16,36 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import UserPin
 
 LEVEL, COUNT, STEP, TEXT, REAL = "wire", "integer", "step", "string", "real"
-"""Kinds of signals: a level 0 or 1, a whole number, a level that is high for a moment, characters, a number."""
+"""Kinds of signals: a level (0 or 1), an integer, a short pulse, characters, a real number."""
 
 FAULTS = "faults"
-"""The signal that names the faults that a controller and its machine have."""
+"""The signal with the names of the active faults of a controller and its machine."""
 DEFAULT = "default"
-"""The pattern that stands for pins, axes, byte streams and faults."""
+"""The pattern that matches pins, axes, byte streams and faults."""
 EVERYTHING = "*"
 SHOWN = 12
 
 
 @dataclass(frozen=True)
 class Signal:
-    """Something that changes: `scope` is the controller, line or axis that it belongs to."""
+    """A traceable signal; `scope` is its controller, line or axis."""
 
     scope: str
     name: str
     kind: str
     register: bool = False
-    """Whether it is inside the controller, and so not traced unless somebody asks for it."""
+    """True for a register, which is traced only on request."""
     also: tuple[str, ...] = ()
     costly: bool = False
-    """Whether it is traced only if it is asked for by its full name."""
+    """True if the signal is traced only by its full name."""
 
     @property
     def full(self) -> str:
-        """Its whole name."""
+        """Full name."""
         return f"{self.scope}.{self.name}"
 
     def matches(self, pattern: str) -> bool:
-        """Whether a pattern means it."""
+        """Return True if the pattern matches the signal."""
         if pattern == DEFAULT:
             return not self.register
         names = (self.full, *(f"{self.scope}.{name}" for name in self.also))
@@ -55,35 +55,35 @@ class Signal:
 
 
 def catalogue(bench: Bench) -> list[Signal]:
-    """All there are, controller by controller: pins, streams, faults, registers, axes; then lines that motors share."""
+    """Return all signals, controller by controller: pins, streams, faults, registers, axes; then shared lines."""
     found = [signal for controller in bench.controllers.values() for signal in _of(bench, controller)]
     lines = [name for name in endpoints.names(bench) if name not in bench.controllers]
     return found + [signal for name in lines for signal in _streams(name)]
 
 
 def choose(signals: Sequence[Signal], patterns: Iterable[str]) -> list[Signal]:
-    """Those that a pattern means, in their own order.  Raises UsageError for a pattern that means none."""
+    """Return the signals matched by patterns, in their own order.  Raises UsageError for a pattern without a match."""
     patterns = tuple(patterns)
     for pattern in patterns:
         if not any(signal.matches(pattern) for signal in signals):
-            raise UsageError(f"no signal {pattern!r} here: {_instead(pattern, [signal.full for signal in signals])}")
+            raise UsageError(f"no signal {pattern!r} here: {_suggestion(pattern, [signal.full for signal in signals])}")
     return [signal for signal in signals if any(signal.matches(pattern) for pattern in patterns)]
 
 
 def split(text: str | None) -> tuple[str, ...]:
-    """The patterns in a list with commas; none given: pins, axes and byte streams."""
+    """Return the patterns of a list with commas; without a list, the default pattern."""
     return tuple(pattern.strip() for pattern in (text or DEFAULT).split(",") if pattern.strip())
 
 
 def pin_signal(pin: str) -> str:
-    """What the level of a terminal is called: `host_dtr` for `host.dtr`."""
+    """Return the signal name of a terminal: `host_dtr` for `host.dtr`."""
     return pin.replace(".", "_")
 
 
 def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
     name = controller.name
     for pin_name, pin in terminals(controller).items():
-        if not pin.silent:  # the axis has its `step`
+        if not pin.silent:  # the axis has the signal `step`
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)
@@ -107,7 +107,7 @@ def _streams(name: str) -> Iterator[Signal]:
     yield from (Signal(name, "host_says", TEXT), Signal(name, "controller_says", TEXT))
 
 
-def _instead(pattern: str, names: Sequence[str]) -> str:
+def _suggestion(pattern: str, names: Sequence[str]) -> str:
     close = get_close_matches(pattern, names, n=1)
     if close:
         return f"did you mean {close[0]!r}?"

@@ -1,13 +1,12 @@
-"""Writes what happens on a bench into a file while it happens: `.csv`, `.vcd` for GTKWave, or `.parquet`.
+"""Write the changes on a bench to a file during a run: `.csv`, `.vcd` for GTKWave, or `.parquet`.
 
-Only changes are written.  Which signals there are and what they are called is told in `signals.py` and
-`docs/traces.md`.
+`signals.py` and `docs/traces.md` list the signals and their names.
 
-A traced bench does exactly the same as one that is not.  Pulses and samples are worked out when something has come
-together, in pieces of limited size; a trace does not depend on when that is, nor on how the bench is run: changes are
-in order of time, and those of the same nanosecond in the order of the signals.
+Tracing does not change the behaviour of a bench.  Pulses and samples are calculated in pieces of limited size.  Neither
+the size of the pieces nor the way a bench is run changes the trace: changes are in order of time, and at the same
+nanosecond in order of the signals.
 
-If the file cannot be written any more the trace is over, which is told; the bench runs on.
+If the file cannot be written, the trace ends with a message and the bench runs on.
 """
 
 import logging
@@ -27,27 +26,27 @@ from axistwin.fault_injection.injector import Fault
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.traces.axes import ServoTrace, StepperTrace
-from axistwin.traces.batch import Part, Rows, Value, Waiting, merged
-from axistwin.traces.files import Output, Sink, kept, sink_for
+from axistwin.traces.batch import ChangeQueue, Part, Rows, Value, merged
+from axistwin.traces.files import Output, Sink, sink_for, supported
 from axistwin.traces.provenance import provenance
-from axistwin.traces.registers import Followed, Looked, written
+from axistwin.traces.registers import PolledRegister, ReportedRegisters, written
 from axistwin.traces.signals import DEFAULT, FAULTS, TEXT, Signal, catalogue, choose, pin_signal
 from axistwin.traces.streams import Dialogue
 from axistwin.units import to_seconds
 
 CHUNK = 1 << 15
-"""Changes written at a time, about."""
+"""Approximate number of changes per write."""
 FLUSH_S = 2.0
 
 _log = logging.getLogger("axistwin.trace")
 
 
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
-    """Trace a bench into `path` meanwhile.
+    """Trace a bench into `path` within this context.
 
-    `patterns` choose the signals; `tell` is told if the trace has to end early.
+    `patterns` select the signals; `tell` receives a message if the trace ends early.
 
-    Raises UsageError if there are no such signals, or no such file can be written.
+    Raises UsageError for a pattern without a match, or if the file cannot be written.
     """
 
     def __init__(
@@ -60,11 +59,11 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self.bench, self.path, self._tell = bench, path, tell
         self._make = sink_for(path)
         self._flushed_s = 0.0
-        self._chosen = kept(path, choose(catalogue(bench), patterns))
+        self._chosen = supported(path, choose(catalogue(bench), patterns))
 
     def __enter__(self) -> Self:
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{self.path} cannot be written: it is no file")
+            raise UsageError(f"{self.path} cannot be written: it is not a file")
         try:
             self._output = Output(self.path)
         except OSError as error:
@@ -72,7 +71,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack = ExitStack()
         self._stack.callback(self._output.close)
         self._tracer = Tracer(self.bench, self._chosen)
-        self._guarded(self._begin)
+        self._stop_on_error(self._begin)
         return self
 
     def _begin(self) -> None:
@@ -83,29 +82,29 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._stack.enter_context(tracer)
 
     def catch_up(self) -> None:
-        """Write what has happened by now; who waits for long motions in real time calls it now and then.
+        """Write the changes so far; called now and then during long runs in real time.
 
-        Every two seconds others can read it, too.
+        Every two seconds the file is also flushed for other programs.
         """
         now_s = monotonic()
         for_others = now_s - self._flushed_s >= FLUSH_S
         if self._tracer.sink is not None:
-            self._guarded(partial(self._tracer.catch_up, for_others=for_others))
+            self._stop_on_error(partial(self._tracer.catch_up, for_others=for_others))
         self._flushed_s = now_s if for_others else self._flushed_s
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         if self._tracer.sink is not None:
-            self._guarded(self._tracer.finish)
+            self._stop_on_error(self._tracer.finish)
         self._stack.close()
 
-    def _guarded(self, do: Callable[[], None]) -> None:
+    def _stop_on_error(self, do: Callable[[], None]) -> None:
         try:
             do()
         except OSError as error:
             self._failed(error)
 
     def _failed(self, error: OSError) -> None:
-        """What has been written stays; nobody watches any more."""
+        """Stop tracing, keep what has been written and send a message."""
         self._tracer.sink = None
         self._stack.close()
         ends_s = to_seconds(self._tracer.written_ns)
@@ -113,27 +112,27 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
 
 
 class Tracer:
-    """Gathers changes of signals, and writes them in order of time."""
+    """Collects changes of signals and writes them in order of time."""
 
     def __init__(self, bench: Bench, signals: Sequence[Signal]) -> None:
         self.bench, self.signals = bench, signals
         self.sink: Sink | None = None
         self.taker: Callable[[list[Part], list[bytes]], None] | None = None
-        """Who is given changes in the place of a sink: signal by signal, not all in order of time."""
+        """Receives changes instead of a sink: signal by signal, not merged in order of time."""
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
-        self._waiting = Waiting(signals)
+        self._waiting = ChangeQueue(signals)
         self._upto_ns = bench.now
         self._strokes = 0
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._ahead: list[ServoAxis] = []
-        """Whose controllers compute ahead of the clock."""
-        self._registers: list[Looked] = []
-        self._followed: list[Followed] = []
+        self._computing_ahead: list[ServoAxis] = []
+        """Axes whose controllers compute ahead of the clock."""
+        self._registers: list[PolledRegister] = []
+        self._reported: list[ReportedRegisters] = []
         self._rows: list[Rows] = []
-        """What servos and followed registers have told."""
+        """Changes reported by servo axes and controllers."""
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():
@@ -145,45 +144,45 @@ class Tracer:
         )
 
     def first(self) -> list[Value]:
-        """What each signal is to begin with."""
+        """Return the initial value of each signal."""
         return [self._first.get(signal.full, b"" if signal.kind == TEXT else 0) for signal in self.signals]
 
     def __enter__(self) -> Self:
-        """Watch."""
+        """Subscribe to all signals."""
         self._stack = ExitStack()
         for begin in self._begin:
             begin(self._stack)
-        self._stack.callback(self.bench.clock.subscribe(self._look))
+        self._stack.callback(self.bench.clock.subscribe(self._after_events))
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write what has happened before now, if need be so that others can read it."""
+        """Write the changes before now, and flush them for other programs if asked."""
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
 
     def finish(self) -> None:
-        """Write what has happened up to now, inclusive; after a Ctrl-C in the middle of a piece, no more than that."""
+        """Write the changes up to and including now.  After Ctrl-C during a write, write only the end."""
         if not self._writing:
-            self._look_at_registers()
+            self._poll_registers()
             self._write(self.bench.now + 1)
         if self.sink is not None:
             self.sink.end(self.bench.now)
 
     @property
     def written_ns(self) -> int:
-        """All that has happened before then has been written."""
+        """All changes before this time have been written."""
         return self._upto_ns
 
     @property
-    def _sources(self) -> list[StepperTrace | ServoTrace | Followed]:
-        """What keeps its changes itself."""
-        return [*self._steppers, *self._servos, *self._followed]
+    def _sources(self) -> list[StepperTrace | ServoTrace | ReportedRegisters]:
+        """Sources that keep their own changes."""
+        return [*self._steppers, *self._servos, *self._reported]
 
-    # What there is
+    # Sources
 
     def _place(self, *name: str) -> int | None:
         return self._places.get(".".join(name))
@@ -222,7 +221,7 @@ class Tracer:
         if host is None and controller is None:
             return
         dialogue = Dialogue(self._waiting.add, host, controller)
-        self._begin.append(partial(dialogue.listen, self.bench, name))
+        self._begin.append(partial(dialogue.observe, self.bench, name))
 
     def _add_faults(self, name: str) -> None:
         place = self._place(name, FAULTS)
@@ -237,7 +236,7 @@ class Tracer:
         self._begin.append(lambda stack: stack.callback(self.bench.faults.watch(changed)))
 
     def _faults(self, name: str, over: Fault | None) -> bytes:
-        """Those that a controller has, without one that ends just now."""
+        """Return the names of a controller's active faults, except one that is just ending."""
         there = (fault for fault in self.bench.faults if fault.on and fault is not over)
         return ", ".join(sorted(fault.name for fault in there if fault.spot.name.partition(".")[0] == name)).encode()
 
@@ -246,15 +245,17 @@ class Tracer:
         self._first |= {f"{controller.name}.{key}": written(register.read()) for key, register in registers.items()}
 
         def follow(stack: ExitStack) -> None:
-            followed = Followed(tuple(places.values()), registers)
-            end = controller.follow(tuple(registers), followed.rows.add)
+            reported = ReportedRegisters(tuple(places.values()), registers)
+            end = controller.follow(tuple(registers), reported.rows.add)
             if end is None:
-                looked = (Looked(places[key], register, self._waiting.add) for key, register in registers.items())
-                self._registers += looked
+                polled = (
+                    PolledRegister(places[key], register, self._waiting.add) for key, register in registers.items()
+                )
+                self._registers += polled
             else:
-                self._followed.append(followed)
-                self._rows.append(followed.rows)
-                self._ahead += [axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)]
+                self._reported.append(reported)
+                self._rows.append(reported.rows)
+                self._computing_ahead += [axis for axis in controller.axes.values() if isinstance(axis, ServoAxis)]
                 stack.callback(end)
 
         self._begin.append(follow)
@@ -275,43 +276,43 @@ class Tracer:
     def _add_servo(self, scope: str, trace: ServoTrace) -> None:
         self._servos.append(trace)
         self._rows.append(trace.rows)
-        self._ahead.append(trace.axis)
+        self._computing_ahead.append(trace.axis)
         self._first |= {f"{scope}.{name}": trace.first(name) for name in ("position", "commanded")}
-        self._begin.append(lambda stack: stack.callback(trace.axis.watch(trace.take)))
+        self._begin.append(lambda stack: stack.callback(trace.axis.watch(trace.add_samples)))
 
-    # As it happens
+    # Events
 
     def _count_stroke(self) -> None:
         self._strokes += 1
 
-    def _look(self) -> None:
-        """A nanosecond in which something has happened is over."""
-        self._look_at_registers()
-        much = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
+    def _after_events(self) -> None:
+        """Called at the end of each nanosecond with events: poll registers, write if enough has collected."""
+        self._poll_registers()
+        enough = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
         for rows in self._rows:
-            much |= rows.waiting >= CHUNK
-        if much and (self.sink is not None or self.taker is not None):
+            enough |= rows.waiting >= CHUNK
+        if enough and (self.sink is not None or self.taker is not None):
             try:
                 self._write(self.bench.now + 1)
             except OSError as error:
                 self.failed(error)
 
-    def _look_at_registers(self) -> None:
+    def _poll_registers(self) -> None:
         now_ns = self.bench.clock.now
-        for register in self._registers:  # at every event: so no more is called than must be
+        for register in self._registers:  # called at every event, hence inline
             value = register.read()
             if value != register.known:
-                register.take(now_ns, value)
+                register.record(now_ns, value)
 
     def _write(self, before_ns: int) -> None:
-        """All changes since the last time, in pieces."""
-        for axis in self._ahead:
-            axis.catch_up()  # what it has done comes here first
+        """Write all changes since the last write, in pieces."""
+        for axis in self._computing_ahead:
+            axis.catch_up()  # delivers its samples to this trace
         self._strokes = 0
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
-        """In halves if there are too many pulses in it; all else that waits is limited anyway."""
+        """Write a span, in halves if it has too many pulses; the other sources are limited already."""
         since_ns = self._upto_ns
         if sum(stepper.count(since_ns, before_ns) for stepper in self._steppers) > CHUNK and before_ns - since_ns > 1:
             self._write_span((since_ns + before_ns) // 2)

@@ -21,7 +21,7 @@ def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goe
         page.get_by_role("textbox", name="run until").fill("if1.led falls")
         page.get_by_role("textbox", name="run until").press("Enter")
         expect(clock).to_have_text("1.000000 s")
-    assert told == ["axistwin: trace and recording end here: somebody has gone back in time\n"]
+    assert told == ["axistwin: trace and recording end here: the session has gone back in time\n"]
     assert trace.read_bytes() == after
     assert recording.read_text().startswith("; model: if1")
 

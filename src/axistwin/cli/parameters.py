@@ -1,20 +1,23 @@
-"""A number on the command line, such as a number of seconds."""
+"""Parameter types of the commands."""
 
+from pathlib import Path
 from typing import Any
 
 import click
 
 from axistwin.numbers import NumberError, real
 
+FILE = click.Path(dir_okay=False, path_type=Path)
+"""A file."""
 MOST_S = 1e9
-"""Some thirty years; more is a slip of the pen."""
+"""Longest time, some thirty years; a longer one is taken for a typing error."""
 
 
 class Number(click.FloatRange):
-    """A finite number within limits; unlike its base it takes neither nan nor thousands of digits."""
+    """A finite number within limits; unlike its base class it refuses nan and numbers of thousands of digits."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """What has been written, as a number."""
+        """Return the text as a number."""
         try:
             number = real(value) if isinstance(value, str) else value
         except NumberError as error:
@@ -24,7 +27,7 @@ class Number(click.FloatRange):
 
 
 class Seconds(Number):
-    """From 0 to `MOST_S`."""
+    """A number of seconds, from 0 to `MOST_S`."""
 
     def __init__(self) -> None:
         super().__init__(min=0, max=MOST_S)
