@@ -159,9 +159,9 @@ def test_two_runs_are_identical(model, form, line, wiring, happenings):
 
 TIMELESS = [
     "X10$", "Y-20@300$", "XYZ+5$", "@350", "@9000", "@99999", "B-5", "XB$", "X-B$", "S1$", "R1$", "S12R3$", "P1,5$",
-    "X40S1$", ":X10:Y:=2,1:$", ":$", "X200/Y50@500$", "?", "X", "  ", "", "B5", "Z100@3000$", "^20", "<5", "F",
+    "X40S1$", ":X10:Y:=2,1:$", ":$", "X200/Y50@500$", "?", "X", "  ", "", "B5", "Z100@3000$", "^20", "<5",
 ]  # fmt: skip
-"""What comes back, and what moves, does not depend on when the message comes."""
+"""Messages whose replies and moves do not depend on their times; status requests are answered at any time."""
 
 
 def outcome(bench: Bench, it: Controller) -> tuple[object, ...]:

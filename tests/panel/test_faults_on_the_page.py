@@ -95,7 +95,7 @@ def test_what_is_wrong_is_told_with_what_is_wanted():
         visit.choose("fault-kind", "lose")
         visit.choose("fault-probability", "2")
         visit.press("fault-put")
-        assert "give a number from 0 to 1" in visit.messages[-1]
+        assert "expected a number from 0 to 1" in visit.messages[-1]
         assert list(visit.bench.faults) == []
 
     show(bench_of("if1"), faults, play)
