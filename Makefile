@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: setup check test bench report report-rows mutation
+.PHONY: setup check docs dist test bench report report-rows mutation
 
 setup:                          ## a working copy to develop in
 	$(PYTHON) -m venv $(VENV)
@@ -18,6 +18,13 @@ check: $(BIN)/lint-imports      ## format, lint, strict types, import contracts
 	$(BIN)/mypy
 	PYTHONPATH=src $(BIN)/lint-imports
 	$(BIN)/python tools/report.py --check
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+
+docs: $(BIN)/lint-imports      ## the documentation site, in build/docs; a warning is an error
+	PYTHONPATH=src $(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+
+dist: $(BIN)/lint-imports      ## wheel and source distribution, in dist
+	$(BIN)/python -m build -q
 
 report: $(BIN)/lint-imports     ## the fidelity report: build/report/fidelity.html and fidelity.json
 	$(BIN)/python tools/report.py

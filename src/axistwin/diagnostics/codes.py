@@ -1,9 +1,6 @@
-"""The codes of all checkers, for `axistwin check --codes` and for docs/diagnostics.md.
+"""The codes of all checkers, for `axistwin check --codes` and for the documentation."""
 
-python -m axistwin.diagnostics.codes > docs/diagnostics.md
-"""
-
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Any
 
@@ -64,67 +61,10 @@ def explained(rule: Rule) -> Iterator[str]:
     yield f"  {rule.explanation}"
     yield f"  Manual: {rule.chapter}"
     yield f"  Example ({suffix_of(rule)}):"
-    yield from (f"    {line}" for line in _shown(rule.example))
+    yield from (f"    {line}" for line in shown(rule.example))
 
 
-def page() -> str:
-    """Return the text of docs/diagnostics.md."""
-    return "\n".join(_page())
-
-
-HEAD = """\
-# Diagnostics
-
-What `axistwin check` and the language server can find. The controller refuses an **error**; it executes or ignores a
-**warning**, but probably not as intended. A code never changes its meaning. `axistwin check --codes DP301`
-explains one code, `axistwin check --codes SM3` all that begin with SM3.
-
-```console
-$ axistwin check if1 moves.if1
-moves.if1:4:3: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]
-```
-
-| option | |
-| --- | --- |
-| `--format text` | one line each, `file:line:column: severity: message (manual: chapter) [code]` |
-| `--format json`, `--json` | one object; each place with its end, each fix as edits |
-| `--format sarif` | SARIF 2.1.0, for code scanning and editors |
-| `--format github` | `::error file=…,line=…,col=…::message`, which GitHub shows beside the line |
-| `--fix` | applies every fix that has only one reading, and lists them; a file is replaced as a whole or not at all |
-| `--strict` | warnings count as errors |
-
-Exit codes: 0 no errors, 1 errors, 2 wrong usage. The same findings appear while you type: [editors](editors.md).
-"""
-
-
-def _page() -> Iterator[str]:
-    yield HEAD
-    for title, table in tables().items():
-        yield f"## {title}\n"
-        yield "| code | | severity | manual |"
-        yield "| --- | --- | --- | --- |"
-        yield from (f"| [{r.code}](#{r.code.lower()}) | {r.title} | {r.severity} | {r.chapter} |" for r in table)
-        yield ""
-        for rule in table:
-            yield from _section(rule)
-
-
-def _section(rule: Rule) -> Iterable[str]:
-    return (
-        f"### {rule.code}\n",
-        f"{rule.title[0].upper()}{rule.title[1:]}: {rule.severity}. Manual: {rule.chapter}.\n",
-        f"{rule.explanation.replace('.  ', '. ')}\n",
-        f"```{suffix_of(rule)[1:]}",
-        *_shown(rule.example),
-        "```\n",
-    )
-
-
-def _shown(example: str) -> list[str]:
+def shown(example: str) -> list[str]:
     """Return the lines of an example; only the beginning of a very long one."""
     text = example if len(example) <= LONGEST else f"{example[:60].rstrip()} …"
     return text.splitlines()
-
-
-if __name__ == "__main__":
-    print(page(), end="")

@@ -257,7 +257,7 @@ class StepperAxis:
 
     @property
     def encoder(self) -> EncoderView:
-        """The encoder, if the axis was given one: `encoder={"counts_per_rev": ...}`."""
+        """The encoder, if the axis has the option `encoder`; it is a table with `counts_per_rev`."""
         if self._encoder is None:
             ways = f'{self.name}={{"encoder": {{}}}}, in a scene axes.{self.name}.encoder = {{}}'
             raise UsageError(f"axis {self.name} has no encoder: add one with {ways}")
