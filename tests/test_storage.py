@@ -19,7 +19,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.cli.main import main
 from axistwin.errors import UsageError
-from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, one_line, write_whole
+from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 
 from .digiplan.talking import ready, tell
 
@@ -431,8 +431,8 @@ def test_a_pipe_in_the_place_of_the_image_is_not_waited_for(tmp_path):
 
 
 def test_one_line():
-    assert one_line("a\n\tb\x00 c") == "a b c"
-    assert one_line("x" * 81) == "x" * 79 + "…" and one_line("x" * 80) == "x" * 80
+    assert excerpt("a\n\tb\x00 c") == "a b c"
+    assert excerpt("x" * 81) == "x" * 79 + "…" and excerpt("x" * 80) == "x" * 80
 
 
 def test_what_is_kept_with_the_bench_is_never_lost():

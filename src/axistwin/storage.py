@@ -196,7 +196,7 @@ def _holder(path: Path) -> str:
         number, program = "", ""
     if not number.isdecimal() or not _alive(int(number)):  # the note is from a killed process
         return "another process"
-    return f"process {number} ({one_line(program)})" if program.strip() else f"process {number}"
+    return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 
 
 def _alive(number: int) -> bool:
@@ -221,7 +221,7 @@ def _program() -> str:
         if argument.startswith("-"):
             break
         words.append(argument)
-    return one_line(" ".join(words))
+    return excerpt(" ".join(words))
 
 
 def write_whole(path: Path, contents: bytes) -> None:
@@ -269,7 +269,7 @@ def reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
-def one_line(text: object) -> str:
+def excerpt(text: object) -> str:
     """Return a text or an error's text in one short line."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"

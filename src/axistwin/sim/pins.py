@@ -179,6 +179,21 @@ class Pin:
                 self._announce()
 
 
+class CalculatedPin(Pin):
+    """An output whose level follows from the motion: `read` returns it, and there is no event for each pulse."""
+
+    silent = True
+
+    def __init__(self, clock: Clock, name: str, read: Callable[[], bool]) -> None:
+        super().__init__(clock, name, output=True)
+        self._read = read
+
+    @property
+    def level(self) -> bool:
+        """The level at this moment, unless the terminal is driven or held."""
+        return super().level if self._holds or self.driven else self._read()
+
+
 class SensedPin(Pin):
     """An input with a sensor.  The sensor is read on demand, and changes are followed only while there are subscribers.
 

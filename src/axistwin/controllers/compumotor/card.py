@@ -20,7 +20,7 @@ from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Reg
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
-from axistwin.sim.pins import Pin, SensedPin
+from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
 from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.registers import RegisterPort
 
@@ -37,21 +37,6 @@ OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", 
 
 ENCODER_STEP_NS = 229
 """The width of the encoder's STEP OUT pulses."""
-
-
-class _Driven(Pin):
-    """An output whose level follows from what moves: there is no event for each pulse."""
-
-    silent = True
-
-    def __init__(self, clock: Clock, name: str, read: Callable[[], bool]) -> None:
-        super().__init__(clock, name, output=True)
-        self._read = read
-
-    @property
-    def level(self) -> bool:
-        """The level at this moment."""
-        return super().level if self._holds or self.driven else self._read()
 
 
 class Card:
@@ -81,7 +66,7 @@ class Card:
             axis.wire_index(channel_z)
             driven["encoder_step"] = lambda: self._board is not None and axis.encoder_counted(ENCODER_STEP_NS)
             driven["encoder_direction"] = self._encoder_direction
-        self.pins |= {name: _Driven(clock, name, read) for name, read in driven.items()}
+        self.pins |= {name: CalculatedPin(clock, name, read) for name, read in driven.items()}
         self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
         if options.test_switch:
             self.pins["test_switch"].watch(self._press)

@@ -22,27 +22,12 @@ from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Reg
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.pins import Pin, connect
+from axistwin.sim.pins import CalculatedPin, Pin, connect
 from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.serial import Uart
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
-
-
-class _Clock(Pin):
-    """A clock output.  Its level follows from the profile of the motion: there is no event for each pulse."""
-
-    silent = True
-
-    def __init__(self, clock: Clock, name: str, is_high: Callable[[], bool]) -> None:
-        super().__init__(clock, name, output=True)
-        self._is_high = is_high
-
-    @property
-    def level(self) -> bool:
-        """High for 5 µs from each pulse on."""
-        return super().level if self._holds or self.driven else self._is_high()
 
 
 class NoBattery:
@@ -81,7 +66,7 @@ class Card:
         self._interface: Interface | None = None
 
     def _clock_output(self, axis: str) -> Pin:
-        return _Clock(
+        return CalculatedPin(
             self.clock,
             f"{axis.lower()}_clock",
             lambda: self._interface is not None and self._interface.motion.clock_level(axis),

@@ -12,7 +12,7 @@ from axistwin.controllers.digiplan.step import RANGES, Parameters
 from axistwin.controllers.product import Store
 from axistwin.errors import UsageError
 from axistwin.sim.frames import UartFormat
-from axistwin.storage import one_line
+from axistwin.storage import excerpt
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Retained:
             retained = cls(frame=frame, parameters=parameters, lock=lock, **kept)
             retained.check()
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise UsageError(f"{store} is not the memory of an IF2 ({one_line(error)}): delete it") from None
+            raise UsageError(f"{store} is not the memory of an IF2 ({excerpt(error)}): delete it") from None
         return retained
 
     def check(self) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from axistwin.controllers.product import Store
 from axistwin.errors import UsageError
-from axistwin.storage import one_line
+from axistwin.storage import excerpt
 
 VERSION = 1
 MOST_EEPROM = 32768
@@ -46,7 +46,7 @@ class Nonvolatile:
         try:
             return cls._from(json.loads(contents))
         except (ValueError, TypeError, KeyError, RecursionError) as error:
-            raise UsageError(f"{store} is not the memory of a SmartMotor ({one_line(error)}): delete it") from None
+            raise UsageError(f"{store} is not the memory of a SmartMotor ({excerpt(error)}): delete it") from None
 
     @classmethod
     def _from(cls, kept: Any) -> "Nonvolatile":
