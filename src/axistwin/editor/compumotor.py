@@ -6,10 +6,10 @@ from functools import partial
 
 from axistwin.bench.codec import codec_of
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.compumotor.chapters.moves import Kind
 from axistwin.controllers.compumotor.checker.program import heard
 from axistwin.controllers.compumotor.checker.texts import SWITCHES, name_of
 from axistwin.controllers.compumotor.language import DontCare, Number, OneOf, Opcode, Ranges, Switch
+from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
 from axistwin.diagnostics.checking import read_acts, sessions

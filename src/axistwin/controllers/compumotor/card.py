@@ -5,7 +5,6 @@ from functools import lru_cache, partial
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
-from axistwin.controllers.compumotor.chapters.events import ALARMS
 from axistwin.controllers.compumotor.chapters.requests import move_bits
 from axistwin.controllers.compumotor.checker.program import check
 from axistwin.controllers.compumotor.checker.texts import Words
@@ -14,6 +13,7 @@ from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store

@@ -4,7 +4,7 @@ Chapters Programming: The Status Byte (C.2), Interrupts (D); Functional check; S
 appendix A, 88h.
 """
 
-from axistwin.controllers.compumotor.chapters.pulses import Phase
+from axistwin.controllers.compumotor.parts.pulses import Phase
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 MODES = {

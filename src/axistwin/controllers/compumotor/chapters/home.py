@@ -13,38 +13,18 @@ of the search in + or -.  Legs of a search, for the CW edge approached CW and fo
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING
 
 from simpy import Interrupt
 
-from axistwin.controllers.compumotor.chapters.moves import Move
-from axistwin.controllers.compumotor.chapters.profiles import Speed, continuous, preset, stopping
-from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
-from axistwin.controllers.compumotor.chapters.ranges import VelocityRange
+from axistwin.controllers.compumotor.parts.library import HomeDefinition, Move
+from axistwin.controllers.compumotor.parts.profiles import Speed, continuous, preset, stopping
+from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
+from axistwin.controllers.compumotor.parts.tracking import Use
+from axistwin.controllers.compumotor.state import State, ns
 from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.pins import Pin
-
-if TYPE_CHECKING:
-    from axistwin.controllers.compumotor.board import Board
-
-
-@dataclass(frozen=True)
-class HomeDefinition:
-    """Command 38h.  `edge`: on which side of the active region HOME is; `final`: the direction of the last approach."""
-
-    active_high: bool
-    edge: int
-    percent: int
-    final: int
-
-    def rate(self, move: Move, velocities: VelocityRange) -> Fraction:
-        """The velocity of the final approach in pulses/s, as the range can give it out, and never zero."""
-        unit = velocities.resolution
-        wish = move.velocity * velocities.unit * self.percent / 100
-        return max(unit, (2 * wish + unit) // (2 * unit) * unit)
 
 
 @dataclass(frozen=True)
@@ -86,10 +66,10 @@ class EdgeWatch:
 class Search:
     """One search for HOME."""
 
-    def __init__(self, board: "Board", definition: HomeDefinition, move: Move, speed: Speed, mark: Mark) -> None:
+    def __init__(self, board: State, definition: HomeDefinition, move: Move, speed: Speed, mark: Mark) -> None:
         self._board, self._final, self._speed, self._mark = board, definition.final, speed, mark
         slow = Segment(definition.rate(move, speed.range), None)
-        self._slow = Course(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
+        self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
         """All of it, beginning in this physical direction.  HOME is where it was unless the edge has been found."""
@@ -146,7 +126,7 @@ class Search:
             self._board.pulses.kill()
         return seen_at is not None
 
-    def _until_seen(self, course: Course, direction: int) -> Procedure:
+    def _until_seen(self, course: VelocityProfile, direction: int) -> Procedure:
         """Move until the edge is seen: the position there, or None if the motion has ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
@@ -169,7 +149,7 @@ class Search:
 # Commands
 
 
-def define_home(board: "Board", active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
+def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
     """Command 38h: which edge of which level of the home input is HOME, and how it is approached.
 
     `percent` of the default velocity.  For 3Ah the level is that of HOME ENABLE, and the edge means nothing.
@@ -177,7 +157,7 @@ def define_home(board: "Board", active_high: bool, ccw_edge: bool, percent: int,
     board.home_definition = HomeDefinition(active_high, -1 if ccw_edge else +1, percent, -1 if final_ccw else +1)
 
 
-def go_home(board: "Board", minus: bool) -> Procedure:
+def go_home(board: State, minus: bool) -> Procedure:
     """Command 39h: search for HOME at default velocity and acceleration, first in + or -.
 
     Ignored without 38h or 31h, while moving or shut down, and with the joystick enabled.
@@ -185,18 +165,18 @@ def go_home(board: "Board", minus: bool) -> Procedure:
     definition = board.home_definition
     if definition is not None:
         pin = board.pins["home"]
-        mark = Mark(pin, definition.active_high, definition.edge, board.home_ns, lambda: True)
+        mark = Mark(pin, definition.active_high, definition.edge, max(1, ns(board.options.home_ms)), lambda: True)
         yield from _go(board, minus, definition, mark)
 
 
-def go_encoder_home(board: "Board", minus: bool) -> Procedure:
+def go_encoder_home(board: State, minus: bool) -> Procedure:
     """Command 3Ah: search for the channel Z mark that comes while HOME ENABLE is active.
 
     HOME is the edge where the mark begins in the direction of the final approach.  Ignored as 39h, and while position
     is not maintained (18h).
     """
     definition = board.home_definition
-    if definition is not None and board.maintaining:
+    if definition is not None and board.loop.on:
         enable, z_active = board.pins["home"], not board.options.invert_z
         mark = Mark(
             board.pins["channel_z"], z_active, -definition.final, 1, lambda: enable.level is definition.active_high
@@ -204,7 +184,7 @@ def go_encoder_home(board: "Board", minus: bool) -> Procedure:
         yield from _go(board, minus, definition, mark)
 
 
-def _go(board: "Board", minus: bool, definition: HomeDefinition, mark: Mark) -> Procedure:
+def _go(board: State, minus: bool, definition: HomeDefinition, mark: Mark) -> Procedure:
     default = board.library.default
     speed = default.speed(board.start_stop)
     if speed is None or not speed.rate or board.occupied or board.shut_down:
@@ -213,11 +193,16 @@ def _go(board: "Board", minus: bool, definition: HomeDefinition, mark: Mark) -> 
     move = replace(default, target=int(minus))
     board.begin_move(move, speed, None)
     search = Search(board, definition, move, speed, mark)
-    board.loop.hold(True)
+    _use(board, Use.SEARCH)
     try:
         yield from search.perform(-1 if minus is board.pulses.cw_is_plus else +1)
     except Interrupt:
         board.pulses.hold()
         raise
     finally:
-        board.loop.hold(False)
+        _use(board, Use.OPEN_LOOP)
+
+
+def _use(board: State, use: Use) -> None:
+    board.loop.use = use
+    board.loop.give_way()

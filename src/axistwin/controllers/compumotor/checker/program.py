@@ -12,10 +12,10 @@ from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor import rules
-from axistwin.controllers.compumotor.chapters.moves import CLOSED_LOOP, Kind, Move
-from axistwin.controllers.compumotor.chapters.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.compumotor.checker.texts import name_of
 from axistwin.controllers.compumotor.language import LONGEST, Accept, DontCare, Opcode
+from axistwin.controllers.compumotor.parts.library import CLOSED_LOOP, Kind, Move
+from axistwin.controllers.compumotor.parts.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose, fixing, replaced
 from axistwin.units import MS, S
 

@@ -1,6 +1,6 @@
-"""The pulse generator: it gives out courses, knows how far they have come, and tells when their phases change.
+"""The pulse generator: it outputs velocity profiles, counts their pulses, and reports changes of their phases.
 
-Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h says which is which.
+Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h relates the two.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,7 +17,7 @@ from axistwin.units import S
 
 
 class Phase(Enum):
-    """What the velocity does."""
+    """The present change of velocity."""
 
     REST = "zero velocity"
     ACCELERATING = "accelerating"
@@ -28,15 +28,15 @@ class Phase(Enum):
 RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
 AT_REST = Profile(())
 MOST_SEGMENTS = 16
-"""Of one stroke, where one velocity follows the other without end."""
+"""The limit for one pulse train, where velocities follow one another without end."""
 
 
 @dataclass(frozen=True)
-class Course:
-    """What the pulse generator is to do: segments, phase by phase.
+class VelocityProfile:
+    """Segments, phase by phase.
 
-    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: it is what a move
-    asked for, so that its constant velocity is worth a message.
+    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: a move requested
+    the profile, so that its constant velocity causes a message.
     """
 
     phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
@@ -49,13 +49,13 @@ class Course:
         return (segment for _, segments in self.phases for segment in segments)
 
     @cached_property
-    def profile(self) -> Profile:
-        """The course from zero velocity."""
+    def from_rest(self) -> Profile:
+        """The pulses from zero velocity."""
         return Profile(self.segments)
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """When each phase begins, in ns from the course's start; a phase without duration is left out."""
+        """The start of each phase, in ns from the profile's start; a phase without duration is left out."""
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -71,7 +71,7 @@ class Course:
 
 
 class PulseGenerator:
-    """Gives pulses to the motor."""
+    """Outputs pulses to the motor."""
 
     def __init__(self, clock: Clock, axis: PulseAxis, direction: Pin) -> None:
         self.clock, self.axis, self._direction = clock, axis, direction
@@ -80,25 +80,24 @@ class PulseGenerator:
         self.sign = +1
         """The present or most recent direction of travel."""
         self.phase = Phase.REST
+        self.profile = VelocityProfile(())
+        """The present or most recent velocity profile."""
         self.on_phase: Callable[[Phase], None] = lambda phase: None
-        self._profile, self._start_ns, self._origin = AT_REST, 0, 0
+        self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin = 0
-        self._pulse_ns: int | None = None  # when the latest pulse from outside came, in this excursion
-        self._course = Course(())
+        self._pulse_ns: int | None = None  # the time of the latest pulse from outside in this excursion
         self._plan = 0
         self._changed: Event | None = None
 
-    # What is going on
-
     @property
     def moving(self) -> bool:
-        """Whether the velocity is not zero."""
+        """True while the velocity is not zero."""
         return self.phase is not Phase.REST
 
     @property
     def ending(self) -> bool:
         """True while the velocity decreases to zero."""
-        return self.phase is Phase.DECELERATING and self._course.timetable[-1][1] is Phase.REST
+        return self.phase is Phase.DECELERATING and self.profile.timetable[-1][1] is Phase.REST
 
     @property
     def physical(self) -> int:
@@ -107,8 +106,8 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Net pulses since the board was reset, + and - as they were at the time."""
-        return self._origin + self.sign * self._profile.pulses_by(self._elapsed_ns)
+        """Net pulses since the board was reset, with the + and - of their times."""
+        return self._origin + self.sign * self._output.pulses_by(self._elapsed_ns)
 
     @property
     def excursion(self) -> int:
@@ -117,124 +116,113 @@ class PulseGenerator:
 
     @property
     def rate(self) -> Fraction:
-        """Pulses per second."""
-        return self._profile.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
-
-    @property
-    def of_move(self) -> bool:
-        """Whether the present course is what a move asked for."""
-        return self._course.of_move
+        """The step rate in pulses per second."""
+        return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
-        """From now until so many more pulses (at least 1) are out; as things are now they must come."""
-        count = self._profile.pulses_by(self._elapsed_ns) + pulses
-        return self._profile.pulse_ns(count) + 1 - self._elapsed_ns
-
-    @property
-    def course(self) -> Course:
-        """The present or most recent course."""
-        return self._course
+        """Return the time until `pulses` more pulses (at least 1) are out at the present velocities."""
+        count = self._output.pulses_by(self._elapsed_ns) + pulses
+        return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
     @property
     def step_level(self) -> bool:
         """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
-        width_ns = int(S / (2 * self._course.clock))
-        return self._profile.pulses_by(self._elapsed_ns) > self._profile.pulses_by(self._elapsed_ns - width_ns)
+        width_ns = int(S / (2 * self.profile.clock))
+        return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
 
     @property
     def _elapsed_ns(self) -> int:
         return self.clock.now - self._start_ns
 
     def changed(self) -> Event:
-        """An event that happens when the phase changes next."""
+        """An event that happens at the next change of phase."""
         if self._changed is None:
             self._changed = self.clock.event()
         return self._changed
 
-    # What is to be done
-
-    def start(self, course: Course, sign: int, *, further: bool = False) -> None:
-        """From zero velocity; `further`: it counts as part of the excursion before."""
+    def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
+        """Start from zero velocity; `further`: as part of the previous excursion."""
         if not further:
             self._excursion_origin = self.position
         self.face(sign)
-        self._profile, self._start_ns = course.profile, self.clock.now
-        self.axis.start(self._profile, self.physical)
-        self._follow(course)
+        self._begin(profile.from_rest)
+        self._follow(profile)
 
-    def change(self, course: Course) -> None:
-        """The velocity takes another course from now on, in the same direction; not if the last pulse is out."""
-        if self._profile.over(self._elapsed_ns):
+    def change(self, profile: VelocityProfile) -> None:
+        """Change to another profile in the same direction; ignored after the last pulse."""
+        if self._output.over(self._elapsed_ns):
             return
-        self._profile = self._profile.cut(self._elapsed_ns, course.segments)
-        self.axis.replace(self._profile)
-        self._follow(course)
+        self._output = self._output.cut(self._elapsed_ns, profile.segments)
+        self.axis.replace(self._output)
+        self._follow(profile)
 
-    def run(self, course: Course, sign: int, *, further: bool = False) -> None:
-        """Another velocity at once, in any direction; in the same one the fraction of a pulse is kept.
+    def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
+        """Change to another velocity at once, in any direction; the same direction keeps the fraction of a pulse.
 
-        `further`: it counts as part of the excursion before.
+        `further`: as part of the previous excursion.
         """
         if sign != self.sign:
             self.kill()
         if not self.moving:
-            self.start(course, sign, further=further)
-        elif len(self._profile.segments) < MOST_SEGMENTS:
-            self.change(course)
+            self.start(profile, sign, further=further)
+        elif len(self._output.segments) < MOST_SEGMENTS:
+            self.change(profile)
         else:
-            fraction, rate = self._profile.fraction_at(self._elapsed_ns), self.rate
-            self._profile = self._profile.cut(self._elapsed_ns)
+            fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
+            self._output = self._output.cut(self._elapsed_ns)
             self._origin = self.position
-            self._profile, self._start_ns = Profile(course.segments, fraction, rate), self.clock.now
-            self.axis.start(self._profile, self.physical)
-            self._follow(course)
+            self._begin(Profile(profile.segments, fraction, rate))
+            self._follow(profile)
 
     def hold(self) -> None:
-        """The velocity of this instant is kept."""
+        """Keep the velocity of this instant."""
         if self.moving:
-            on = (Segment(self.rate, None),)
-            self.change(Course(((Phase.CONSTANT, on),), self._course.clock, of_move=False))
+            constant = (Segment(self.rate, None),)
+            self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.profile.clock, of_move=False))
 
     def kill(self) -> None:
-        """No more pulses, at once."""
+        """End the pulses at once."""
         if self.moving:
-            self._profile = self._profile.cut(self._elapsed_ns)
+            self._output = self._output.cut(self._elapsed_ns)
             self.axis.halt()
             self._plan += 1
             self._enter(Phase.REST)
 
     def face(self, sign: int) -> None:
-        """The direction of what comes now: the level of DIRECTION, high for CW."""
-        self._origin, self._profile = self.position, AT_REST
+        """Set the direction of the next pulses: the level of DIRECTION, high for CW."""
+        self._origin, self._output = self.position, AT_REST
         self.sign = sign
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """A single pulse from outside (the joystick), in the direction of `sign`, in the next nanosecond.
+        """Output a single pulse from outside (the joystick), in the direction of `sign`, in the next nanosecond.
 
-        It is as fast as it is far from the one before.
+        Its rate follows from the time since the previous pulse.
         """
         self._origin = self.position
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
-        self._profile, self._start_ns = one_pulse(since_ns), self.clock.now
         self._pulse_ns = self.clock.now
-        self.axis.start(self._profile, self.physical)
+        self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """A new excursion begins here."""
+        """Begin a new excursion."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 
-    def _follow(self, course: Course) -> None:
+    def _begin(self, output: Profile) -> None:
+        self._output, self._start_ns = output, self.clock.now
+        self.axis.start(output, self.physical)
+
+    def _follow(self, profile: VelocityProfile) -> None:
         self._plan += 1
-        self._course = course
+        self.profile = profile
         plan = self._plan
-        for at_ns, phase in course.timetable:
+        for at_ns, phase in profile.timetable:
             if at_ns == 0:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # somebody has changed the course on hearing of it
+            if plan != self._plan:  # a callback has changed the profile
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:
@@ -251,7 +239,7 @@ class PulseGenerator:
 
 @lru_cache(maxsize=64)
 def one_pulse(since_ns: int | None) -> Profile:
-    """A pulse in the next nanosecond, so long after the one before, and nothing more until the next is due."""
+    """Return one pulse in the next nanosecond, `since_ns` after the previous one, and none until the next is due."""
     if not since_ns:
         return Profile((Segment(Fraction(S), Fraction(1, S)),))
     rate = Fraction(S, since_ns)
