@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS
 
-from .driving import relative, sequence
-from .talking import CONTROL, DATA, ENABLE, INPUT_READY, MESSAGE, TAKEN, ask, message, messages, ready, tell, write
+from .programs import relative, sequence
+from .talking import CONTROL, DATA, ENABLE, INPUT_READY, MESSAGE, TAKEN, ask, message, messages, ready, send, write
 
 
 def test_writing_in_three_steps(bench, board):
@@ -39,9 +39,8 @@ def test_reading_in_six_steps(bench, board):
 
 def test_a_message_that_waits_comes_when_the_first_is_taken(bench, board):
     """B.2: "If the Motor Controller has been waiting to send additional messages ... it will do so then"."""
-    tell(bench, board, 0x01, 0x11)
-    tell(bench, board, 0x01, 0x22)
-    bench.run(0.1)
+    send(bench, board, 0x01, 0x11)
+    send(bench, board, 0x01, 0x22, seconds=0.1)
     assert board.bus.read(DATA) == 0x01  # of sixteen bytes only two are read
     assert board.bus.read(DATA) == 0x11
     board.bus.write(CONTROL, TAKEN)
@@ -76,9 +75,9 @@ def test_bit_six_of_the_status_is_the_inverse_of_the_one_written(bench, board, v
 @pytest.mark.parametrize("how", ["bit five", "bus", "power"])
 def test_the_three_resets_are_equivalent(bench, board, how):
     """C.1: "equivalent to cycling power to the board or activating the Multibus reset line"."""
-    tell(bench, board, *relative(3, 1000, 1000, 100))
-    tell(bench, board, 0x08, 5)
-    tell(bench, board, 0x0D, 0)
+    send(bench, board, *relative(3, 1000, 1000, 100))
+    send(bench, board, 0x08, 5)
+    send(bench, board, 0x0D, 0)
     sequence(bench, board, 2, (0x40, 3))
     if how == "bit five":
         board.bus.write(CONTROL, 0x20)
@@ -91,9 +90,8 @@ def test_the_three_resets_are_equivalent(bench, board, how):
     bench.run(0.6)
     assert board.bus.read(CONTROL) == 0x50
     assert ask(bench, board, 0x97)[1] == 6
-    tell(bench, board, 0x40, 3)
-    tell(bench, board, 0x41, 2)
-    bench.run(0.5)
+    send(bench, board, 0x40, 3)
+    send(bench, board, 0x41, 2, seconds=0.5)
     assert board.axes["motor"].pulses == 0
 
 
@@ -141,20 +139,18 @@ def test_the_input_buffer_is_ready_again_in_about_a_millisecond(bench, board):
 
 def test_both_strings_accomplish_the_same(bench, board):
     """F: "perform move number 5" as `40 05` and as `40 05` with zeros to the end."""
-    tell(bench, board, *relative(5, 10_000, 100_000, 1_000))
+    send(bench, board, *relative(5, 10_000, 100_000, 1_000))
     for string in ((0x40, 5), (0x40, 5, *(0,) * 14)):
         before = board.axes["motor"].position
-        tell(bench, board, *string)
-        bench.run(1)
+        send(bench, board, *string, seconds=1)
         assert board.axes["motor"].position - before == 1_000
 
 
 @pytest.mark.parametrize("string", [(0x40, 5, 0, 7), (0x40,), (0x40, 5, *(0,) * 13, 1)])
 def test_missing_or_surplus_bytes_are_no_command(bench, board, string):
     """F: "Using any other character will cause the command to be ignored"; B: "missing parameter bytes"."""
-    tell(bench, board, *relative(5, 10_000, 100_000, 1_000))
-    tell(bench, board, *string)
-    bench.run(1)
+    send(bench, board, *relative(5, 10_000, 100_000, 1_000))
+    send(bench, board, *string, seconds=1)
     assert board.axes["motor"].pulses == 0
     assert messages(bench, board) == []
 
@@ -166,23 +162,22 @@ def test_a_command_without_its_attribute_stays_out_of_the_sequence(bench, board)
     """
     alien = [(0x30,), (0x41, 1), (0x48,), (0x70,), (0x71,), (0x78,), (0x80,), (0xD6, 0, 0, 0, 1)]
     sequence(bench, board, 1, *alien, (0x09, 1), *alien)
-    tell(bench, board, 0x92, 1)
+    send(bench, board, 0x92, 1)
     assert messages(bench, board) == ["92 09 01", "92 00"]
 
 
 def test_a_singular_command_is_not_for_the_host_while_a_sequence_is_performed(bench, board):
     """E.2: "a SINGULAR command cannot be performed outside of a sequence buffer during sequence buffer execution"."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 500))
+    send(bench, board, *relative(1, 10_000, 100_000, 500))
     sequence(bench, board, 1, (0x28, 0), (0x09, 0))
-    tell(bench, board, 0x41, 1)
-    tell(bench, board, 0x40, 1)
-    tell(bench, board, 0x0C, 1)  # concurrent with a sequence
+    send(bench, board, 0x41, 1)
+    send(bench, board, 0x40, 1)
+    send(bench, board, 0x0C, 1)  # concurrent with a sequence
     bench.run(0.5)
     assert board.axes["motor"].pulses == 0
     assert not board.pins["output1"].level
-    tell(bench, board, 0x48)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.5)
+    send(bench, board, 0x48)
+    send(bench, board, 0x40, 1, seconds=0.5)
     assert board.axes["motor"].pulses == 500
 
 
