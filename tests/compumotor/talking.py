@@ -1,5 +1,7 @@
 """A host of an 1810 or 1811: the handshakes of the manual, at full speed."""
 
+from collections.abc import Sequence
+
 from axistwin import Bench
 from axistwin.bench import Controller
 
@@ -33,6 +35,14 @@ def send(bench: Bench, board: Controller, *what: int, seconds: float = 0) -> Non
     assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
     write(board, *what)
     assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
+    if seconds:
+        bench.run(seconds)
+
+
+def send_all(bench: Bench, board: Controller, *commands: Sequence[int], seconds: float = 0) -> None:
+    """Send several commands, then run for `seconds`."""
+    for command in commands:
+        send(bench, board, *command)
     if seconds:
         bench.run(seconds)
 

@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import US
 
 from .programs import ALL, AT_ONCE, RATIO, number, start, tracked
-from .talking import RESET, ask, complete, default, i32, message, messages, position, ready, send, until_idle
+from .talking import RESET, ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
 
 
 @pytest.fixture
@@ -149,9 +149,7 @@ def test_defined_closed_loop_moves_need_the_ratio_only(bench, opcode, ends):
 @pytest.mark.parametrize("opcode", [0x35, 0x36])
 def test_no_closed_loop_move_is_longer_than_7fffffff_motor_pulses(bench, board, opcode, counts, begins):
     """65,535 to 1: 32,768 are 2,147,450,880 pulses; one more, and there are 2,147,516,415 > 2,147,483,647."""
-    send(bench, board, 0xB0, 0xFF, 0xFF, 0, 1)
-    send(bench, board, 0xA1, 1)
-    send(bench, board, opcode, *i32(counts))
+    send_all(bench, board, (0xB0, 0xFF, 0xFF, 0, 1), (0xA1, 1), (opcode, *i32(counts)))
     assert messages(bench, board) == (["a1 00"] if begins else [])
 
 
@@ -186,16 +184,14 @@ def test_resume_with_nothing_commanded_is_ignored(bench, board):
 def test_resume_goes_to_the_same_place_after_absolute_zero_has_been_redefined(bench, board):
     start(bench, board, 0x36, *i32(800))
     bench.run(0.3)
-    send(bench, board, 0x78)
-    send(bench, board, 0x30)
+    send_all(bench, board, (0x78,), (0x30,))
     assert (number(bench, board, 0x9A), position(bench, board)) == (0, 0)
     complete(bench, board, 0x37)
     assert board.axes["motor"].encoder.count == 800
 
 
 def test_2f_defines_the_closed_loop_position_only_and_there_is_no_error_then(bench, board):
-    send(bench, board, 0x18, 1)
-    send(bench, board, 0x2F, *i32(-1_000_000))
+    send_all(bench, board, (0x18, 1), (0x2F, *i32(-1_000_000)))
     assert (number(bench, board, 0x9A), position(bench, board), number(bench, board, 0x99)) == (-1_000_000, 0, 0)
     complete(bench, board, 0x36, *i32(-999_900))
     assert (board.axes["motor"].position, number(bench, board, 0x9A)) == (625, -999_900)

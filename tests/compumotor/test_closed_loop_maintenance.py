@@ -12,7 +12,7 @@ from axistwin.bench import Controller
 from axistwin.units import MS
 
 from .programs import AT_ONCE, number, start, tracked
-from .talking import complete, default, i32, messages, position, send
+from .talking import complete, default, i32, messages, position, send, send_all
 
 USER_BIT = 0x01
 
@@ -178,8 +178,7 @@ def test_a_closed_loop_move_may_begin_in_a_correction(bench, board):
     push(board, -1000)
     bench.run(0.1)
     assert board.axes["motor"].velocity > 0
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0x35, *i32(100), seconds=0.02)
+    send_all(bench, board, (0xA1, 1), (0x35, *i32(100)), seconds=0.02)
     assert messages(bench, board) == ["a1 00"]
     bench.run(40)
     assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 100)
@@ -297,8 +296,7 @@ def test_the_deadband_is_left_by_a_move_and_reached_by_its_end(bench):
     That is pulse 969 at 193.8 ms, seen at 194 ms.
     """
     board = tracked(bench)
-    send(bench, board, 0xB5, 0, 0, 0, 5)
-    send(bench, board, 0x0F, 0, 0x80, 0xFF)
+    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF))
     start(bench, board, 0x35, *i32(160))
     began = bench.now
     assert bench.run_until(lambda: not board.bus.read(1) & USER_BIT, 1)
@@ -315,8 +313,7 @@ def test_maintenance_goes_on_to_no_error_at_all_whatever_the_deadband(bench, boa
 
 def test_an_1810_has_no_deadband(bench):
     board = tracked(bench, "1810")
-    send(bench, board, 0xB5, 0, 0, 0, 5)
-    send(bench, board, 0x0F, 0, 0x80, 0xFF, seconds=0.1)
+    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF), seconds=0.1)
     assert not board.bus.read(1) & USER_BIT
 
 
@@ -329,8 +326,7 @@ def test_whatever_happens_the_encoder_comes_to_the_sum_of_what_was_commanded(doi
     bench = Bench()
     board = tracked(bench, backlash=backlash)
     default(bench, board, 20_000, 100_000)
-    send(bench, board, 0xB3, 1, 100, 0x00, *i32(50_000))
-    send(bench, board, 0x18, 1)
+    send_all(bench, board, (0xB3, 1, 100, 0x00, *i32(50_000)), (0x18, 1))
     desired = 0
     for doing, counts in doings:
         if doing == "push":

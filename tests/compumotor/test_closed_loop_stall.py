@@ -8,7 +8,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import ALL, number, start, tracked
-from .talking import complete, i32, messages, position, send, until_idle
+from .talking import complete, i32, messages, position, send, send_all, until_idle
 
 
 @pytest.fixture
@@ -29,8 +29,7 @@ def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
 
 
 def test_the_backlash_comes_on_top(bench, board):
-    send(bench, board, 0xB2, *i32(250))
-    send(bench, board, 0x19, 1)
+    send_all(bench, board, (0xB2, *i32(250)), (0x19, 1))
     board.axes["motor"].jam()
     complete(bench, board, 0x33, *i32(25_000))
     assert position(bench, board) == 750
@@ -116,8 +115,7 @@ def test_too_fast_for_the_motor(bench):
 
 def test_each_move_is_watched_from_its_own_beginning(bench, board):
     """A slip of before stands in 9Bh until 30h, and stops no move."""
-    send(bench, board, 0x19, 1)
-    send(bench, board, 0xA7, 1)
+    send_all(bench, board, (0x19, 1), (0xA7, 1))
     board.axes["motor"].jam()
     complete(bench, board, 0x33, *i32(1_000))
     board.axes["motor"].jam(False)

@@ -19,7 +19,7 @@ from .programs import (
     velocities,
     words,
 )
-from .talking import ask, complete, default, i32, message, messages, position, ready, send, write
+from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, write
 
 STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz: 17,066.67 pulses/s
 
@@ -39,8 +39,7 @@ def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
     bench, board, velocity, acceleration, command
 ):
     """32h: "If the default move has not been defined no move will be performed"; acceleration 0 leads nowhere."""
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0x38, 1, 0, 50, 0)
+    send_all(bench, board, (0xA1, 1), (0x38, 1, 0, 50, 0))
     default(bench, board, velocity, acceleration)
     send(bench, board, *command, seconds=1)
     assert messages(bench, board) == []
@@ -152,10 +151,7 @@ def test_trigger_commands_with_lost_lists_stand_in_sequences_and_beside_them(ben
     send(bench, board, 0x41, 1, seconds=0.05)
     rising(bench, board, 6)
     assert messages(bench, board) == [f"{opcode:02x} 06"]
-    send(bench, board, 0x79)
-    send(bench, board, opcode, 6, 0, 0)
-    send(bench, board, 0x41, 1)
-    send(bench, board, opcode, 6, 0, 0)
+    send_all(bench, board, (0x79,), (opcode, 6, 0, 0), (0x41, 1), (opcode, 6, 0, 0))
 
 
 @pytest.mark.parametrize("high", [True, False])
@@ -309,23 +305,19 @@ def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
 def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, ratio, target, begins):
     """D4h, D5h: the distance "must be less than or equal to 7FFFFFFFh divided by the ... ratio", from 0 here."""
     board = tracked(bench)
-    send(bench, board, 0xB0, *words(*ratio))
-    send(bench, board, opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(target))
+    send_all(bench, board, (0xB0, *words(*ratio)), (opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(target)))
     assert ask(bench, board, 0x91, 7)[12:16] == bytes(i32(target))
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0x40, 7)
+    send_all(bench, board, (0xA1, 1), (0x40, 7))
     assert messages(bench, board) == (["a1 00"] if begins else [])
 
 
 def test_d5h_is_measured_from_where_the_encoder_is(bench):
     """From -1 to 7FFFFFFFh it is 80000000h."""
     board = tracked(bench)
-    send(bench, board, 0xB0, *words(1, 1))
-    send(bench, board, 0xA1, 1)
+    send_all(bench, board, (0xB0, *words(1, 1)), (0xA1, 1))
     send(bench, board, 0xD5, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(0x7FFF_FFFF))
     for here in (-1, 0):
-        send(bench, board, 0x2F, *i32(here))
-        send(bench, board, 0x40, 7)
+        send_all(bench, board, (0x2F, *i32(here)), (0x40, 7))
         assert messages(bench, board) == ([] if here else ["a1 00"])
 
 
@@ -392,9 +384,7 @@ def test_a_jammed_motor_in_a_correction_is_pushed_until_it_is_free(bench, end_on
     """
     board = tracked(bench)
     motor = board.axes["motor"]
-    send(bench, board, 0x18, 1)
-    send(bench, board, 0x19, end_on_stall)
-    send(bench, board, 0xA7, 1)
+    send_all(bench, board, (0x18, 1), (0x19, end_on_stall), (0xA7, 1))
     motor.jam(True)
     motor.encoder.displace(100)
     bench.run(10)
@@ -443,8 +433,7 @@ def test_an_1810_may_perform_them_with_an_encoder_that_stays_at_0(bench):
         complete(bench, board, *command)
     assert board.axes["motor"].position == 3 * 625
     assert number(bench, board, 0x9A) == 0
-    send(bench, board, 0x0F, 3, 0x80, 1)
-    send(bench, board, 0xB5, *i32(1_000))
+    send_all(bench, board, (0x0F, 3, 0x80, 1), (0xB5, *i32(1_000)))
     assert not board.pins["output1"].level
 
 

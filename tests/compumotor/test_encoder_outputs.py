@@ -6,7 +6,7 @@ from axistwin.bench.events import terminals
 from axistwin.errors import UsageError
 from axistwin.plant.switches import PositionSwitch, in_series
 
-from .talking import ask, complete, default, i32, position, ready, send, until_idle
+from .talking import ask, complete, default, i32, position, ready, send, send_all, until_idle
 
 ENCODER = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}  # 0.16 counts a pulse
 AT_ONCE = 0x7FFF_FFFF
@@ -97,10 +97,7 @@ def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, fina
     board = ready(bench, motor={"encoder": ENCODER, "limits": (-1_000, 40_000)})
     in_series([PositionSwitch(board.axes["motor"], 24_000, 26_000)], board.pins["home_enable"])
     default(bench, board, 1_000, AT_ONCE)
-    send(bench, board, 0x18, 1)
-    send(bench, board, 0x38, 1, 0, 50, final_ccw)
-    send(bench, board, 0x0F, 3, 2, 1)
-    send(bench, board, 0x3A, minus)
+    send_all(bench, board, (0x18, 1), (0x38, 1, 0, 50, final_ccw), (0x0F, 3, 2, 1), (0x3A, minus))
     assert bench.run_until(lambda: not board.pins["output1"].level, 100)
     assert board.axes["motor"].position == found
     assert position(bench, board, 0x82) == 0

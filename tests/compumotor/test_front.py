@@ -7,7 +7,7 @@ from axistwin.units import US
 
 from ..fronts import lamps, shown
 from .programs import cruise
-from .talking import CONTROL, ENABLE, ready, send, write
+from .talking import CONTROL, ENABLE, ready, send, status_word, write
 
 STATUS, BOARD, MOVE, OUTPUTS = "Status byte", "Board", "Move status 88h", "Outputs"
 INPUTS, JOYSTICK, LINES, ENCODER = "Limits and triggers", "Joystick", "Interrupt lines", "Encoder"
@@ -151,7 +151,7 @@ def test_the_status_byte_from_bit_7_to_bit_0_is_what_the_host_reads(bench, board
     for situation in (command(0x08, 5), interrupted):
         situation(bench, board)
         byte = "".join(str(int(shown(board, STATUS, f"{bit}"))) for bit in range(7, -1, -1))
-        assert int(byte, 2) == board.bus.read(CONTROL)
+        assert int(byte, 2) == status_word(bench, board)
 
 
 @pytest.mark.parametrize(

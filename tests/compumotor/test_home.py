@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.plant.switches import PositionSwitch, in_series
 
-from .talking import ask, default, i32, messages, position, ready, send
+from .talking import ask, default, i32, messages, position, ready, send, send_all
 
 CW, CCW = +1, -1
 WIDTH = 400  # half of the active region, in pulses
@@ -109,10 +109,7 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
     board.pins["home"].drive(False)
     default(bench, board, 10_000, 200_000)
     define(bench, board, CW, CW)
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0xA5, 1)
-    send(bench, board, 0xA9, 1)
-    send(bench, board, 0xAB, 1)
+    send_all(bench, board, (0xA1, 1), (0xA5, 1), (0xA9, 1), (0xAB, 1))
     search(bench, board, minus=0)
     axis = board.axes["motor"]
     assert [stroke.direction for stroke in list(axis.train.strokes)[1:]] == [CW, CCW]
@@ -164,8 +161,7 @@ def test_in_a_streaming_mode_and_in_a_sequence(bench):
     send(bench, board, 0x50)
     for command in ((0xD9, 1), (0x38, 1, 1, 5, 0), (0x39, 1), (0x33, *i32(100)), (0xD8,)):
         send(bench, board, *command)
-    send(bench, board, 0x0F, 3, 3, 1)
-    send(bench, board, 0x41, 1)
+    send_all(bench, board, (0x0F, 3, 3, 1), (0x41, 1))
     done(bench, board)
     assert board.axes["motor"].position == centre - WIDTH + 1 + 100
     assert position(bench, board, 0x82) == 100
@@ -175,8 +171,7 @@ def test_in_a_streaming_mode_and_in_a_sequence(bench):
 def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
     board, _ = machine(bench, 3_000)
     define(bench, board, CW, CW)
-    send(bench, board, 0x0F, 3, 2, 1)
-    send(bench, board, 0x39, 1, seconds=0.15)
+    send_all(bench, board, (0x0F, 3, 2, 1), (0x39, 1), seconds=0.15)
     send(bench, board, opcode, seconds=0.1)
     assert board.axes["motor"].velocity == velocity
     assert not board.pins["output1"].level
@@ -189,8 +184,7 @@ def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
 def test_a_kill_in_a_later_leg_ends_the_search_too(bench, delay_s):
     board, _ = machine(bench, 3_000)
     define(bench, board, CW, CW)
-    send(bench, board, 0x0F, 3, 2, 1)
-    send(bench, board, 0x39, 1, seconds=delay_s)
+    send_all(bench, board, (0x0F, 3, 2, 1), (0x39, 1), seconds=delay_s)
     send(bench, board, 0x78, seconds=0.1)
     assert board.axes["motor"].velocity == 0
     assert not board.pins["output1"].level
@@ -246,8 +240,7 @@ def test_the_mark_of_channel_z_while_home_enable_is_active(bench, z_high, invert
 def test_not_unless_position_is_maintained(bench):
     board = encoder_machine(bench)
     define(bench, board, CW, CW)
-    send(bench, board, 0x18, 0)
-    send(bench, board, 0x3A, 0, seconds=1)
+    send_all(bench, board, (0x18, 0), (0x3A, 0), seconds=1)
     assert board.axes["motor"].position == 0
 
 
@@ -255,6 +248,5 @@ def test_an_1810_has_no_encoder_home(bench):
     board = ready(bench, "1810")
     default(bench, board, 10_000, 200_000)
     define(bench, board, CW, CW)
-    send(bench, board, 0x18, 1)
-    send(bench, board, 0x3A, 0, seconds=1)
+    send_all(bench, board, (0x18, 1), (0x3A, 0), seconds=1)
     assert board.axes["motor"].position == 0

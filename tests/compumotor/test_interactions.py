@@ -3,7 +3,21 @@
 import pytest
 
 from .programs import continuous, cruise, distances, enter, listing, sequence, velocities
-from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, ready, send, until_idle, write
+from .talking import (
+    FAIL,
+    ask,
+    complete,
+    default,
+    i32,
+    messages,
+    position,
+    ready,
+    send,
+    send_all,
+    status_word,
+    until_idle,
+    write,
+)
 
 # Limits
 
@@ -28,7 +42,7 @@ def test_the_test_function_needs_limits_that_are_connected_or_bypassed(bench, bo
     send(bench, board, 0xFF)
     bench.run(5.1)  # one revolution instead of two
     assert board.axes["motor"].position == turned
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
 
 
 def test_the_test_function_at_both_limits_fails_at_once(bench, board):
@@ -36,15 +50,14 @@ def test_the_test_function_at_both_limits_fails_at_once(bench, board):
         board.pins[limit].drive(True)
     send(bench, board, 0xFF, seconds=0.01)
     assert board.axes["motor"].position == 0
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
 
 
 @pytest.mark.parametrize(("minus", "limit"), [(0, "cw_limit"), (1, "ccw_limit")])
 def test_a_limit_during_a_reversal_is_the_end_of_it(bench, board, minus, limit):
     """78h: "equivalent to hitting a limit switch"; a move killed on its way to the other direction is over."""
     cruise(bench, board, minus=minus)
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0x32, 1 - minus)
+    send_all(bench, board, (0xA1, 1), (0x32, 1 - minus))
     bench.run(0.05)  # half of the ramp down
     board.pins[limit].drive(True)
     bench.run(0.000_2)
@@ -71,9 +84,7 @@ def test_no_search_goes_on_while_shut_down(bench):
     """12h: "after remote power shutdown is turned on no moves may be performed", the legs of a search neither."""
     board = ready(bench, motor={"home": (2000, 6000)})
     default(bench, board, 5000, 20_000)
-    send(bench, board, 0x13, 1)
-    send(bench, board, 0x38, 1, 1, 20, 0)
-    send(bench, board, 0x39, 0, seconds=0.3)
+    send_all(bench, board, (0x13, 1), (0x38, 1, 1, 20, 0), (0x39, 0), seconds=0.3)
     board.pins["shutdown_in"].drive(False)
     assert bench.run_until(lambda: board.pins["shutdown"].level, 2)  # as soon as the motor rests
     stands = board.axes["motor"].position
@@ -111,8 +122,7 @@ def test_a_move_that_is_being_calculated_is_not_begun_when_the_motor_is_shut_dow
 def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, limit):
     """12h: lowest priority; 13h: "no effect" of 12h while it is enabled, whatever the input's level."""
     board.pins["shutdown_in"].drive(limit)
-    send(bench, board, 0x13, 1)
-    send(bench, board, 0x12, int(limit))
+    send_all(bench, board, (0x13, 1), (0x12, int(limit)))
     assert board.pins["shutdown"].level is not limit
     send(bench, board, 0x13, 0)
     assert not board.pins["shutdown"].level  # 12h was ignored
@@ -132,7 +142,7 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
         board.pins["trigger1"].drive(False)
         send(bench, board, 0x74, 1, 1, 0)
     send(bench, board, 0x39, 0)
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & 1, 5)
+    assert bench.run_until(lambda: status_word(bench, board) & 1, 5)
     if opcode == 0x74:
         board.pins["trigger1"].drive(True)
     else:
@@ -184,7 +194,7 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
     send(bench, board, 0x32, minus)
     assert bench.run_until(lambda: ask(bench, board, 0x8D)[1] == 0, 1)  # the ramp has begun
     bench.run(seconds - 0.005)
-    assert board.bus.read(CONTROL) & 1
+    assert status_word(bench, board) & 1
     if opcode == 0x77:
         board.pins["trigger1"].drive(True)
     else:
@@ -192,7 +202,7 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
     bench.run(0.001_5)
     kept = board.axes["motor"].velocity
     assert kept == pytest.approx(held, abs=700)
-    assert not board.bus.read(CONTROL) & 1
+    assert not status_word(bench, board) & 1
     bench.run(1)
     assert board.axes["motor"].velocity == kept
 
@@ -291,8 +301,7 @@ def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench):
     board = ready(bench, message_queue=2)
     default(bench, board, 5000, 100_000)
     sequence(bench, board, 1, *[(0x01, 1)] * 5)
-    send(bench, board, 0x92, 1)
-    send(bench, board, 0x33, *i32(100), seconds=1)
+    send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
     assert board.axes["motor"].position == 0
     send(bench, board, 0x73)
     assert messages(bench, board) == ["92 01 01"] * 3  # one in the ODB, two in the queue
@@ -303,8 +312,7 @@ def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench):
 def test_a_short_listing_is_over_at_once(bench, board):
     default(bench, board, 5000, 100_000)
     sequence(bench, board, 1, *[(0x01, 1)] * 5)
-    send(bench, board, 0x92, 1)
-    send(bench, board, 0x33, *i32(100), seconds=1)
+    send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
     assert board.axes["motor"].position == 100
 
 
@@ -341,11 +349,10 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
 @pytest.mark.parametrize("bits", [0, 5])
 def test_a_listing_leaves_the_user_bits_alone(bench, board, bits):
     """08h to 0Ah set the user bits, nothing else does; 92h only makes waiting messages "be lost"."""
-    send(bench, board, 0x08, bits)
-    send(bench, board, 0x01, 1)
+    send_all(bench, board, (0x08, bits), (0x01, 1))
     bench.run(0.01)  # the message is in the ODB
     assert listing(bench, board, 1) == ["92 00"]
-    assert board.bus.read(CONTROL) & 7 == bits
+    assert status_word(bench, board) & 7 == bits
 
 
 def test_a_loop_over_more_commands_than_follow_repeats_those_that_follow(bench, board):
@@ -363,5 +370,5 @@ def test_a_marker_of_another_mode_does_not_hide_the_end_of_distances(bench, boar
     enter(bench, board, 0x53, 1, 4, rate=100)
     distances(bench, board, 100, -0x8000, -0x7FFF)
     send(bench, board, 0x42, seconds=0.5)
-    assert board.bus.read(CONTROL) & 7 == 0
+    assert status_word(bench, board) & 7 == 0
     assert board.axes["motor"].position == 100 - 0x8000

@@ -6,7 +6,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS
 
-from .talking import default, i32, send
+from .talking import default, i32, send, send_all
 
 NO_TIME = 0x7FFF_FFFF
 
@@ -86,9 +86,7 @@ def test_only_what_has_a_definition_is_there(bench, board):
 def test_what_is_being_defined_is_marked(bench, board):
     """D9h to D8h: what was in the buffer is gone, what may not stand there is not stored."""
     define(bench, board, 4, (0x0B, 1))
-    send(bench, board, 0xD9, 4)
-    send(bench, board, 0x0C, 2)
-    send(bench, board, 0x70)
+    send_all(bench, board, (0xD9, 4), (0x0C, 2), (0x70,))
     listing = board.programs["sequence 4"]
     assert (listing.title, listing.lines) == ("sequence 4, being defined", ("0C 02 ; clear output: output 2",))
     send(bench, board, 0xD8)
@@ -106,8 +104,7 @@ def test_a_command_for_which_there_was_no_room_is_not_there(bench):
 def test_a_streaming_mode_has_no_sequences_and_its_buffer_is_no_program(bench, board):
     """51h "destroys" the sequences; no command tells what is in the streaming buffer."""
     define(bench, board, 1, (0x0B, 1))
-    send(bench, board, 0x51, 1, 1, 0, 0, 0, 0)
-    send(bench, board, 0xE0, *(0x10, 0, 0, 10) * 3)
+    send_all(bench, board, (0x51, 1, 1, 0, 0, 0, 0), (0xE0, *(0x10, 0, 0, 10) * 3))
     assert board.programs == {}
 
 

@@ -7,7 +7,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import about, continuous, cruise, listing, relative, sequence, steps
-from .talking import ask, complete, default, i32, messages, position, send, until_idle
+from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
 """G.1: move 12h, ranges 00, 262,144 pulses/second; the acceleration and the distance are lost in print."""
@@ -16,8 +16,7 @@ EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
 def test_the_move_of_the_example(bench, board):
     """G.1: `00 04 00 00` is 262,144 pulses/second.  With 2,621,440 pps² and 50,000 pulses: 0.1 s each way, 13,107
     pulses; the rest, 23,786, in 0.0907 s: 0.2907 s in all."""
-    send(bench, board, *EXAMPLE, *i32(2_621_440), *i32(50_000))
-    send(bench, board, 0x40, 0x12)
+    send_all(bench, board, (*EXAMPLE, *i32(2_621_440), *i32(50_000)), (0x40, 0x12))
     assert bench.run_until(lambda: ask(bench, board, 0x8D)[1] == 0xFF, 1)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0, 0, 4, 0, 0])
     assert board.axes["motor"].velocity == pytest.approx(262_144, rel=1e-4)  # "+/- 0.01% of set rate"
@@ -53,8 +52,7 @@ def test_moves_are_still_there_after_streaming_mode(bench, board):
     assert ask(bench, board, 0x90)[:8] == bytes([0x90, 0x51, 1, 4, 0, 0, 0, 0])
     send(bench, board, 0x40, 9, seconds=0.5)
     assert board.axes["motor"].pulses == 0, "inaccessible in that mode"
-    send(bench, board, 0x50)
-    send(bench, board, 0x41, 1, seconds=0.5)
+    send_all(bench, board, (0x50,), (0x41, 1), seconds=0.5)
     assert board.axes["motor"].pulses == 0, "the sequence is lost"
     complete(bench, board, 0x40, 9)
     assert board.axes["motor"].position == 700
@@ -65,10 +63,8 @@ def test_the_sequence_of_the_example(bench, board):
 
     Positions: 1,000 + 500, then 100 more before each report: 1,600 to 3,000.
     """
-    send(bench, board, *relative(0x12, 10_000, 100_000, 1_000))
-    send(bench, board, *relative(0x05, 10_000, 100_000, 500))
-    send(bench, board, *relative(0x08, 10_000, 100_000, 100))
-    send(bench, board, 0x0C, 1)
+    send_all(bench, board, relative(0x12, 10_000, 100_000, 1_000), relative(0x05, 10_000, 100_000, 500))
+    send_all(bench, board, relative(0x08, 10_000, 100_000, 100), (0x0C, 1))
     edges = []
     board.pins["output1"].watch(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
     sequence(
@@ -180,8 +176,7 @@ def test_a_continuous_move_goes_on_until_killed_stopped_or_at_a_limit(bench, boa
 
 def test_each_change_of_a_constant_velocity_has_its_own_acceleration(bench, board):
     """E.1.a: ramps "may be respecified for each change in velocity of a constant velocity move"."""
-    send(bench, board, *continuous(1, 10_000, 100_000))
-    send(bench, board, *continuous(2, 20_000, 1_000_000))
+    send_all(bench, board, continuous(1, 10_000, 100_000), continuous(2, 20_000, 1_000_000))
     send(bench, board, *continuous(3, 5_000, 50_000), seconds=0.2)
     motor = board.axes["motor"]
     for number, velocity, seconds in ((1, 10_000, 0.1), (2, 20_000, 0.01), (3, 5_000, 0.3)):

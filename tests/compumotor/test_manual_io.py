@@ -10,7 +10,7 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
 from .programs import about, cruise, rising, sequence, steps
-from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, ready, send
+from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, ready, send, send_all, status_word
 
 
 def levels(board):
@@ -21,7 +21,7 @@ def test_null_does_nothing(bench, board):
     """00h: "If this command is sent to the indexer nothing will happen!"."""
     send(bench, board, 0x00)
     assert messages(bench, board) == []
-    assert (board.bus.read(CONTROL), board.axes["motor"].pulses, levels(board)) == (0x50, 0, (True, True))
+    assert (status_word(bench, board), board.axes["motor"].pulses, levels(board)) == (0x50, 0, (True, True))
 
 
 @pytest.mark.parametrize("identifier", [0x00, 0x01, 0x80, 0xFF])
@@ -47,7 +47,7 @@ def test_write_set_and_clear_user_bits(bench, board):
         ((0x09, 3), 3), ((0x0A, 3), 3), ((0x0A, 0), 2), ((0x08, 0), 0),
     ):  # fmt: skip
         send(bench, board, *command, seconds=0.01)
-        assert board.bus.read(CONTROL) == 0x50 | bits
+        assert status_word(bench, board) == 0x50 | bits
 
 
 def test_programmable_outputs(bench, board):
@@ -66,22 +66,20 @@ def test_user_bit_one_shows_the_motor_moving(bench, board):
     """0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; undone by the null code."""
     send(bench, board, 0x0F, 0x01, 0x01, 0xFF)
     cruise(bench, board)
-    assert board.bus.read(CONTROL) & 7 == 2
-    send(bench, board, 0x0F, 0x01, 0x00, 0x00)
-    send(bench, board, 0x78, seconds=0.1)
-    assert board.bus.read(CONTROL) & 7 == 2, "leave the bit in its previous state"
+    assert status_word(bench, board) & 7 == 2
+    send_all(bench, board, (0x0F, 0x01, 0x00, 0x00), (0x78,), seconds=0.1)
+    assert status_word(bench, board) & 7 == 2, "leave the bit in its previous state"
 
 
 def test_more_than_one_bit_may_show_the_same_state(bench, board):
     """0Fh: the joystick request input "by both a programmable output bit and a user-definable bit"."""
-    send(bench, board, 0x0F, 4, 0x81, 1)
-    send(bench, board, 0x0F, 2, 0x81, 0)
+    send_all(bench, board, (0x0F, 4, 0x81, 1), (0x0F, 2, 0x81, 0))
     for level in (True, False, True):
         board.pins["remote_enable"].drive(level)
         bench.run(0.02)
         assert ask(bench, board, 0x95)[:3] == bytes([0x95, 0xFF if level else 0, 0])
         assert board.pins["output2"].level is level
-        assert bool(board.bus.read(CONTROL) & 4) is not level
+        assert bool(status_word(bench, board) & 4) is not level
 
 
 @pytest.mark.parametrize(
@@ -98,7 +96,7 @@ def test_states_of_a_preset_move(bench, board, state, expected):
     seen = ""
     for wait in (0.02, 0.06, 0.12, 0.12, 0.06, 0.06):
         bench.run(wait)
-        seen += str(board.bus.read(CONTROL) & 1)
+        seen += str(status_word(bench, board) & 1)
     assert seen == expected
 
 
@@ -168,9 +166,7 @@ def test_no_joystick_in_motion_nor_in_shutdown(bench, board):
     cruise(bench, board)
     send(bench, board, 0x11, seconds=0.02)
     assert not board.pins["remote_acknowledge"].level
-    send(bench, board, 0x78)
-    send(bench, board, 0x12, 1)
-    send(bench, board, 0x11, seconds=0.02)
+    send_all(bench, board, (0x78,), (0x12, 1), (0x11,), seconds=0.02)
     assert not board.pins["remote_acknowledge"].level
 
 
@@ -228,8 +224,7 @@ def test_the_sense_of_direction(bench, board):
 
 def test_the_sense_of_direction_stays_while_moving(bench, board):
     cruise(bench, board)
-    send(bench, board, 0x14, 1)
-    send(bench, board, 0x78)
+    send_all(bench, board, (0x14, 1), (0x78,))
     before = board.axes["motor"].position
     complete(bench, board, 0x33, *i32(50))
     assert board.axes["motor"].position == before + 50
@@ -263,13 +258,13 @@ def test_the_test_switch_function(bench, board, by):
             send(bench, board, 0xD9, 1)
         send(bench, board, 0xFF)
     bench.run(4.9)
-    assert not board.bus.read(CONTROL) & FAIL
+    assert not status_word(bench, board) & FAIL
     assert not board.pins["direction"].level
     assert board.axes["motor"].position == pytest.approx(-24_500, abs=100)
     bench.run(4.9)
     assert board.pins["direction"].level
     bench.run(0.4)
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
     assert board.pins["led"].level
     times = steps(board)
     assert (len(times), board.axes["motor"].position) == (50_000, 0)
@@ -281,7 +276,7 @@ def test_the_test_switch_function(bench, board, by):
     tell_nothing(bench, board)
     board.bus.write(CONTROL, 0x20)
     bench.run(1.01)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     assert not board.pins["led"].level
 
 
@@ -293,7 +288,7 @@ def tell_nothing(bench, board):
             board.bus.write(0, value)
         board.bus.write(CONTROL, 0x10)
         bench.run(0.1)
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
     assert board.axes["motor"].position == 0
 
 
@@ -305,7 +300,7 @@ def test_the_failure_interrupts(bench):
     board.bus.write(CONTROL, 0x50)
     bench.run(10.5)
     assert board.bus.interrupt
-    assert board.bus.read(CONTROL) & 0xA0 == 0xA0
+    assert status_word(bench, board) & 0xA0 == 0xA0
     board.bus.write(CONTROL, 0xD0)
     bench.run(0.1)
     assert board.bus.interrupt

@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import about, continuous, cruise, relative, steps
-from .talking import ask, complete, default, i32, messages, position, send, until_idle
+from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 AT_ONCE = 0x7FFF_FFFF
 
@@ -131,8 +131,7 @@ def test_go_absolute(bench, board):
 def test_no_absolute_move_from_outside_the_range(bench, board):
     """34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"."""
     default(bench, board, 100_000, AT_ONCE)
-    send(bench, board, 0x2E, *i32(0x4000_0009))
-    send(bench, board, 0x34, *i32(0x3FFF_FFFF), seconds=0.2)
+    send_all(bench, board, (0x2E, *i32(0x4000_0009)), (0x34, *i32(0x3FFF_FFFF)), seconds=0.2)
     assert board.axes["motor"].pulses == 0
     assert go(bench, board, 0x33, *i32(-10)) == 0x3FFF_FFFF
     assert go(bench, board, 0x34, *i32(0x3FFF_FFF0)) == 0x3FFF_FFF0
@@ -150,15 +149,13 @@ def test_a_preset_move_needs_the_motor_to_stand(bench, board):
     bench.run(1)
     assert board.axes["motor"].position == 2_000
     cruise(bench, board)
-    send(bench, board, 0x40, 1)
-    send(bench, board, 0x33, *i32(9), seconds=1)
+    send_all(bench, board, (0x40, 1), (0x33, *i32(9)), seconds=1)
     assert board.axes["motor"].velocity == 10_000
 
 
 def test_a_continuous_move_needs_the_ramp_to_be_over(bench, board):
     """CEh: "can only be performed if the motor is not accelerating or decelerating"."""
-    send(bench, board, *continuous(1, 10_000, 50_000))
-    send(bench, board, *continuous(2, 20_000, 100_000), seconds=0.1)
+    send_all(bench, board, continuous(1, 10_000, 50_000), continuous(2, 20_000, 100_000), seconds=0.1)
     send(bench, board, 0x40, 1, seconds=0.1)
     send(bench, board, 0x40, 2, seconds=1)
     assert board.axes["motor"].velocity == 10_000
@@ -168,8 +165,7 @@ def test_a_continuous_move_needs_the_ramp_to_be_over(bench, board):
 
 def test_a_continuous_move_may_be_slower(bench, board):
     cruise(bench, board)
-    send(bench, board, *continuous(2, 5_000, 50_000))
-    send(bench, board, 0x40, 2, seconds=0.05)
+    send_all(bench, board, continuous(2, 5_000, 50_000), (0x40, 2), seconds=0.05)
     assert ask(bench, board, 0x8F)[1] == 0xFF
     bench.run(0.2)
     assert board.axes["motor"].velocity == 5_000
@@ -233,8 +229,7 @@ def test_a_definition_comes_back_as_it_was_sent(bench, board):
 def test_definitions_out_of_range_are_ignored(bench, board, wrong):
     """C8h: "If one fails to specify a defined range the move definition is invalid"; the old one stays."""
     old = relative(4, 10_000, 100_000, 25)
-    send(bench, board, *old)
-    send(bench, board, *wrong)
+    send_all(bench, board, old, wrong)
     assert ask(bench, board, 0x91, 4) == bytes([0x91, *old])
     complete(bench, board, 0x40, 4)
     assert board.axes["motor"].position == 25
@@ -242,10 +237,7 @@ def test_definitions_out_of_range_are_ignored(bench, board, wrong):
 
 def test_delete_a_move(bench, board):
     """D7h; a deleted one is not performed."""
-    send(bench, board, *relative(4, 10_000, 100_000, 25))
-    send(bench, board, 0xD7, 5)
-    send(bench, board, 0xD7, 4)
-    send(bench, board, 0x40, 4, seconds=0.2)
+    send_all(bench, board, relative(4, 10_000, 100_000, 25), (0xD7, 5), (0xD7, 4), (0x40, 4), seconds=0.2)
     assert board.axes["motor"].pulses == 0
 
 
@@ -257,8 +249,7 @@ def test_an_absolute_move_by_number(bench, board):
     send(bench, board, 0x2E, *i32(600))
     assert go(bench, board, 0x40, 2) == -500
     assert board.axes["motor"].position == -1_600
-    send(bench, board, 0x2E, *i32(-0x4000_0001))
-    send(bench, board, 0x40, 2, seconds=0.2)
+    send_all(bench, board, (0x2E, *i32(-0x4000_0001)), (0x40, 2), seconds=0.2)
     assert board.axes["motor"].position == -1_600
 
 

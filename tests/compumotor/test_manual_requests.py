@@ -3,7 +3,22 @@
 import pytest
 
 from .programs import continuous, cruise, relative, rising
-from .talking import CONTROL, ENABLE, TAKEN, ask, complete, default, i32, messages, position, ready, send, until_idle
+from .talking import (
+    CONTROL,
+    ENABLE,
+    TAKEN,
+    ask,
+    complete,
+    default,
+    i32,
+    messages,
+    position,
+    ready,
+    send,
+    send_all,
+    status_word,
+    until_idle,
+)
 
 
 def byte(bench, board, *command):
@@ -40,8 +55,7 @@ def test_positions_on_the_way(bench, board):
 def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
     """80h: "from zero velocity, to nonzero velocity, and back to zero velocity"."""
     cruise(bench, board)
-    send(bench, board, *continuous(2, 5_000, 100_000))
-    send(bench, board, 0x40, 2, seconds=0.2)
+    send_all(bench, board, continuous(2, 5_000, 100_000), (0x40, 2), seconds=0.2)
     complete(bench, board, 0x70)
     assert position(bench, board, 0x80) == board.axes["motor"].position
 
@@ -165,11 +179,9 @@ def test_events_of_moves(bench, board, opcode, expected):
     send(bench, board, opcode, 0xFF)
     assert events(bench, board) == [f"{opcode:02x} 00"] * expected
     assert events(bench, board) == ([f"{opcode:02x} 00"] * expected if opcode & 1 else [])
-    send(bench, board, opcode, 1)
-    send(bench, board, opcode, 0)
+    send_all(bench, board, (opcode, 1), (opcode, 0))
     assert events(bench, board) == []
-    send(bench, board, opcode, 1)
-    send(bench, board, 0xAF)
+    send_all(bench, board, (opcode, 1), (0xAF,))
     assert events(bench, board) == []
 
 
@@ -231,8 +243,7 @@ def test_interrupt_on_a_trigger(bench, board, trigger):
     send(bench, board, 0xAC, trigger, 0)
     rising(bench, board, trigger)
     assert messages(bench, board) == []
-    send(bench, board, 0xAC, trigger, 1)
-    send(bench, board, 0xAF)
+    send_all(bench, board, (0xAC, trigger, 1), (0xAF,))
     rising(bench, board, trigger)
     assert messages(bench, board) == []
 
@@ -241,14 +252,13 @@ def test_an_event_interrupts_the_bus(bench):
     """A5h: the "message ready" interrupt; cleared with CB bit seven."""
     board = ready(bench)
     default(bench, board, 10_000, 100_000)
-    send(bench, board, 0xA5, 1)
-    send(bench, board, 0x33, *i32(100))
+    send_all(bench, board, (0xA5, 1), (0x33, *i32(100)))
     board.bus.write(CONTROL, ENABLE)
     assert not board.bus.interrupt
     until_idle(bench, board)
     bench.run(0.01)
     assert board.bus.interrupt
-    assert board.bus.read(CONTROL) & 0xC8 == 0x88
+    assert status_word(bench, board) & 0xC8 == 0x88
     assert board.bus.read(0) == 0xA5
     board.bus.write(CONTROL, ENABLE | TAKEN)
     assert not board.bus.interrupt
@@ -262,8 +272,7 @@ def test_requests_while_a_sequence_is_performed_and_while_streaming(bench, board
     for command in ((0xD9, 1), (0x2B, 0, 1), (0xD8,), (0x41, 1)):
         send(bench, board, *command)
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
-    send(bench, board, 0x79)
-    send(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
+    send_all(bench, board, (0x79,), (0x52, 1, 4, 0, 0, 0, 0, 0, 2))
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
 
 

@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import about, listing, relative, rising, sequence
-from .talking import ask, complete, messages, send
+from .talking import ask, complete, messages, send, send_all
 
 
 def perform(bench, board, *commands):
@@ -156,9 +156,7 @@ def test_no_such_sequence(bench, board, wrong):
 
 def test_nothing_is_performed_between_d9_and_d8(bench, board):
     """D9h: "no commands are performed after this command ... they are considered for insertion"."""
-    send(bench, board, 0xD9, 3)
-    send(bench, board, 0x0C, 1)
-    send(bench, board, 0x83)
+    send_all(bench, board, (0xD9, 3), (0x0C, 1), (0x83,))
     send(bench, board, 0x0A, 9)  # out of range: no command
     bench.run(0.1)
     assert (messages(bench, board), board.pins["output1"].level) == ([], True)
@@ -200,8 +198,7 @@ def test_a_definition_in_a_sequence_defines_when_it_is_performed(bench, board):
 
 def test_moves_of_a_sequence_wait_for_one_another(bench, board):
     """E.2: the next command waits for a singular one: 1,000 there, 1,000 back, a message at the end."""
-    send(bench, board, *relative(1, 10_000, 100_000, 1_000))
-    send(bench, board, *relative(2, 10_000, 100_000, -1_000))
+    send_all(bench, board, relative(1, 10_000, 100_000, 1_000), relative(2, 10_000, 100_000, -1_000))
     perform(bench, board, (0x40, 1), (0x40, 2), (0x01, 1))
     bench.run(0.3)
     assert messages(bench, board) == []
@@ -216,8 +213,7 @@ def test_redefining_replaces_and_deleting_removes(bench, board):
     sequence(bench, board, 1, (0x01, 1))
     sequence(bench, board, 1, (0x01, 2))
     assert listing(bench, board, 1) == ["92 01 02", "92 00"]
-    send(bench, board, 0xDA, 1)
-    send(bench, board, 0x41, 1)
+    send_all(bench, board, (0xDA, 1), (0x41, 1))
     assert messages(bench, board) == []
 
 

@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import about, cruise, relative, rising, sequence, steps
-from .talking import ask, complete, default, i32, messages, position, send, until_idle
+from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 
 def by(bench, board, opcode, trigger):
@@ -161,12 +161,9 @@ def test_messages_of_triggers(bench, board, opcode, trigger):
         ((trigger, 1, 1), [f"{opcode:02x} {trigger:02x}"]), ((trigger, 0xFF, 0), []), ((trigger, 0, 1), []),
         ((trigger, 0x80, 0x80), [f"{opcode:02x} {trigger:02x}"]),
     ):  # fmt: skip
-        send(bench, board, 0x79)
-        send(bench, board, 0x78)
-        send(bench, board, 0x41, 1)
+        send_all(bench, board, (0x79,), (0x78,), (0x41, 1))
         default(bench, board, 10_000, 100_000)
-        send(bench, board, opcode, trigger, 0, 0)
-        send(bench, board, opcode, *parameters)
+        send_all(bench, board, (opcode, trigger, 0, 0), (opcode, *parameters))
         rising(bench, board, other)
         assert messages(bench, board) == []
         rising(bench, board, trigger)
@@ -187,8 +184,7 @@ def test_only_triggers_one_and_six(bench, board, opcode, trigger):
 def test_one_function_at_a_time(bench, board, second):
     """74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled"."""
     more = (1, 1) if second == 0xAC else (1, 1, 1)
-    send(bench, board, 0x74, 1, 1, 1)
-    send(bench, board, second, *more)
+    send_all(bench, board, (0x74, 1, 1, 1), (second, *more))
     cruise(bench, board)
     rising(bench, board, 1)
     assert messages(bench, board) == ["74 01"]
@@ -197,8 +193,7 @@ def test_one_function_at_a_time(bench, board, second):
     cruise(bench, board)
     rising(bench, board, 1)
     assert messages(bench, board) == ["74 01"]
-    send(bench, board, 0x74, 1, 0, 0)
-    send(bench, board, second, *more)
+    send_all(bench, board, (0x74, 1, 0, 0), (second, *more))
     sequence(bench, board, 1, (0x2B, 0, 1))
     until_idle(bench, board)
     send(bench, board, 0x41, 1)
@@ -207,8 +202,7 @@ def test_one_function_at_a_time(bench, board, second):
 
 
 def test_each_trigger_has_its_own_function(bench, board):
-    send(bench, board, 0x74, 1, 1, 1)
-    send(bench, board, 0x7C, 6, 1, 1)
+    send_all(bench, board, (0x74, 1, 1, 1), (0x7C, 6, 1, 1))
     cruise(bench, board)
     rising(bench, board, 6)
     assert board.axes["motor"].velocity == 0

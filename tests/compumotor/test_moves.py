@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, US
 
-from .talking import ask, complete, default, i32, message, messages, position, ready, send, until_idle
+from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
 
 NO_TIME = 0x7FFF_FFFF  # an acceleration that is over in one update
 
@@ -65,8 +65,7 @@ RESOLUTIONS = [
 def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_asked(bench, board, x, resolution, units):
     number = 12_345 * units if x in (0, 5) else 123 * units + 1
     asked = Fraction(number, units)
-    send(bench, board, 0x31, 0, x << 4, *i32(number), *i32(NO_TIME))
-    send(bench, board, 0x32, 0, seconds=1)
+    send_all(bench, board, (0x31, 0, x << 4, *i32(number), *i32(NO_TIME)), (0x32, 0), seconds=1)
 
     stroke = board.axes["motor"].train.stroke
     rate = stroke.profile.rate_at(bench.now - stroke.start_ns)
@@ -91,10 +90,7 @@ def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
 @pytest.mark.parametrize(("y", "divisor"), [(0, 1), (1, 10), (2, 100)])
 def test_acceleration_ranges(bench, board, y, divisor):
     """50,000 pps reached after 0.1 s at 500,000 pps²: 49 updates of 2 ms before the last one."""
-    send(bench, board, 0x31, 0, y, *i32(50_000), *i32(500_000 * divisor))
-    send(bench, board, 0xA3, 1)
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0x32, 0)
+    send_all(bench, board, (0x31, 0, y, *i32(50_000), *i32(500_000 * divisor)), (0xA3, 1), (0xA1, 1), (0x32, 0))
     assert message(bench, board, 1)[0] == 0xA1
     began = board.axes["motor"].train.stroke.start_ns
     assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
@@ -230,8 +226,7 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
 def test_a_stop_during_a_reversal_is_the_end_of_it(bench, board, opcode):
     define(bench, board, 0xCE, 1, 50_000, 100_000, (0,))
     define(bench, board, 0xCE, 2, 50_000, 100_000, (1,))
-    send(bench, board, 0xA1, 1)
-    send(bench, board, 0x40, 1, seconds=1)
+    send_all(bench, board, (0xA1, 1), (0x40, 1), seconds=1)
     send(bench, board, 0x40, 2, seconds=0.2)
     send(bench, board, opcode, seconds=2)
     assert board.axes["motor"].velocity == 0
@@ -246,8 +241,7 @@ def test_a_continuous_move_is_refused_during_a_ramp_and_during_a_preset_move(ben
     send(bench, board, 0x40, 1, seconds=0.5)
     send(bench, board, 0x40, 2, seconds=1)
     assert board.axes["motor"].velocity == 50_000
-    send(bench, board, 0x78)
-    send(bench, board, 0x40, 3, seconds=0.5)
+    send_all(bench, board, (0x78,), (0x40, 3), seconds=0.5)
     complete(bench, board, 0x40, 2)
     assert position(bench, board, 0x80) == 10_000
 

@@ -7,7 +7,20 @@ from axistwin.bench import product
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .talking import CONTROL, ENABLE, INPUT_READY, MESSAGE, ask, message, messages, ready, send, write
+from .talking import (
+    CONTROL,
+    ENABLE,
+    INPUT_READY,
+    MESSAGE,
+    ask,
+    message,
+    messages,
+    ready,
+    send,
+    send_all,
+    status_word,
+    write,
+)
 
 TIMES = (
     "initialisation_s", "drain_ms", "reply_ms", "start_ms", "calculation_ms", "step_ms", "next_message_ms", "limit_us",
@@ -82,18 +95,17 @@ def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
         send(bench, board, 0x09, 0)
     write(board, 0x09, 1)  # the board has drained it, and has no place for it
     bench.run(1)
-    assert not board.bus.read(CONTROL) & INPUT_READY
+    assert not status_word(bench, board) & INPUT_READY
     bench.run(10)
-    assert board.bus.read(CONTROL) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
+    assert status_word(bench, board) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
 
 
 def test_a_command_queue_of_one(bench):
     board = ready(bench, reply_ms=10_000.0, command_queue=1)
-    send(bench, board, 0x84)
-    send(bench, board, 0x09, 0)
+    send_all(bench, board, (0x84,), (0x09, 0))
     write(board, 0x09, 1)
     bench.run(1)
-    assert not board.bus.read(CONTROL) & INPUT_READY
+    assert not status_word(bench, board) & INPUT_READY
 
 
 def test_messages_wait_up_to_the_queue_and_further_ones_are_lost(bench):
@@ -119,7 +131,7 @@ def test_the_next_message_comes_after_the_first_has_been_taken(bench, ms):
     bench.run(0.02)
     assert message(bench, board)[:2] == b"\x01\x01"
     taken = bench.now
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & MESSAGE, 1)
+    assert bench.run_until(lambda: status_word(bench, board) & MESSAGE, 1)
     assert bench.now - taken == ms * MS
 
 
@@ -149,7 +161,7 @@ def test_only_what_a_jumper_connects_interrupts(bench, sources, byte):
     board.bus.write(CONTROL, ENABLE)
     write(board, 0x01, 9, control=ENABLE)
     bench.run(0.02)
-    assert board.bus.read(CONTROL) == byte | INPUT_READY | MESSAGE
+    assert status_word(bench, board) == byte | INPUT_READY | MESSAGE
     assert board.bus.interrupt is bool(byte & 0x80)
 
 

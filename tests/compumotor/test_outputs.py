@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import RESET, ask, complete, default, i32, message, messages, position, ready, send, until_idle
+from .talking import RESET, ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
 
 NO_TIME = 0x7FFF_FFFF
 
@@ -13,24 +13,20 @@ def test_programmable_outputs(bench, board):
     assert [board.pins[f"output{n}"].level for n in (1, 2)] == [False, True]
     send(bench, board, 0x0D, 0xFB)
     assert ask(bench, board, 0x97)[1] == 0x02
-    send(bench, board, 0x0B, 2)
-    send(bench, board, 0x0B, 3)
-    send(bench, board, 0x0B, 0)
+    send_all(bench, board, (0x0B, 2), (0x0B, 3), (0x0B, 0))
     assert ask(bench, board, 0x97)[1] == 0x06
 
 
 def test_a_bit_shows_whether_the_motor_is_moving(bench, board):
     """The manual's own: `0F 01 01 FF`; and output 2 the other way round."""
-    send(bench, board, 0x0F, 1, 1, 0xFF)
-    send(bench, board, 0x0F, 4, 1, 0)
+    send_all(bench, board, (0x0F, 1, 1, 0xFF), (0x0F, 4, 1, 0))
     default(bench, board, 10_000, 100_000)
     assert (board.bus.read(1) & 2, board.pins["output2"].level) == (0, True)
     send(bench, board, 0x33, *i32(3_000), seconds=0.05)
     assert (board.bus.read(1) & 2, board.pins["output2"].level) == (2, False)
     until_idle(bench, board)
     assert (board.bus.read(1) & 2, board.pins["output2"].level) == (0, True)
-    send(bench, board, 0x0F, 4, 0, 0)
-    send(bench, board, 0x33, *i32(3_000), seconds=0.05)
+    send_all(bench, board, (0x0F, 4, 0, 0), (0x33, *i32(3_000)), seconds=0.05)
     assert board.pins["output2"].level
 
 
@@ -45,8 +41,7 @@ def test_states_of_a_move(bench, board, state, seen):
 
 
 def test_a_state_that_is_not_defined_is_ignored(bench, board):
-    send(bench, board, 0x0F, 3, 0x08, 1)
-    send(bench, board, 0x0F, 5, 0x01, 1)
+    send_all(bench, board, (0x0F, 3, 0x08, 1), (0x0F, 5, 0x01, 1))
     assert board.pins["output1"].level
 
 
@@ -79,8 +74,7 @@ def test_the_joystick_moves_the_motor_and_is_counted(bench, board):
 
 def test_the_joystick_excludes_moves(bench, board):
     default(bench, board, 10_000, NO_TIME)
-    send(bench, board, 0x11)
-    send(bench, board, 0x33, *i32(100), seconds=0.1)
+    send_all(bench, board, (0x11,), (0x33, *i32(100)), seconds=0.1)
     assert board.axes["motor"].position == 0
     send(bench, board, 0x10)
     complete(bench, board, 0x33, *i32(100))
@@ -91,19 +85,16 @@ def test_remote_shutdown(bench, board):
     default(bench, board, 10_000, NO_TIME)
     send(bench, board, 0x12, 1)
     assert board.pins["shutdown"].level
-    send(bench, board, 0x33, *i32(100))
-    send(bench, board, 0x11, seconds=0.1)
+    send_all(bench, board, (0x33, *i32(100)), (0x11,), seconds=0.1)
     assert board.axes["motor"].position == 0
     assert not board.pins["remote_acknowledge"].level
-    send(bench, board, 0x12, 0)
-    send(bench, board, 0x33, *i32(5_000), seconds=0.1)
+    send_all(bench, board, (0x12, 0), (0x33, *i32(5_000)), seconds=0.1)
     send(bench, board, 0x12, 1)
     assert not board.pins["shutdown"].level
 
 
 def test_the_shutdown_input_takes_the_say_from_the_command(bench, board):
-    send(bench, board, 0x13, 1)
-    send(bench, board, 0x12, 1)
+    send_all(bench, board, (0x13, 1), (0x12, 1))
     assert not board.pins["shutdown"].level
     board.pins["shutdown_in"].drive(False)
     assert board.pins["shutdown"].level
@@ -141,8 +132,7 @@ def test_the_test_switch_function(bench, board, how):
     elif how == "command":
         send(bench, board, 0xFF)
     else:
-        send(bench, board, 0xD9, 1)
-        send(bench, board, 0xFF)
+        send_all(bench, board, (0xD9, 1), (0xFF,))
     motor = board.axes["motor"]
     bench.run(5.0)
     assert -25_000 <= motor.position <= -24_990

@@ -8,7 +8,7 @@ from axistwin import Bench
 from axistwin.units import MS
 
 from .programs import continuous, relative, rising, sequence
-from .talking import ask, default, i32, messages, position, ready, send, until_idle
+from .talking import ask, default, i32, messages, position, ready, send, send_all, until_idle
 
 
 def move(bench, board):
@@ -39,8 +39,7 @@ def in_a_sequence(bench, board, *commands):
 )
 def test_a_sequence_begins_no_move_while_the_hosts_is_performed(bench, board, command):
     """40h: "If a move is currently being performed this command is ignored"; the sequence goes on."""
-    send(bench, board, *continuous(5, 40_000, 1_000_000))
-    send(bench, board, 0x38, 1, 0, 50, 0)
+    send_all(bench, board, continuous(5, 40_000, 1_000_000), (0x38, 1, 0, 50, 0))
     beside_a_move(bench, board, command, (0x01, 9))
     assert messages(bench, board) == ["01 09"]
     assert board.axes["motor"].velocity == 10_000
@@ -132,8 +131,7 @@ def test_nothing_that_is_done_with_a_sequence_touches_the_hosts_move(steps, acts
     """Whatever stands in it, and however it is suspended, killed and continued: the host's move ends on its pulse."""
     bench = Bench()
     board = ready(bench)
-    send(bench, board, *continuous(5, 40_000, 1_000_000))
-    send(bench, board, 0x38, 1, 0, 50, 0)
+    send_all(bench, board, continuous(5, 40_000, 1_000_000), (0x38, 1, 0, 50, 0))
     beside_a_move(bench, board, *steps)
     for act, milliseconds in acts:
         if isinstance(act, int):
@@ -175,8 +173,7 @@ def test_a_move_is_not_begun_when_7ah_comes_as_the_processor_turns_to_it(bench):
     board = ready(bench, step_ms=20)
     send(bench, board, *relative(1, 10_000, 100_000, 500))
     sequence(bench, board, 1, (0x40, 1), (0x01, 9))
-    send(bench, board, 0x41, 1)
-    send(bench, board, 0x7A, seconds=1)
+    send_all(bench, board, (0x41, 1), (0x7A,), seconds=1)
     assert board.axes["motor"].pulses == 0
     assert messages(bench, board) == []
     send(bench, board, 0x48)
@@ -199,19 +196,16 @@ def test_one_continue_is_enough_after_72h_in_a_28h(bench, board):
 def test_a_continue_before_the_suspension_takes_it_back(bench, board):
     """72h, then 48h while the command before is still performed: there is nothing left to wait for."""
     in_a_sequence(bench, board, (0x29, 0, 0, 0, 200), (0x01, 1))
-    send(bench, board, 0x72)
-    send(bench, board, 0x48, seconds=0.3)
+    send_all(bench, board, (0x72,), (0x48,), seconds=0.3)
     assert messages(bench, board) == ["01 01"]
 
 
 def test_71h_in_a_28h_leaves_the_sequence(bench, board):
     """71h: what waits for CONTINUE is left; no CONTINUE brings it back."""
     in_a_sequence(bench, board, (0x28, 0), (0x01, 1))
-    send(bench, board, 0x71)
-    send(bench, board, 0x48)
+    send_all(bench, board, (0x71,), (0x48,))
     assert messages(bench, board) == []
-    send(bench, board, 0x41, 1)
-    send(bench, board, 0x48, seconds=0.05)
+    send_all(bench, board, (0x41, 1), (0x48,), seconds=0.05)
     send(bench, board, 0x48)
     assert messages(bench, board) == ["01 01"]
 
@@ -221,8 +215,7 @@ def test_what_is_not_valid_beside_a_sequence_is_ignored_while_it_is_suspended_to
     """Their lists have no "concurrent-with-SEQUENCE-buffer-execution"."""
     sequence(bench, board, 2, (0x01, 2))
     in_a_sequence(bench, board, (0x28, 0), (0x01, 1))
-    send(bench, board, 0x72)
-    send(bench, board, *command, seconds=0.05)
+    send_all(bench, board, (0x72,), command, seconds=0.05)
     assert messages(bench, board) == []
     send(bench, board, 0x48)
     assert messages(bench, board) == ["01 01"]
@@ -260,8 +253,7 @@ def test_between_d9_and_d8_neither_41h_nor_92h_nor_d9h_means_anything(bench, boa
     send(bench, board, 0xD9, 1)
     for command in ((0x41, 2), (0x92, 2), (0xD9, 3), (0xDA, 2), (0x48,), (0x72,), (0x01, 1)):
         send(bench, board, *command)
-    send(bench, board, 0xD8)
-    send(bench, board, 0x92, 1)
+    send_all(bench, board, (0xD8,), (0x92, 1))
     assert messages(bench, board) == ["92 01 01", "92 00"]
     send(bench, board, 0x92, 2)
     assert messages(bench, board) == ["92 01 02", "92 00"]

@@ -3,7 +3,7 @@
 import pytest
 
 from .programs import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
-from .talking import complete, default, i32, messages, position, ready, send
+from .talking import complete, default, i32, messages, position, ready, send, send_all
 
 
 def machine(bench, *commands):
@@ -22,8 +22,7 @@ def test_a_stall_is_watched_for_as_soon_as_all_four_are_defined(bench, last, ter
     teeth have been defined the indexer will watch for stall detect on ALL moves"; one tooth is 500 pulses, 100 ms.
     """
     board = machine(bench, *(command for command in (RATIO, RESOLUTION, SIGMA, TEETH) if command is not last))
-    send(bench, board, 0xA6, 1)
-    send(bench, board, 0x19, termination)
+    send_all(bench, board, (0xA6, 1), (0x19, termination))
     board.axes["motor"].jam()
     send(bench, board, 0x33, *i32(2_000))
     bench.run(0.2)  # the motor has been stalled for more than a tooth, and nobody knows
@@ -48,8 +47,7 @@ def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
     """B3h: "These parameters may be changed at any time", also in a correction: K x 100 counts, 10 and then 20."""
     board = tracked(bench)
     board.axes["motor"].jam()  # the error stays
-    send(bench, board, 0x18, 1)
-    send(bench, board, 0xB3, 1, 10, 0x00, *i32(50_000))
+    send_all(bench, board, (0x18, 1), (0xB3, 1, 10, 0x00, *i32(50_000)))
     board.axes["motor"].encoder.displace(-100)
     bench.run(0.01)
     assert board.axes["motor"].velocity == 1_000

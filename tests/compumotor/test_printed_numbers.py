@@ -7,7 +7,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import enter, free, relative, sequence, steps, velocities
-from .talking import ask, complete, default, i32, messages, position, ready, send, until_idle
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
 
 PARABOLA_UP = bytes.fromhex(
     "072E 0E11 14A9 1AF7 20F9 26B0 2C1C 313D 3613 3A9E 3EDE 42D3"
@@ -19,8 +19,7 @@ PARABOLA = [*PARABOLA, 0x5B97, *reversed(PARABOLA)]
 
 def test_the_velocity_of_move_12h(bench, board, printed):
     """G.1: `00 04 00 00` is "Velocity = 262,144 pulses/second"; the range's resolution is 8.333 pulses/second."""
-    send(bench, board, 0xCE, 0x12, 0, 0, 4, 0, 0, *i32(10_000_000), 0)
-    send(bench, board, 0x40, 0x12, seconds=1)
+    send_all(bench, board, (0xCE, 0x12, 0, 0, 4, 0, 0, *i32(10_000_000), 0), (0x40, 0x12), seconds=1)
     printed(
         "G.1 Pre-defined moves", "00 04 00 00, pulses/second", 262_144, float(board.axes["motor"].velocity), within=8.4
     )

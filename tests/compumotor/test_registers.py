@@ -6,7 +6,7 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, message, messages, ready, send, write
+from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, message, messages, ready, send, send_all, write
 
 
 def test_power_up_takes_about_one_second_and_leaves_50h(bench):
@@ -44,8 +44,7 @@ def test_asking_takes_about_five_milliseconds(bench, board):
 
 
 def test_bytes_that_were_not_read_are_overwritten_by_the_next_message(bench, board):
-    send(bench, board, 0x01, 0x11)
-    send(bench, board, 0x01, 0x22, seconds=0.02)
+    send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.02)
     assert board.bus.read(0) == 0x01
     board.bus.write(1, TAKEN)
     assert not board.bus.read(1) & 0x08
@@ -133,9 +132,7 @@ def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
 
 @pytest.mark.parametrize("by", ["register", "bus", "power"])
 def test_a_reset_forgets_everything(bench, board, by):
-    send(bench, board, 0x08, 0x07)
-    send(bench, board, 0x0C, 1)
-    send(bench, board, 0x31, 0, 0, *(0, 0, 1, 0) * 2)
+    send_all(bench, board, (0x08, 0x07), (0x0C, 1), (0x31, 0, 0, *(0, 0, 1, 0) * 2))
     if by == "register":
         board.bus.write(1, RESET)
     elif by == "bus":

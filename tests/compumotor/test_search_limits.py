@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import CONTROL, ask, complete, default, i32, messages, position, ready, send, write
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, status_word, write
 
 SINGULAR = 1  # user bit 0
 
@@ -21,7 +21,7 @@ def board(bench):
 
 def over(bench, board):
     """The search ends."""
-    assert bench.run_until(lambda: not board.bus.read(CONTROL) & SINGULAR, 20)
+    assert bench.run_until(lambda: not status_word(bench, board) & SINGULAR, 20)
     return board.axes["motor"].position
 
 
@@ -117,8 +117,7 @@ def test_a_search_waits_for_its_calculation_and_a_correction_gives_way(bench, bo
 @pytest.mark.parametrize("percent", [20, 50, 100])
 def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, board, percent):
     """38h: "the percent of default velocity", with no acceleration to it; 1,000, 2,500 and 5,000 pulses/s."""
-    send(bench, board, 0x38, 1, 1, percent, 0)
-    send(bench, board, 0x39, 0)
+    send_all(bench, board, (0x38, 1, 1, percent, 0), (0x39, 0))
     over(bench, board)
     times = board.axes["motor"].pulse_times()
     interval = int(times[-1] - times[-2])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, complete, default, i32, message, messages, send
+from .talking import ask, complete, default, i32, message, messages, send, send_all
 
 NO_TIME = 0x7FFF_FFFF
 
@@ -48,15 +48,13 @@ def test_nothing_is_performed_while_a_sequence_is_defined(bench, board):
         send(bench, board, *command)
     bench.run(0.1)
     assert board.bus.read(1) == 0x50
-    send(bench, board, 0xD8)
-    send(bench, board, 0x92, 1)
+    send_all(bench, board, (0xD8,), (0x92, 1))
     assert messages(bench, board) == ["92 08 07", "92 33 00 00 00 64", "92 00"]
 
 
 def test_the_listing_forgets_messages_that_are_waiting(bench, board):
     define(bench, board, 3, (0x0B, 1, 0, 0))
-    send(bench, board, 0x01, 1)
-    send(bench, board, 0x01, 2, seconds=0.05)
+    send_all(bench, board, (0x01, 1), (0x01, 2), seconds=0.05)
     send(bench, board, 0x92, 3)
     assert messages(bench, board) == ["92 0b 01", "92 00"]
 

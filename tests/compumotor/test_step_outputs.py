@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.errors import UsageError
 
-from .talking import ask, complete, default, i32, messages, ready, send, until_idle
+from .talking import ask, complete, default, i32, messages, ready, send, send_all, until_idle
 
 AT_ONCE = 0x7FFF_FFFF
 PINS = ("step", "cw_step", "ccw_step")
@@ -226,8 +226,7 @@ def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
     complete(bench, board, 0x33, *i32(10))
     assert board.axes["motor"].position == 10
     board.pins["shutdown"].drive(False)
-    send(bench, board, 0x12, 1)
-    send(bench, board, 0x33, *i32(10), seconds=0.1)
+    send_all(bench, board, (0x12, 1), (0x33, *i32(10)), seconds=0.1)
     assert board.axes["motor"].position == 10
 
 
@@ -275,8 +274,7 @@ def test_2fh_takes_any_number_of_the_counter(bench, board, here):
 @pytest.mark.parametrize(("pin", "code", "cw"), [("cw_limit", 0xA9, True), ("ccw_limit", 0xAB, False)])
 def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin, code, cw):
     """REMOTE ACKNOWLEDGE: "Striking a limit switch will not disable the Joystick"; limits are monitored."""
-    send(bench, board, code, 1)
-    send(bench, board, 0x11, seconds=0.02)
+    send_all(bench, board, (code, 1), (0x11,), seconds=0.02)
     board.joystick.deflect(1_000 if cw else -1_000)
     bench.run(0.1)
     before = board.axes["motor"].position

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.units import MS, US
 
-from .talking import ask, complete, default, i32, message, messages, position, send, until_idle
+from .talking import ask, complete, default, i32, message, messages, position, send, send_all, until_idle
 
 NO_TIME = 0x7FFF_FFFF
 
@@ -95,8 +95,7 @@ def test_a_trigger_has_one_function_at_a_time(bench, board):
     edge(bench, board, 1)
     assert ask(bench, board, 0x8F)[1] == 0xFF
     until_idle(bench, board)
-    send(bench, board, 0x74, 1, 0, 0)
-    send(bench, board, 0xAC, 1, 1)
+    send_all(bench, board, (0x74, 1, 0, 0), (0xAC, 1, 1))
     edge(bench, board, 1)
     assert messages(bench, board) == ["ac 01"]
 
@@ -135,8 +134,7 @@ def test_events_of_a_move(bench, board):
 def test_a_move_during_which_a_message_was_asked_for_does_not_count(bench, board):
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x33, *i32(3_000), seconds=0.05)
-    send(bench, board, 0xA0, 1)
-    send(bench, board, 0xA2, 1)
+    send_all(bench, board, (0xA0, 1), (0xA2, 1))
     complete(bench, board, 0xA4, 1)
     assert messages(bench, board) == ["a4 00"]
 
@@ -153,8 +151,7 @@ def test_a_move_that_is_ended_before_its_velocity_sends_no_a3(bench, board):
 def test_hits_of_the_limits(bench, board, pin, next_, every):
     board.pins[pin].drive(True)
     bench.run(0.001)
-    send(bench, board, next_, 1)
-    send(bench, board, every, 1)
+    send_all(bench, board, (next_, 1), (every, 1))
     for _ in range(2):
         board.pins[pin].drive(False)
         bench.run(0.001)

@@ -7,7 +7,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
-from .talking import ask, complete, default, i32, messages, position, ready, send, until_idle
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
 
 PARABOLA = [(2 * 23_447 * (625 - (k - 25) ** 2) + 625) // 1250 for k in range(1, 50)]
 """From 0 to 5B97h and back in 50 steps, rounded: the 49 values of the manual's worked example."""
@@ -90,8 +90,7 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
 
 def test_the_seven_values_must_all_be_there(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=2)
-    send(bench, board, 0xE1, *words(0x700, 0x800, 0x900, 0x1000))
-    send(bench, board, 0xE1, *words(*[0x100] * 7), 1)
+    send_all(bench, board, (0xE1, *words(0x700, 0x800, 0x900, 0x1000)), (0xE1, *words(*[0x100] * 7), 1))
     assert free(bench, board) == 600
 
 
@@ -202,8 +201,7 @@ def test_entering_a_streaming_mode_destroys_the_sequences_and_not_the_moves(benc
     for values in ((0xD9, 1), (0x40, 1), (0xD8,)):
         send(bench, board, *values)
     enter(bench, board, 0x51, 1, 1)
-    send(bench, board, 0x40, 1)
-    send(bench, board, 0x50)
+    send_all(bench, board, (0x40, 1), (0x50,))
     assert free(bench, board) == 600
     send(bench, board, 0x41, 1, seconds=1)
     assert board.axes["motor"].position == 0
@@ -214,8 +212,7 @@ def test_entering_a_streaming_mode_destroys_the_sequences_and_not_the_moves(benc
 def test_the_moves_that_streaming_modes_know(bench, board):
     default(bench, board, 1_000, 100_000)
     enter(bench, board, 0x52, 3, 1, rate=2)
-    send(bench, board, 0x32, 0)
-    send(bench, board, 0x33, *i32(120), seconds=0.06)
+    send_all(bench, board, (0x32, 0), (0x33, *i32(120)), seconds=0.06)
     velocities(bench, board, 0)
     send(bench, board, 0x42)  # not during a move
     assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc"  # 1,000 pps

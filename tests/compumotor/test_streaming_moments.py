@@ -5,7 +5,7 @@ import pytest
 from axistwin.units import MS
 
 from .programs import distances, enter, pairs, velocities
-from .talking import CONTROL, RESET, ask, messages, ready, send, write
+from .talking import CONTROL, RESET, ask, messages, ready, send, send_all, status_word, write
 
 MODES = {
     0x51: lambda bench, board: pairs(bench, board, (0x1000, 500), (0x2000, 500), (0x1000, 500)),
@@ -73,14 +73,13 @@ def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
 def test_the_command_of_a_marker_does_not_outlive_its_board(bench, board, seconds):
     """EEh: a command takes "two to four milliseconds to execute"; here the reset comes before it has been."""
     enter(bench, board, 0x52, 1, 16, rate=10)
-    send(bench, board, 0xEE, 0xFF, 0xFF, 0x09, 0x02, 0)
-    send(bench, board, 0xEE, 0xFF, 0xFE, 0x94, 0, 0)
+    send_all(bench, board, (0xEE, 0xFF, 0xFF, 0x09, 0x02, 0), (0xEE, 0xFF, 0xFE, 0x94, 0, 0))
     velocities(bench, board, 0xFFFE, 0x1000, 0xFFFF, 0x2000, 0x1000, 0, 0)
     send(bench, board, 0x42)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
     bench.run(seconds)
     board.bus.write(CONTROL, RESET)
     bench.run(1.1)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     assert messages(bench, board) == []
     assert ask(bench, board, 0x90)[1] == 0x50
