@@ -249,7 +249,7 @@ def play(case: Case) -> tuple[object, ...]:
     it = model.build(bench)
     edges: list[tuple[int, str, bool]] = []
     for name, pin in it.pins.items():
-        pin.watch(lambda pin, name=name: edges.append((bench.now, name, pin.level)))
+        pin.subscribe(lambda pin, name=name: edges.append((bench.now, name, pin.level)))
     model.works[case.work](it)
     _advance(bench, it, case.steps)
     known = acts(bench, it)
@@ -291,7 +291,7 @@ def _happen(manner: str, happenings: list[Callable[[], object]], bench: Bench, i
                     happenings.pop(0)()
 
             for pin in it.pins.values():
-                pin.watch(changed)
+                pin.subscribe(changed)
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:

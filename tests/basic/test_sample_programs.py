@@ -141,7 +141,7 @@ def one_pass(session: Session) -> list[tuple[int, bool]]:
     """Input 1 goes high, and low again while the first pass is on its way; returns the changes of the outputs."""
     changes: list[tuple[int, bool]] = []
     pins = session.controller.pins
-    unwatch = [pins[f"output{n}"].watch(lambda pin, n=n: changes.append((n, pin.level))) for n in range(1, 6)]
+    unwatch = [pins[f"output{n}"].subscribe(lambda pin, n=n: changes.append((n, pin.level))) for n in range(1, 6)]
     pins["input1"].drive(True)
     session.bench.run(1.0)
     pins["input1"].drive(False)

@@ -52,7 +52,7 @@ def test_an_encoder_that_is_pushed_or_slips_takes_its_mark_along(bench):
     board = encoder_board(bench)
     encoder, pin = board.axes["motor"].encoder, board.pins["channel_z"]
     seen = []
-    pin.watch(lambda pin: seen.append(pin.level))
+    pin.subscribe(lambda pin: seen.append(pin.level))
     encoder.displace(5)
     assert not pin.level
     encoder.slip(3995)
@@ -71,7 +71,7 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
         board = encoder_board(bench, encoder={**encoder, "index_counts": 40})
         motor, pin, found = board.axes["motor"], board.pins["channel_z"], []
         if watched:
-            pin.watch(lambda pin, motor=motor, found=found: found.append((motor.position, pin.level)))
+            pin.subscribe(lambda pin, motor=motor, found=found: found.append((motor.position, pin.level)))
         for pulses in (way * 200, -way * 200):
             before = pin.level
             tell(bench, board, 0x33, *i32(pulses))
@@ -114,7 +114,7 @@ def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
     tell(bench, board, 0x32, 0)
     bench.run(1)
     assert bench.clock.next_event_ns() is None
-    end = board.pins["channel_z"].watch(lambda pin: None)
+    end = board.pins["channel_z"].subscribe(lambda pin: None)
     assert bench.clock.next_event_ns() is not None
     end()
     bench.run(26)

@@ -301,7 +301,7 @@ def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench
     board = ready(bench, interrupts=("message_ready", "input_ready"))
     edges = []
     board.bus.write(1, 0x40)
-    board.bus.interrupt_line.watch(lambda pin: edges.append(pin.level))
+    board.bus.interrupt_line.subscribe(lambda pin: edges.append(pin.level))
     tell(bench, board, 0x8C)
     bench.run(0.05)
     assert board.bus.read(1) & 0x98 == 0x18

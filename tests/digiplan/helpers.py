@@ -67,5 +67,5 @@ def gaps(times_ns: Iterable[int]) -> list[int]:
 def edges(pin: Pin) -> list[tuple[int, bool]]:
     """A list that grows with each change of the pin's level: (nanoseconds, level)."""
     seen: list[tuple[int, bool]] = []
-    pin.watch(lambda changed: seen.append((changed.clock.now, changed.level)))
+    pin.subscribe(lambda changed: seen.append((changed.clock.now, changed.level)))
     return seen

@@ -36,7 +36,7 @@ def undisturbed() -> list[int]:
     begun_ns = bench.now
     seen = {begun_ns}
     for pin in if2.pins.values():
-        pin.watch(lambda changed: seen.add(changed.clock.now))
+        pin.subscribe(lambda changed: seen.add(changed.clock.now))
     bench.run(5.0)
     assert status(bench, if2, "E") == "C"
     for axis in if2.axes.values():

@@ -42,7 +42,7 @@ class Noted:
         self.seen = []
         self.port.hear(lambda byte, errors: self.note("heard", byte, errors))
         for pin in self.if1.pins.values():
-            pin.watch(lambda pin: self.note(pin.name, pin.level))
+            pin.subscribe(lambda pin: self.note(pin.name, pin.level))
 
     def note(self, *what):
         self.seen.append((self.bench.now, *what))

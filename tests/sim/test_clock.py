@@ -139,7 +139,7 @@ def test_the_same_on_a_bench_with_a_controller():
         if1 = bench.add("if1")
         if1.serial.hear(lambda byte, errors: log.append((bench.now, byte, errors)))
         for pin in if1.pins.values():
-            pin.watch(lambda pin: log.append((bench.now, pin.name, pin.level)))
+            pin.subscribe(lambda pin: log.append((bench.now, pin.name, pin.level)))
 
         def act():
             log.append((bench.now, "act"))

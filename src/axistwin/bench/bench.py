@@ -178,13 +178,15 @@ class Controller:
         """Its stored programs or sequences by name, each with the line that is running now."""
         return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher(program, index)` at the exact moment at which a line of a stored program begins.
 
         `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
         bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.
         """
-        return self._device.watch_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
+        return (
+            self._device.subscribe_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
+        )
 
     @property
     def ambient(self) -> float:

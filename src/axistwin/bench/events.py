@@ -122,7 +122,7 @@ def observing(bench: Bench, sink: Sink) -> Iterator[None]:
         for controller in bench.controllers.values():
             _observe_person(bench, controller, sink, stack)
             _observe_pins(bench, controller, sink, stack)
-        stack.callback(bench.faults.watch(partial(_failed, bench, sink)))
+        stack.callback(bench.faults.subscribe(partial(_failed, bench, sink)))
         yield
 
 
@@ -205,6 +205,6 @@ def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitS
         sink(Turned(clock.now, name, pin_name, pin.volts, pin.driven))
 
     for pin_name, pin in terminals(controller).items():
-        stack.callback(pin.watch(partial(changed, pin_name)))
+        stack.callback(pin.subscribe(partial(changed, pin_name)))
         if isinstance(pin, UserPin):
-            stack.callback(pin.watch_volts(partial(turned, pin_name)))
+            stack.callback(pin.subscribe_volts(partial(turned, pin_name)))

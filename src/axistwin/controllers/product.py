@@ -190,7 +190,7 @@ class ProgrammedDevice(Device, Protocol):
     def programs(self) -> Mapping[str, Listing]:
         """The stored programs, with their running lines, by the product's names."""
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher(program, index)` when a line begins, or only when the line `only` begins.
 
         The callback may read the bench but must not change it.  Return an unsubscribe function.

@@ -154,7 +154,7 @@ class _Comparer(Player):
     def _subscribe_lines(self, name: str, stack: ExitStack) -> None:
         for subject in LINES:
             changes = self._levels[name, subject] = deque()
-            stack.callback(self._line(name, subject).watch(partial(self._note_level, changes)))
+            stack.callback(self._line(name, subject).subscribe(partial(self._note_level, changes)))
 
     def _line(self, name: str, subject: str) -> Pin:
         port = self.bench.ports[name]

@@ -394,7 +394,7 @@ class ServoAxis:
         stop_ns = self.clock.now + 1 if stop_ns is None else stop_ns
         return self._counts.times(start_ns, stop_ns, 2 * self._history_option)
 
-    def watch(self, callback: Listener) -> Callable[[], None]:
+    def subscribe(self, callback: Listener) -> Callable[[], None]:
         """Call `callback(samples)` with final samples, in order of time.  Return an unsubscribe function.
 
         Samples may come in blocks; `catch_up` publishes all samples up to now.
@@ -413,7 +413,7 @@ class ServoAxis:
 
     # Switches
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` when the shaft has crossed an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.

@@ -52,7 +52,7 @@ class EncoderView:
         _ = self.count
         return self._encoder.at_index
 
-    def watch_index(self, look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_index(self, look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` whenever channel Z may have begun or ended.  Return an unsubscribe function."""
 
         def edges() -> Sequence[int]:
@@ -162,7 +162,7 @@ class StepperAxis:
     def wire_index(self, pin: SensedPin) -> None:
         """Connect the encoder's channel Z to a terminal, if there is an encoder."""
         if (encoder := self._encoder) is not None:
-            pin.sense(lambda: encoder.at_index, encoder.watch_index)
+            pin.sense(lambda: encoder.at_index, encoder.subscribe_index)
 
     def encoder_counted(self, within_ns: int) -> bool:
         """True if the encoder has counted in the last `within_ns` of the present move."""
@@ -321,7 +321,7 @@ class StepperAxis:
         at_ns = stroke.reaches_ns(stroke.origin + stroke.direction * n)
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` on the exact pulse that crosses an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.

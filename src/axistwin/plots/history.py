@@ -199,7 +199,7 @@ class History:
                 if isinstance(axis, ServoAxis):
                     record = ServoRecord(controller.name, name, axis)
                     self.servos.append(record)
-                    stack.callback(axis.watch(record.add_samples))
+                    stack.callback(axis.subscribe(record.add_samples))
                     stack.callback(axis.catch_up)
 
 
@@ -217,6 +217,6 @@ def watching(bench: Bench) -> Iterator[History]:
     ]
     with ExitStack() as stack:
         history.observe_servos(stack)
-        stack.callback(bench.faults.watch(lambda fault, what: history.failed(fault.name, what)))
+        stack.callback(bench.faults.subscribe(lambda fault, what: history.failed(fault.name, what)))
         stack.enter_context(observing(bench, history.record))
         yield history

@@ -32,7 +32,7 @@ class StepObserver:
             self._stack.enter_context(observing(self.bench, self._see))
         elif self.kind == "statement":
             for controller in self.bench.controllers.values():
-                self._stack.callback(controller.watch_lines(self._see))
+                self._stack.callback(controller.subscribe_lines(self._see))
         return self
 
     def __exit__(

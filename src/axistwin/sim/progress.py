@@ -27,7 +27,7 @@ class Progress:
         """Report that this line begins now."""
         self._begins.emit(program, index)
 
-    def watch(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `callback(program, index)` whenever a line begins, or only when the line `only` begins.
 
         The callback may read the bench but must not change it.  Return an unsubscribe function.

@@ -143,7 +143,7 @@ class RegisterPort:
 
     # Subscriptions
 
-    def watch(self, callback: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_status(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` whenever the status byte has changed.  Return an unsubscribe function."""
         return self._status_changes.subscribe(callback)
 

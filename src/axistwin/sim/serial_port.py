@@ -132,7 +132,7 @@ class SerialPort:
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
-        self.dtr_line.watch(lambda _: self._update_flow())
+        self.dtr_line.subscribe(lambda _: self._update_flow())
 
     def write(self, data: bytes) -> None:
         """Queue data for transmission; flow control decides when it leaves."""

@@ -208,12 +208,14 @@ class Tracer:
         level = self._place(controller, pin_signal(pin_name))
         if level is not None:
             self._first[f"{controller}.{pin_signal(pin_name)}"] = int(pin.level)
-            self._begin.append(lambda stack: stack.callback(pin.watch(lambda _: add(clock.now, level, int(pin.level)))))
+            self._begin.append(
+                lambda stack: stack.callback(pin.subscribe(lambda _: add(clock.now, level, int(pin.level))))
+            )
         volts = self._place(controller, f"{pin_name}_volts")
         if volts is not None and isinstance(pin, UserPin):
             self._first[f"{controller}.{pin_name}_volts"] = pin.volts
             self._begin.append(
-                lambda stack: stack.callback(pin.watch_volts(lambda _: add(clock.now, volts, pin.volts)))
+                lambda stack: stack.callback(pin.subscribe_volts(lambda _: add(clock.now, volts, pin.volts)))
             )
 
     def _add_streams(self, name: str) -> None:
@@ -233,7 +235,7 @@ class Tracer:
                 self._waiting.add(self.bench.now, place, self._faults(name, fault if what == "ends" else None))
 
         self._first[f"{name}.{FAULTS}"] = self._faults(name, None)
-        self._begin.append(lambda stack: stack.callback(self.bench.faults.watch(changed)))
+        self._begin.append(lambda stack: stack.callback(self.bench.faults.subscribe(changed)))
 
     def _faults(self, name: str, over: Fault | None) -> bytes:
         """Return the names of a controller's active faults, except one that is just ending."""
@@ -278,7 +280,7 @@ class Tracer:
         self._rows.append(trace.rows)
         self._computing_ahead.append(trace.axis)
         self._first |= {f"{scope}.{name}": trace.first(name) for name in ("position", "commanded")}
-        self._begin.append(lambda stack: stack.callback(trace.axis.watch(trace.add_samples)))
+        self._begin.append(lambda stack: stack.callback(trace.axis.subscribe(trace.add_samples)))
 
     # Events
 

@@ -20,7 +20,7 @@ class Host:
         self._commands: deque[bytes] = deque()
         self._hearers: list[Callable[[bytes], None]] = []
         self._due = False
-        self._unwatch = port.watch(self._changed)
+        self._unwatch = port.subscribe_status(self._changed)
         self._changed()
 
     @property

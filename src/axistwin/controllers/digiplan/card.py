@@ -122,9 +122,9 @@ class Card:
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each step when it begins."""
-        return self._progress.watch(watcher, only)
+        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """Faults and status, named after the commands that report them; K without what follows from the motion.

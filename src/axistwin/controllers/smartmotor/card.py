@@ -86,9 +86,9 @@ class SmartMotor:
         """The one program in the memory, also without power."""
         return self._lines.listings()
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each line when it begins.  Meanwhile it is computed from one to the next, with the same results."""
-        return self._lines.progress.watch(watcher, only)
+        return self._lines.progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""

@@ -47,7 +47,7 @@ class Trail:
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
-                pin.watch(partial(self._switched, name))
+                pin.subscribe(partial(self._switched, name))
 
     @property
     def here(self) -> Point:

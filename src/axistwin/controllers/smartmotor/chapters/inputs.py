@@ -120,12 +120,12 @@ class IndexLine(Pin):
         if self.motor is not None:
             self.motor.force_index(False, rising=False)
 
-    def watch(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
+    def subscribe(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
         """Call `watcher(pin)` at every change."""
         self.watched = True
         if self.motor is not None:
             self.motor.watch_index()
-        return super().watch(watcher)
+        return super().subscribe(watcher)
 
     def show(self) -> None:
         """The shaft has come to the mark, or has left it."""
@@ -141,8 +141,8 @@ class Inputs:
         self._undo: list[Callable[[], object]] = []
         for bit, name in enumerate(USER_PINS):
             pin = motor.pins[name]
-            self._undo.append(pin.watch(partial(self._level, bit)))
-            self._undo.append(pin.watch_volts(partial(self._volts, bit)))
+            self._undo.append(pin.subscribe(partial(self._level, bit)))
+            self._undo.append(pin.subscribe_volts(partial(self._volts, bit)))
             motor.i[PINS] |= pin.level << bit
             motor.i[ANALOG + bit] = pin.analog
         self._encoder_pins = [pin for pin in motor.pins.values() if isinstance(pin, EncoderPin)]
