@@ -78,7 +78,7 @@ def _write(text: str, it: Controller) -> None:
 def _order(commands: Sequence[str], it: Controller) -> None:
     assert it.product.attend is not None
     host = it.product.attend(it.bus)
-    host.hear(lambda message: None)
+    host.subscribe_received(lambda message: None)
     for command in (DEFAULT, *commands):
         host.write(bytes.fromhex(command))
 

@@ -45,7 +45,7 @@ class Session:
             self.heard.append(byte)
             self.heard_ns.append(self.bench.now)
 
-        self.controller.serial.hear(hear)
+        self.controller.serial.subscribe_received(hear)
 
     def ask(self, text: str) -> str:
         """What the controller answers to a message now, without echo and terminator."""

@@ -166,7 +166,7 @@ def test_a_power_cut_under_the_joystick_sends_nothing(bench, board):
     board.pins["at_zero"].drive(False)
     messages(bench, board)
     said = []
-    board.bus.hear(said.append)
+    board.bus.subscribe_received(said.append)
     board.power(False)
     bench.run(1)
     assert said == []

@@ -126,7 +126,7 @@ def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
 def heard(bench: Bench, controller: Controller) -> list[tuple[int, int, LineError]]:
     """A list that fills with (time in ns, byte, errors) for each character that the host receives from now on."""
     characters: list[tuple[int, int, LineError]] = []
-    controller.serial.hear(lambda byte, errors: characters.append((bench.now, byte, errors)))
+    controller.serial.subscribe_received(lambda byte, errors: characters.append((bench.now, byte, errors)))
     return characters
 
 

@@ -138,7 +138,7 @@ def test_the_inter_character_delay_is_kept(bench):
     if2.power(False)
     power_up(bench, if2, dsr=False)
     heard: list[int] = []
-    if2.serial.hear(lambda byte, errors: heard.append(bench.now))
+    if2.serial.subscribe_received(lambda byte, errors: heard.append(bench.now))
     tell(if2, "F")
     bench.run(1.0)
     assert if2.serial.read() == b"32\r"

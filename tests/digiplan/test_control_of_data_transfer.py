@@ -249,7 +249,7 @@ def test_it_transmits_while_dtr_is_reset(bench, if1):
     tell(if1, "D25")
     bench.run(0.1)
     seen = []
-    if1.serial.hear(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
+    if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
     tell(if1, "I")  # a character each 0.25 s
     bench.run(0.3)
     fill(bench, if1, " " * 52)
@@ -418,7 +418,7 @@ def obedient_xon_host(if1: Controller) -> Callable[[], None]:
         if byte in (XOFF, XON):
             if1.serial.held = byte == XOFF
 
-    return if1.serial.hear(obey)
+    return if1.serial.subscribe_received(obey)
 
 
 LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, the first four start a calculation
@@ -523,7 +523,7 @@ def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
     tell(if1, "D25")
     bench.run(0.1)
     seen = []
-    if1.serial.hear(lambda byte, _: seen.append((byte, bench.now)))
+    if1.serial.subscribe_received(lambda byte, _: seen.append((byte, bench.now)))
     tell(if1, "I")  # 200 <CR>, a character each 0.25 s
     bench.run(0.3)
     filled_ns = bench.now

@@ -202,7 +202,7 @@ def test_a_status_request_is_answered_while_a_second_move_is_held(bench, if1, le
 def test_it_is_busy_from_the_first_move_to_the_end_of_the_held_one(bench, if1):
     """Busy status; sample 10 sends a move during another and takes "C" for the end of both."""
     seen = []
-    if1.serial.hear(lambda byte, _: seen.append((chr(byte), bench.now)))
+    if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), bench.now)))
     tell(if1, "X40$")
     tell(if1, "Y20$")
     while ("C" not in [letter for letter, _ in seen]) and bench.seconds < 10:

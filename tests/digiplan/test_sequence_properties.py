@@ -213,7 +213,7 @@ def story(script: list[Act], model: str, form: str) -> tuple[object, ...]:
     controller = ready(bench, form, model)
     controller.serial.read()
     heard: list[object] = []
-    controller.serial.hear(lambda byte, errors: heard.append((bench.now, byte)))
+    controller.serial.subscribe_received(lambda byte, errors: heard.append((bench.now, byte)))
     for name, pin in controller.pins.items():
         pin.subscribe(lambda changed, name=name: heard.append((bench.now, name, changed.level)))
     for act in script:

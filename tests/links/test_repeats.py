@@ -40,7 +40,7 @@ class Noted:
         self.if1 = initialise(self.bench, self.bench.add("if1", line=line))
         self.port = self.if1.serial
         self.seen = []
-        self.port.hear(lambda byte, errors: self.note("heard", byte, errors))
+        self.port.subscribe_received(lambda byte, errors: self.note("heard", byte, errors))
         for pin in self.if1.pins.values():
             pin.subscribe(lambda pin: self.note(pin.name, pin.level))
 

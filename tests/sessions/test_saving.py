@@ -206,7 +206,7 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
     for name in ("input1", "input2"):
         pins[name].subscribe(lambda pin, name=name: when.setdefault(name, bench.seconds))
     heard = []
-    bench["if1"].serial.hear(lambda byte, _: heard.append(bench.seconds))
+    bench["if1"].serial.subscribe_received(lambda byte, _: heard.append(bench.seconds))
     bench.run(5)
     assert when["input1"] == heard[1]
     assert when["input2"] == pytest.approx(when["input1"] + 2)

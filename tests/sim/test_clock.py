@@ -137,7 +137,7 @@ def test_the_same_on_a_bench_with_a_controller():
     def run(by_hand):
         bench, log = Bench(), []
         if1 = bench.add("if1")
-        if1.serial.hear(lambda byte, errors: log.append((bench.now, byte, errors)))
+        if1.serial.subscribe_received(lambda byte, errors: log.append((bench.now, byte, errors)))
         for pin in if1.pins.values():
             pin.subscribe(lambda pin: log.append((bench.now, pin.name, pin.level)))
 

@@ -237,7 +237,7 @@ def test_host_mode_tells_its_status(bench, motor):
 def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
     """When the characters of the answer arrive, from when the host begins to send."""
     began, times = bench.now, list[float]()
-    stop = motor.serial.hear(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
+    stop = motor.serial.subscribe_received(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
     tell(bench, motor, text, 0.1)
     stop()
     return times

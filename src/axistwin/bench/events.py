@@ -183,16 +183,16 @@ def terminals(controller: Controller) -> dict[str, Pin]:
 
 def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
-    stack.callback(bus.listen(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(bus.hear(lambda data: sink(Heard(clock.now, name, data))))
+    stack.callback(bus.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(bus.subscribe_received(lambda data: sink(Heard(clock.now, name, data))))
 
 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
-    stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(port.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
     stack.callback(port.watch_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_words(act)))))
     stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
-    stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+    stack.callback(port.subscribe_received(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
 
 
 def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:

@@ -269,7 +269,7 @@ class BusHost(Protocol):
     def write(self, command: bytes) -> None:
         """Send a command as soon as the board takes it."""
 
-    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback` with each message.  Return an unsubscribe function."""
 
     def close(self) -> None:

@@ -147,7 +147,7 @@ class _Comparer(Player):
         """Subscribe also to the times of replies and to changes of control lines."""
         super().subscribe(stack)
         for name, when in self._times.items():
-            stack.callback(self.hosts[name].hear(partial(self._note_times, when)))
+            stack.callback(self.hosts[name].subscribe_received(partial(self._note_times, when)))
             if name in self.bench.ports and self.bench.ports[name].handshake:
                 self._subscribe_lines(name, stack)
 

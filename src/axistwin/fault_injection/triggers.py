@@ -120,7 +120,7 @@ def _receives(wish: _Wish) -> Arm:
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
-        return _messages(bus.listen if hears else bus.hear, _hexadecimal(wish))
+        return _messages(bus.subscribe_sent if hears else bus.subscribe_received, _hexadecimal(wish))
     line = port.to_device if hears else port.from_device
     return _characters(line.receiver.received, _written(wish))
 

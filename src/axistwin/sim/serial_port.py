@@ -236,11 +236,11 @@ class SerialPort:
         """Call `callback(seconds)` with each break that the host sends.  Return an unsubscribe function."""
         return self._breaks.subscribe(callback)
 
-    def hear(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
+    def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
         return self._receives.subscribe(callback)
 
-    def listen(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(data)` with data from the host when it is queued.  Return an unsubscribe function."""
         return self._writes.subscribe(callback)
 
