@@ -190,8 +190,8 @@ def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
     stack.callback(port.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(port.watch_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_words(act)))))
-    stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
+    stack.callback(port.subscribe_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_words(act)))))
+    stack.callback(port.subscribe_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
     stack.callback(port.subscribe_received(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
 
 

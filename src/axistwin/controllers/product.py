@@ -17,6 +17,7 @@ from axistwin.sim.pins import Pin, SensedPin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 
 
 class PulseAxis(Protocol):
@@ -46,8 +47,8 @@ class PulseAxis(Protocol):
         """Direction of the encoder's last motion: +1 or -1."""
 
     @property
-    def on_push(self) -> list[Callable[[], None]]:
-        """Called when the load has been pushed."""
+    def on_push(self) -> Signal[[]]:
+        """Emitted when the load has been pushed."""
 
 
 class Store(Protocol):

@@ -88,10 +88,10 @@ class Master:
         """True from the first run on; before, pins A and B are open."""
         self.by_hand = ByHand(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
-        self.before_change: list[Callable[[], None]] = []
-        """Called before the motion changes, while `at` still returns the old one."""
-        self.on_change: list[Callable[[], None]] = []
-        """Called after the motion has changed."""
+        self.before_change: Signal[[]] = Signal()
+        """Emitted before the motion changes, while `at` still returns the old one."""
+        self.on_change: Signal[[]] = Signal()
+        """Emitted after the motion has changed."""
 
     @property
     def count(self) -> int:
@@ -177,8 +177,6 @@ class Master:
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:
-        for action in self.before_change:
-            action()
+        self.before_change.emit()
         self.run, self.followed, self.plugged = run, followed, True
-        for action in self.on_change:
-            action()
+        self.on_change.emit()

@@ -181,8 +181,8 @@ class ServoAxis:
         self._jams = Override(False, self._replan, self._catch_up)
         self._torque = Override(1.0, self._replan, self._catch_up)
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
-        self.on_supply: list[Callable[[], None]] = []
-        """Called when the supply voltage has changed."""
+        self.on_supply: Signal[[]] = Signal()
+        """Emitted when the supply voltage has changed."""
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""
@@ -363,8 +363,7 @@ class ServoAxis:
 
     def _supply_changed(self) -> None:
         self._replan()
-        for action in tuple(self.on_supply):
-            action()
+        self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
         """Count `of` for each `out_of` counts from now on.  The motor uses the wrong count."""

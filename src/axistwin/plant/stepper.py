@@ -60,10 +60,10 @@ class EncoderView:
             return self._encoder.index_edges()
 
         watch = _EdgeWatch(self._axis, edges, look)
-        self._axis.on_push.append(watch.look)
+        unsubscribe = self._axis.on_push.subscribe(watch.look)
 
         def end() -> None:
-            self._axis.on_push.remove(watch.look)
+            unsubscribe()
             watch.end()
 
         return end
@@ -96,8 +96,7 @@ class EncoderView:
         self._moved()
 
     def _moved(self) -> None:
-        for action in tuple(self._axis.on_push):
-            action()
+        self._axis.on_push.emit()
 
 
 class StepperAxis:
@@ -120,8 +119,8 @@ class StepperAxis:
         """First and last position within the limit switches, and of the home switch; None: no switches."""
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
-        self.on_push: list[Callable[[], None]] = []
-        """Called when the load has been pushed."""
+        self.on_push: Signal[[]] = Signal()
+        """Emitted when the load has been pushed."""
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()

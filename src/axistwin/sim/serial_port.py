@@ -232,7 +232,7 @@ class SerialPort:
         """The device's request to send."""
         return self.rts_line.level
 
-    def watch_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
+    def subscribe_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
         """Call `callback(seconds)` with each break that the host sends.  Return an unsubscribe function."""
         return self._breaks.subscribe(callback)
 
@@ -244,7 +244,7 @@ class SerialPort:
         """Call `callback(data)` with data from the host when it is queued.  Return an unsubscribe function."""
         return self._writes.subscribe(callback)
 
-    def watch_settings(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+    def subscribe_settings(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
         """Call `callback(act)` before each `flow`, `hold`, `drop` and `instant` that changes something, for recordings.
 
         Settings within another act are reported, settings by the bench itself are not.  Return an unsubscribe function.

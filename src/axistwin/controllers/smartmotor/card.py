@@ -43,7 +43,7 @@ class SmartMotor:
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
         self._switched_on = False
-        axis.on_supply.append(self._settle_power)
+        axis.on_supply.subscribe(self._settle_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
 

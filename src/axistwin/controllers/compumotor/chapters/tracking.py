@@ -112,12 +112,12 @@ class ClosedLoop:
         self._correction: Course | None = None
         self._ticking = False
         if axis is not None:
-            axis.on_push.append(self._pushed)
+            self._unsubscribe = axis.on_push.subscribe(self._pushed)
 
     def close(self) -> None:
         """The power is gone."""
         if self._axis is not None:
-            self._axis.on_push.remove(self._pushed)
+            self._unsubscribe()
 
     # What is known
 

@@ -150,9 +150,8 @@ class Inputs:
             encoder_pin.levels, encoder_pin.on_wiring = self._levels, self._wiring
             self._undo.append(encoder_pin.unplug)
         master = self.axis.master
-        for listeners, action in ((master.before_change, self.catch_up), (master.on_change, self._master)):
-            listeners.append(action)
-            self._undo.append(partial(listeners.remove, action))
+        self._undo.append(master.before_change.subscribe(self.catch_up))
+        self._undo.append(master.on_change.subscribe(self._master))
         motor.core.listeners.append(self._publish)
         self._by_hand = 0
         """Edges that have come through the pins themselves."""
