@@ -9,7 +9,7 @@ def test_everybody_is_told_what_he_wants_to_know():
     progress.subscribe(lambda *line: every.append(line))
     progress.subscribe(lambda *line: one.append(line), ("a", 2))
     for line in ("a", 1), ("a", 2), ("b", 2), ("a", 2):
-        progress.tell(*line)
+        progress.report(*line)
     assert every == [("a", 1), ("a", 2), ("b", 2), ("a", 2)]
     assert one == [("a", 2), ("a", 2)]
 
@@ -33,6 +33,6 @@ def test_a_watcher_may_leave_when_it_is_told():
     found = []
     look_away = progress.subscribe(lambda *line: (found.append(line), look_away()))
     progress.subscribe(lambda *line: found.append(line))
-    progress.tell("a", 0)
-    progress.tell("a", 1)
+    progress.report("a", 0)
+    progress.report("a", 1)
     assert found == [("a", 0), ("a", 0), ("a", 1)]

@@ -222,7 +222,7 @@ class Controller:
         If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
         changes when the procedure next yields, in the same nanosecond.
         """
-        self.by_hand.tell("power", on)
+        self.by_hand.report("power", on)
         device = self._device
         if isinstance(device, ProceduralDevice) and device.clock.active_process in device.procedures:
             device.clock.soon(partial(self._switch, on))

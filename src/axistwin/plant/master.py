@@ -138,7 +138,7 @@ class Master:
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
         duration_ns = to_ns(seconds)
-        self.by_hand.tell("master", counts, seconds)
+        self.by_hand.report("master", counts, seconds)
         count = self.count
         self._unsubscribe()
         self._unsubscribe = lambda: None
@@ -153,7 +153,7 @@ class Master:
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
         self._check_no_circle(axis)
-        self.by_hand.tell("master", axis, Fraction(ratio))
+        self.by_hand.report("master", axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unsubscribe()
         self._ratio = Fraction(ratio)

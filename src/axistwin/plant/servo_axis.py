@@ -296,7 +296,7 @@ class ServoAxis:
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
             raise UsageError(f"ambient={celsius!r}: expected a temperature from {COLDEST:g} to {HOTTEST:g} °C")
-        self.by_hand.tell("ambient", celsius)
+        self.by_hand.report("ambient", celsius)
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
@@ -316,7 +316,7 @@ class ServoAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.tell("load", newton_metres)
+        self.by_hand.report("load", newton_metres)
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -325,7 +325,7 @@ class ServoAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; the trajectory continues."""
-        self.by_hand.tell("jam", bool(on))
+        self.by_hand.report("jam", bool(on))
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
@@ -379,7 +379,7 @@ class ServoAxis:
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts`, as a person would."""
-        self.by_hand.tell("push", counts)
+        self.by_hand.report("push", counts)
         self._source.catch_up()
         self._source.push(counts)
         self.left_window()

@@ -42,7 +42,7 @@ class EncoderView:
     def displace(self, counts: int) -> None:
         """Push the load by `counts`; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
-        self._axis.by_hand.tell("push", counts)
+        self._axis.by_hand.report("push", counts)
         self._encoder.displace(counts)
         self._moved()
 
@@ -288,7 +288,7 @@ class StepperAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.tell("load", newton_metres)
+        self.by_hand.report("load", newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -297,7 +297,7 @@ class StepperAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; pulses continue."""
-        self.by_hand.tell("jam", on)
+        self.by_hand.report("jam", on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:

@@ -23,7 +23,7 @@ class Progress:
         """The lines that have subscribers; None: all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
-    def tell(self, program: str, index: int) -> None:
+    def report(self, program: str, index: int) -> None:
         """Report that this line begins now."""
         self._begins.emit(program, index)
 

@@ -103,8 +103,8 @@ class Card:
                 self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart,
                 encoder=self._encoder,
             )  # fmt: skip
-            self._board.events.on_fault = self.alarms.tell
-            self._board.sequencer.on_command = lambda number, at: self._progress.tell(name_of(number), at)
+            self._board.events.on_fault = self.alarms.report
+            self._board.sequencer.on_command = lambda number, at: self._progress.report(name_of(number), at)
 
     def programs(self) -> Mapping[str, Listing]:
         """The sequence buffers; without power there are none."""

@@ -89,8 +89,8 @@ class Card:
                 self.clock, self.uart, self.lines, self.pins, self._outputs, self.axes, self.options, self.store
             )
             self._interface.on_trouble = self._tell_trouble
-            self._interface.faults.on_fault = self.alarms.tell
-            self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
+            self._interface.faults.on_fault = self.alarms.report
+            self._interface.on_step = lambda number: self._progress.report(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None

@@ -59,7 +59,7 @@ class SmartMotor:
             if self._before is not None:
                 self._before.leave()
             self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
-            self._motor.on_fault = self.alarms.tell
+            self._motor.on_fault = self.alarms.report
             self._lines.connect(self._motor)
             self._registers.connect(self._motor)
             if self._index.watched:
