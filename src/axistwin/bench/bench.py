@@ -203,13 +203,13 @@ class Controller:
         return self._motor("is no motor and has no `master`").master
 
     @property
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """A status hint: why the controller does not move, and the remedy, in one line; empty if there is none."""
-        return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
+        return self._device.hint() if isinstance(self._device, TroubledDevice) else ""
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when `trouble` has a new hint.  Return an unsubscribe function."""
-        return self._device.watch_trouble(watcher) if isinstance(self._device, HintingDevice) else lambda: None
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when `hint` has a new hint.  Return an unsubscribe function."""
+        return self._device.subscribe_hint(watcher) if isinstance(self._device, HintingDevice) else lambda: None
 
     @property
     def busy(self) -> bool:

@@ -238,7 +238,7 @@ def _prepare(bench: Bench, speed: float | None) -> None:
 def _tell_hints(bench: Bench) -> None:
     """Log each status hint of a controller."""
     for name, controller in bench.controllers.items():
-        controller.watch_trouble(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
+        controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
 
 def _log_to_stderr() -> None:

@@ -111,7 +111,7 @@ class Rs485Device(Device, Protocol):
 class TroubledDevice(Device, Protocol):
     """A device that reports the reason why it does not move."""
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """Return a status hint in one line: the reason and the remedy; empty if there is none."""
 
 
@@ -119,7 +119,7 @@ class TroubledDevice(Device, Protocol):
 class HintingDevice(TroubledDevice, Protocol):
     """A device that reports new status hints."""
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
 
 

@@ -101,11 +101,11 @@ class Card:
                 self.pins[name].set(True)
             self._outputs.reset()
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """Why it takes no commands, while it waits for the baud rate or the data format and drops what comes."""
         return "" if self._interface is None else self._interface.trouble
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` when there is something to tell.  Returns what ends it."""
         self._trouble_watchers.append(watcher)
         return lambda: self._trouble_watchers.remove(watcher)

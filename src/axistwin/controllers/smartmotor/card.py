@@ -74,7 +74,7 @@ class SmartMotor:
     def _undervoltage(self) -> bool:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """What keeps it from moving, and what helps."""
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
