@@ -208,7 +208,7 @@ class Controller:
         return self._device.hint() if isinstance(self._device, TroubledDevice) else ""
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when `hint` has a new hint.  Return an unsubscribe function."""
+        """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
         return self._device.subscribe_hint(watcher) if isinstance(self._device, HintingDevice) else lambda: None
 
     @property

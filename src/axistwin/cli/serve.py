@@ -301,5 +301,5 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
 
 
 def _catch_up_regularly(pacer: Pacer, files: _Files) -> None:
-    pacer.look(files.catch_up)
+    pacer.inspect(files.catch_up)
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, files)
