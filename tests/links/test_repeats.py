@@ -116,5 +116,5 @@ def test_moments_kept_and_done_again_are_the_same_run(line, speed, steps):
     again = Noted(line)
     for (time_ns, _), acts in groupby(session.kept, key=lambda one: one[0]):
         moment = [act for _, act in acts]
-        again.bench.clock.after_all(time_ns, lambda moment=moment: [again.port.perform(act) for act in moment])
+        again.bench.clock.call_last(time_ns, lambda moment=moment: [again.port.perform(act) for act in moment])
     assert again.finished(end_ns) == session.noted.finished(end_ns)

@@ -193,7 +193,7 @@ class _ConversationHost:
             match act:
                 case Wait():
                     time_ns += act.ns
-                    yield self._after_all(time_ns)
+                    yield self._last_event(time_ns)
                 case Hear():
                     yield from self._hear(act)
                     time_ns = self.bench.now
@@ -201,9 +201,9 @@ class _ConversationHost:
                     with self.conversation.placing_errors(act):
                         do()
 
-    def _after_all(self, time_ns: int) -> Event:
+    def _last_event(self, time_ns: int) -> Event:
         event = self.bench.clock.event()
-        self.bench.clock.after_all(time_ns, event.succeed, rank=self._rank)
+        self.bench.clock.call_last(time_ns, event.succeed, rank=self._rank)
         return event
 
     def _hear(self, act: Hear) -> Procedure:
@@ -212,11 +212,11 @@ class _ConversationHost:
         known = -1
         while known < len(heard) < wanted:
             known, self._waiting = len(heard), clock.event()
-            forget = clock.after_all(clock.now + self._patience_ns, self._resume)
+            forget = clock.call_last(clock.now + self._patience_ns, self._resume)
             yield self._waiting
             forget()
         del heard[:wanted]
-        yield self._after_all(clock.now)
+        yield self._last_event(clock.now)
 
 
 class _ControllerHost:

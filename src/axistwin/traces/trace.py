@@ -117,7 +117,7 @@ class Tracer:
     def __init__(self, bench: Bench, signals: Sequence[Signal]) -> None:
         self.bench, self.signals = bench, signals
         self.sink: Sink | None = None
-        self.taker: Callable[[list[Part], list[bytes]], None] | None = None
+        self.consumer: Callable[[list[Part], list[bytes]], None] | None = None
         """Receives changes instead of a sink: signal by signal, not merged in order of time."""
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
@@ -293,7 +293,7 @@ class Tracer:
         enough = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
         for rows in self._rows:
             enough |= rows.waiting >= CHUNK
-        if enough and (self.sink is not None or self.taker is not None):
+        if enough and (self.sink is not None or self.consumer is not None):
             try:
                 self._write(self.bench.now + 1)
             except OSError as error:
@@ -328,8 +328,8 @@ class Tracer:
         parts = self._waiting.parts(before_ns, texts)
         for source in self._sources:
             parts += source.parts(self._upto_ns, before_ns)
-        if self.taker is not None and parts:
-            self.taker(parts, texts)
+        if self.consumer is not None and parts:
+            self.consumer(parts, texts)
         elif self.sink is not None and parts:
             self.sink.write(merged(parts, texts))
         self._upto_ns, self._writing = before_ns, False
