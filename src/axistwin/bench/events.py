@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import endpoints
-from axistwin.bench.actions import in_words, lead_in_words, on_a_bus, setting_words
+from axistwin.bench.actions import action_value, lead_value, on_a_bus, setting_value
 from axistwin.bench.bench import Bench, Controller
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
@@ -138,10 +138,10 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
     """Observe a person's actions: test leads, power, axes, joystick, external encoder."""
 
     def handled(target: str, *values: float) -> None:
-        sink(Handled(bench.now, controller.name, target, in_words(target, *values)))
+        sink(Handled(bench.now, controller.name, target, action_value(target, *values)))
 
     def led(name: str, pin: Pin) -> None:
-        sink(Handled(bench.now, controller.name, name, lead_in_words(pin)))
+        sink(Handled(bench.now, controller.name, name, lead_value(pin)))
 
     def at_axis(name: str, act: str, *values: float) -> None:
         handled(act if act == "ambient" else f"{name}.{act}", *values)
@@ -190,7 +190,7 @@ def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
     stack.callback(port.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(port.subscribe_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_words(act)))))
+    stack.callback(port.subscribe_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_value(act)))))
     stack.callback(port.subscribe_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
     stack.callback(port.subscribe_received(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
 
