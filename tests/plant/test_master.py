@@ -74,7 +74,7 @@ def test_it_sits_on_a_shaft(clock):
         position = 300
         on_motion: ClassVar[Signal] = Signal()
         resting = False
-        foreseen = False
+        predictable = False
         follows = None
 
     master = Master(clock)

@@ -32,7 +32,7 @@ class Followed(Protocol):
         """True if the axis stays where it is until `on_motion` is emitted."""
 
     @property
-    def foreseen(self) -> bool:
+    def predictable(self) -> bool:
         """True if `positions_at` can predict positions up to the next `on_motion`."""
 
     @property
@@ -81,7 +81,7 @@ class Master:
         self.run = Run(clock.now, 0, 0, 0)
         """The latest run; it may be finished."""
         self.followed: Followed | None = None
-        """The axis that the encoder is mounted on; its positions can be predicted if it is `foreseen`."""
+        """The axis that the encoder is mounted on; its positions can be predicted if it is `predictable`."""
         self._ratio = Fraction(1)
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False
@@ -109,14 +109,14 @@ class Master:
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
-    def foreseen(self) -> bool:
-        """True if `foretell` is possible: the encoder is mounted on an axis that is `foreseen`."""
-        return self.followed is not None and self.followed.foreseen
+    def predictable(self) -> bool:
+        """True if `predict` is possible: the encoder is mounted on an axis that is `predictable`."""
+        return self.followed is not None and self.followed.predictable
 
-    def foretell(self, first_ns: int, period_ns: int, number: int) -> list[int]:
+    def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
         """Return `number` counts from `first_ns` on at this period, predicted without further changes.
 
-        The encoder must be mounted on an axis that is `foreseen`.
+        The encoder must be mounted on an axis that is `predictable`.
         """
         assert self.followed is not None, "the encoder is mounted on an axis"
         times_ns = range(first_ns, first_ns + number * period_ns, period_ns)

@@ -265,7 +265,7 @@ class ServoAxis:
         return False
 
     @property
-    def foreseen(self) -> bool:
+    def predictable(self) -> bool:
         """False: positions of a servo are not known in advance."""
         return False
 

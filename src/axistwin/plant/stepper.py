@@ -188,7 +188,7 @@ class StepperAxis:
         return not self.moving
 
     @property
-    def foreseen(self) -> bool:
+    def predictable(self) -> bool:
         """True if positions are predictable up to the next move; with lost steps they are read instead."""
         return not self._slips
 

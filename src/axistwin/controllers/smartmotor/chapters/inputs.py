@@ -222,7 +222,7 @@ class Inputs:
         self._wiring()
         i[MASTER], i[MASTER_LEFT], i[TOLD] = self.edges(), 0, 0
         follows = self._follows()
-        core.foretell = self._foretell if follows and self.axis.master.foreseen else None
+        core.foretell = self._foretell if follows and self.axis.master.predictable else None
         core.one_by_one = self._ask if follows and core.foretell is None else None
         first_ns = core.time_ns(i[SAMPLE] + 1)
         if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
@@ -251,7 +251,7 @@ class Inputs:
         core = self.motor.core
         if not self._follows():
             core.foretell = None
-        counts = self.axis.master.foretell(core.time_ns(first), SAMPLE_NS, samples)
+        counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self._by_hand for count in counts]
 
     # The axis's source
