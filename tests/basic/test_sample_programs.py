@@ -110,7 +110,7 @@ def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
     session = perform(10, "V62", tmp_path, line="9600 8N2")
 
     assert session.moves() == [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
-    assert [max(session.controller.axes[axis].train.stroke.profile.rates) for axis in "XY"] == [6500, 650]
+    assert [max(session.controller.axes[axis].train.move.profile.rates) for axis in "XY"] == [6500, 650]
     assert_no_complaint(session)
 
 

@@ -77,7 +77,7 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
             tell(bench, board, 0x33, *i32(pulses))
             while not motor.moving:
                 bench.run(0.000_1)
-            for time_ns in [int(motor.train.stroke.start_ns + n * 1_000_000) for n in range(1, 201)]:
+            for time_ns in [int(motor.train.move.start_ns + n * 1_000_000) for n in range(1, 201)]:
                 bench.run((time_ns + 1_000 - bench.now) / 1e9)
                 if not watched and pin.level is not before:
                     before = pin.level
@@ -171,7 +171,7 @@ def test_step_out_gives_a_pulse_of_229_ns_for_each_count(bench):
     board = encoder_board(bench)
     tell(bench, board, 0x33, *i32(20))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    began, pin = board.axes["motor"].train.stroke.start_ns, board.pins["encoder_step"]
+    began, pin = board.axes["motor"].train.move.start_ns, board.pins["encoder_step"]
     levels = []
     for time_ns in (6_000_100, 6_999_999, 7_000_000, 7_000_228, 7_000_229, 13_000_000):
         bench.run((began + time_ns - bench.now) / 1e9)

@@ -73,12 +73,12 @@ def moving(controller: Controller) -> bool:
 
 def start_ns(axis: StepperAxis) -> int:
     """When the latest motion began."""
-    return axis.train.stroke.start_ns
+    return axis.train.move.start_ns
 
 
 def since_start(axis: StepperAxis, nth: int = -1) -> list[int]:
     """The times of the pulses of the latest motion, or of the nth, in nanoseconds from its start."""
-    starts = [*(stroke.start_ns for stroke in axis.train.strokes), axis.clock.now + 1]
+    starts = [*(stroke.start_ns for stroke in axis.train.moves), axis.clock.now + 1]
     begin, end = starts[nth - 1 if nth < 0 else nth], starts[nth if nth < 0 else nth + 1]
     return [int(time) - begin for time in axis.pulse_times(begin, end)]
 

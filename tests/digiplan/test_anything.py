@@ -102,7 +102,7 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
         happening.does(bench, it)
     bench.run(3)
     motion = [
-        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.strokes
+        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.moves
     ]
     first = [axis.pulse_times(0, 5_000_000_000).tolist()[:50] for axis in it.axes.values()]
     return received, changes, motion, first, [axis.position for axis in it.axes.values()], bench.now

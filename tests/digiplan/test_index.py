@@ -306,7 +306,7 @@ def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
     tell(if1, "#", "")
     bench.run(0.0335 - 0.0012 - 0.0005 - 0.00115)  # its CR is taken between 30 and 40 ms
     tell(if1, "")
-    assert bench.run_until(lambda: axis.train.stroke.profile.end_ns < 100 * MS, 0.1)
+    assert bench.run_until(lambda: axis.train.move.profile.end_ns < 100 * MS, 0.1)
     begin, before = bench.now, axis.position
     assert 30 * MS < begin - start_ns(axis) < 40 * MS
     bench.run(1)

@@ -51,7 +51,7 @@ class StepObserver:
     def _movements(self) -> list[tuple[bool, int]]:
         """Return for each axis if it moves, and for a stepper the start time of its present move."""
         return [
-            (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.stroke.start_ns)
+            (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
             for axis in controller.axes.values()
         ]

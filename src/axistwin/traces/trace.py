@@ -123,7 +123,7 @@ class Tracer:
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
         self._upto_ns = bench.now
-        self._strokes = 0
+        self._moves = 0
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
@@ -139,9 +139,7 @@ class Tracer:
             self._add(controller)
         for name in endpoints.names(bench):
             self._add_streams(name)
-        self._most_strokes = (
-            min((stepper.train.strokes.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
-        )
+        self._most_moves = min((stepper.train.moves.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
 
     def first(self) -> list[Value]:
         """Return the initial value of each signal."""
@@ -271,7 +269,7 @@ class Tracer:
         }
 
         def watch(stack: ExitStack) -> None:
-            stack.callback(subscribe(self._count_stroke))
+            stack.callback(subscribe(self._count_move))
 
         self._begin.append(watch)
 
@@ -284,13 +282,13 @@ class Tracer:
 
     # Events
 
-    def _count_stroke(self) -> None:
-        self._strokes += 1
+    def _count_move(self) -> None:
+        self._moves += 1
 
     def _after_events(self) -> None:
         """Called at the end of each nanosecond with events: poll registers, write if enough has collected."""
         self._poll_registers()
-        enough = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
+        enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:
             enough |= rows.waiting >= CHUNK
         if enough and (self.sink is not None or self.consumer is not None):
@@ -310,7 +308,7 @@ class Tracer:
         """Write all changes since the last write, in pieces."""
         for axis in self._computing_ahead:
             axis.catch_up()  # delivers its samples to this trace
-        self._strokes = 0
+        self._moves = 0
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
