@@ -149,6 +149,6 @@ def number(bench: Bench, board: Controller, opcode: int) -> int:
 
 def start(bench: Bench, board: Controller, *command: int) -> None:
     """Send a command and run until its motion has just begun."""
-    strokes = len(board.axes["motor"].train.strokes)
+    moves = len(board.axes["motor"].train.moves)
     send(bench, board, *command)
-    assert bench.run_until(lambda: len(board.axes["motor"].train.strokes) > strokes, 0.1)
+    assert bench.run_until(lambda: len(board.axes["motor"].train.moves) > moves, 0.1)

@@ -33,7 +33,7 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
     times = steps(board)
     motor = board.axes["motor"]
     assert motor.position == len(times) == 25_000
-    began = motor.train.stroke.start_ns
+    began = motor.train.move.start_ns
     assert times[-1] - began == 348 * MS
     assert sum(t - began <= 98 * MS for t in times) == 4_900
     assert sum(t - began <= 250 * MS for t in times) == 20_100
@@ -47,7 +47,7 @@ def test_a_short_move_is_a_triangle(bench, board):
 
     times = steps(board)
     assert board.axes["motor"].position == -1_000
-    assert times[-1] - board.axes["motor"].train.stroke.start_ns == 61_250 * US
+    assert times[-1] - board.axes["motor"].train.move.start_ns == 61_250 * US
     assert messages(bench, board) == []  # "no interrupt will be received"
 
 
@@ -67,8 +67,8 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
     asked = Fraction(number, units)
     send_all(bench, board, (0x31, 0, x << 4, *i32(number), *i32(NO_TIME)), (0x32, 0), seconds=1)
 
-    stroke = board.axes["motor"].train.stroke
-    rate = stroke.profile.rate_at(bench.now - stroke.start_ns)
+    move = board.axes["motor"].train.move
+    rate = move.profile.rate_at(bench.now - move.start_ns)
     assert rate % resolution == 0
     assert abs(rate - asked) <= resolution / 2
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
@@ -92,7 +92,7 @@ def test_acceleration_ranges(bench, board, y, divisor):
     """50,000 pps reached after 0.1 s at 500,000 pps²: 49 updates of 2 ms before the last one."""
     send_all(bench, board, (0x31, 0, y, *i32(50_000), *i32(500_000 * divisor)), (0xA3, 1), (0xA1, 1), (0x32, 0))
     assert message(bench, board, 1)[0] == 0xA1
-    began = board.axes["motor"].train.stroke.start_ns
+    began = board.axes["motor"].train.move.start_ns
     assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
     assert bench.now - began == 98 * MS
 
@@ -101,12 +101,12 @@ def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
     """1,000 pps² in range 0: 2 pps per update against 16.667 pps; never more than half a resolution off."""
     default(bench, board, 1_000, 1_000)
     send(bench, board, 0x32, 0, seconds=2)
-    stroke = board.axes["motor"].train.stroke
-    rates = [segment.rate for segment in stroke.profile.segments]
+    move = board.axes["motor"].train.move
+    rates = [segment.rate for segment in move.profile.segments]
     assert rates == sorted(rates)
     assert all(rate % Fraction(50, 3) == 0 for rate in rates)
     for ns in range(0, 1000 * MS, 10 * MS):
-        assert abs(stroke.profile.rate_at(ns) - ns / MS) <= Fraction(50, 6) + 12
+        assert abs(move.profile.rate_at(ns) - ns / MS) <= Fraction(50, 6) + 12
 
 
 def test_the_start_stop_velocity(bench, board):
@@ -116,13 +116,13 @@ def test_the_start_stop_velocity(bench, board):
     complete(bench, board, 0x33, *i32(5_000))
     motor = board.axes["motor"]
     times = steps(board)
-    assert times[0] - motor.train.stroke.start_ns == 1 * MS
+    assert times[0] - motor.train.move.start_ns == 1 * MS
     assert times[-1] - times[-2] == 1 * MS
     assert motor.position == 5_000
 
     default(bench, board, 500, 1)
     complete(bench, board, 0x33, *i32(100))
-    assert steps(board)[-1] - motor.train.stroke.start_ns == 200 * MS
+    assert steps(board)[-1] - motor.train.move.start_ns == 200 * MS
 
 
 def test_a_move_is_under_way_within_5_ms_when_calculated_and_within_15_when_not(bench, board):

@@ -21,7 +21,7 @@ def test_the_worked_parabola_pulse_by_pulse(bench, board):
     assert free(bench, board) == 600 - 8 * 14
     complete(bench, board, 0x42)
 
-    start_ns = board.axes["motor"].train.strokes[1].start_ns
+    start_ns = board.axes["motor"].train.moves[1].start_ns
     assert steps(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
     assert board.axes["motor"].position == sum(PARABOLA) // 30 == 26_041 == position(bench, board, 0x80)
     assert max(PARABOLA) * Fraction(50, 3) == Fraction(1_172_350, 3)  # 390.783 kHz
@@ -43,8 +43,8 @@ def test_every_base_clock_and_divisor(bench, board, base, hertz, divisor):
     velocities(bench, board, 0x7FFF)
     send(bench, board, 0x42, seconds=0.1)
 
-    stroke = board.axes["motor"].train.stroke
-    assert stroke.profile.rate_at(bench.now - stroke.start_ns) == hertz / divisor * 0x7FFF / 65_536
+    move = board.axes["motor"].train.move
+    assert move.profile.rate_at(bench.now - move.start_ns) == hertz / divisor * 0x7FFF / 65_536
     assert ask(bench, board, 0x85)[:4] == b"\x85\x7f\xff\0"
     mode = bytes([0x90, 0x52, base, divisor, 0, 0, 0xFF, 0xFF, 0, 2])
     assert ask(bench, board, 0x90) == mode.ljust(16, b"\0")
@@ -78,12 +78,12 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
         bench.run(0.1)
         velocities(bench, board, *numbers[first : first + 7])
     bench.run(3)
-    start_ns = board.axes["motor"].train.strokes[1].start_ns
+    start_ns = board.axes["motor"].train.moves[1].start_ns
     expected = accumulated(
         [BASE_CLOCKS[2] / 3 * v / 65_536 for v in (*numbers, *[numbers[-1]] * 500)], start_ns, 7 * MS
     )
     times = steps(board)
-    assert len(board.axes["motor"].train.strokes) > 4  # it is not one ever longer stroke
+    assert len(board.axes["motor"].train.moves) > 4  # it is not one ever longer move
     assert times == expected[: len(times)]
     assert board.axes["motor"].position == len(times) > 3_000
 
@@ -106,7 +106,7 @@ def test_pairs_of_velocity_and_distance(bench, board):
     complete(bench, board, 0x42)
 
     times = steps(board)
-    start_ns = board.axes["motor"].train.stroke.start_ns
+    start_ns = board.axes["motor"].train.move.start_ns
     expected = [100 * MS, 125 * MS, 175 * MS]
     assert len(times) == 175 == board.axes["motor"].position
     assert all(abs(times[n - 1] - start_ns - at) <= 3 for n, at in zip((100, 150, 175), expected, strict=True))
@@ -259,7 +259,7 @@ def test_no_more_pulses_after_a_reset(bench, board):
 
 
 def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):
-    """500 velocities are more than one stroke: each goes on from the one before, not from a standstill."""
+    """500 velocities are more than one pulse train: each goes on from the one before, not from a standstill."""
     motor = {"torque": [(0.0, 1.0), (40_000.0, 1.0)], "pull_in": 600.0}
     board = ready(bench, motor={"motor": motor})
     ramp = [150 * k for k in range(1, 100)]
@@ -267,6 +267,6 @@ def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):
     velocities(bench, board, *ramp, *ramp[::-1], *[0] * 5)
     complete(bench, board, 0x42)
     axis = board.axes["motor"]
-    assert axis.train.strokes[-1].direction == 1
-    assert len(axis.train.strokes) > 3
+    assert axis.train.moves[-1].direction == 1
+    assert len(axis.train.moves) > 3
     assert axis.position == axis.pulses > 1_000

@@ -44,11 +44,10 @@ class Board(State):
         self._queue: simpy.Store = simpy.Store(clock, options.command_queue)
         self._closing = [
             *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown)),
-            pins["remote_enable"].watch(lambda pin: self.refresh()),
+            pins["remote_enable"].subscribe(lambda pin: self.refresh()),
         ]
         if encoder:
-            axis.on_push.append(self._pushed)
-            self._closing.append(lambda: axis.on_push.remove(self._pushed))
+            self._closing.append(axis.on_push.subscribe(self._pushed))
         self._processes = [clock.process(self._obey_all()), clock.process(self._take())]
 
     # Power, reset, failure
@@ -179,9 +178,9 @@ class Board(State):
 
     def _phase_changed(self, phase: Phase) -> None:
         tracking.phase_changed(self, phase)
-        if phase is Phase.REST and not self.loop.owns_profile:
+        if phase is Phase.REST and not self.loop.owns_motion:
             self.events.happened(Happening.END, self.motion.begun)
-        elif phase is Phase.CONSTANT and self.pulses.profile.of_move:
+        elif phase is Phase.CONSTANT and self.pulses.velocity_profile.of_move:
             self.events.happened(Happening.CONSTANT, self.motion.begun)
         self.refresh()
 

@@ -51,7 +51,7 @@ class EdgeWatch:
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()
         self._mark, self._level, self._changes = mark, level, 0
-        self.close = mark.pin.watch(self._look)
+        self.close = mark.pin.subscribe(self._look)
 
     def _look(self, pin: Pin) -> None:
         self._changes += 1

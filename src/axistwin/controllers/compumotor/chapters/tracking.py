@@ -22,7 +22,7 @@ UPDATE_NS = 2 * MS
 def phase_changed(board: State, phase: Phase) -> None:
     """Follow a phase of the pulse generator, unless it belongs to a correction."""
     loop = board.loop
-    if loop.owns_profile:
+    if loop.owns_motion:
         return
     if phase is not Phase.REST:
         loop.leave_zero()
@@ -106,8 +106,8 @@ def _maintain(board: State) -> None:
         loop.give_way()
         return
     assert loop.law is not None
-    profile = loop.law.profile(error)
-    if loop.correcting and sign == pulses.sign and profile == pulses.profile:
+    profile = loop.law.velocity_profile(error)
+    if loop.correcting and sign == pulses.sign and profile == pulses.velocity_profile:
         return
     if sign != pulses.sign:
         loop.give_way()

@@ -17,7 +17,10 @@ class Joystick:
         """Called with True when the joystick begins to move the motor, with False when that motion ends."""
         self._disabled: Event | None = None
         self._moved = False
-        self._unsubscribe = [pins["step_in"].watch(self._step), pins["at_zero"].watch(lambda pin: self._update())]
+        self._unsubscribe = [
+            pins["step_in"].subscribe(self._step),
+            pins["at_zero"].subscribe(lambda pin: self._update()),
+        ]
 
     def close(self) -> None:
         """Stop at power-off."""
@@ -68,7 +71,7 @@ class Shutdown:
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:
         self._pins, self._pulses, self._joystick = pins, pulses, joystick
         self.commanded = self.input_enabled = self.on = False
-        self.close = pins["shutdown_in"].watch(lambda pin: self.refresh())
+        self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def refresh(self) -> None:
         """Update the output; a moving motor is not shut down."""

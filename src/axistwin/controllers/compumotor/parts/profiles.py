@@ -10,7 +10,7 @@ from functools import lru_cache
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import VelocityRange
 from axistwin.motion.profile import Segment
-from axistwin.motion.stairs import Stairs, stairs
+from axistwin.motion.quantised_ramp import QuantisedRamp, quantised_levels
 
 UPDATE = Fraction(1, 500)
 """Seconds between two levels of a ramp."""
@@ -33,17 +33,17 @@ class Speed:
 
 
 def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tuple[Segment, ...]:
-    return tuple(stairs(start, end, speed.acceleration * UPDATE, UPDATE, unit))
+    return tuple(quantised_levels(start, end, speed.acceleration * UPDATE, UPDATE, unit))
 
 
 @lru_cache(maxsize=64)
-def _way_up(speed: Speed) -> Stairs:
+def _way_up(speed: Speed) -> QuantisedRamp:
     """Return the ramp from zero velocity; at or below the start/stop velocity there is none."""
     base = speed.base
     if speed.rate <= base:
-        return Stairs((), speed.rate, UPDATE)
+        return QuantisedRamp((), speed.rate, UPDATE)
     first = (Segment(base, UPDATE),) if base else ()
-    return Stairs((*first, *_between(base, speed.rate, speed, speed.range.resolution)), speed.rate, UPDATE)
+    return QuantisedRamp((*first, *_between(base, speed.rate, speed, speed.range.resolution)), speed.rate, UPDATE)
 
 
 @lru_cache(maxsize=256)

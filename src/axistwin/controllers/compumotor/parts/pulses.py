@@ -80,7 +80,7 @@ class PulseGenerator:
         self.sign = +1
         """The present or most recent direction of travel."""
         self.phase = Phase.REST
-        self.profile = VelocityProfile(())
+        self.velocity_profile = VelocityProfile(())
         """The present or most recent velocity profile."""
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
@@ -97,7 +97,7 @@ class PulseGenerator:
     @property
     def ending(self) -> bool:
         """True while the velocity decreases to zero."""
-        return self.phase is Phase.DECELERATING and self.profile.timetable[-1][1] is Phase.REST
+        return self.phase is Phase.DECELERATING and self.velocity_profile.timetable[-1][1] is Phase.REST
 
     @property
     def physical(self) -> int:
@@ -127,7 +127,7 @@ class PulseGenerator:
     @property
     def step_level(self) -> bool:
         """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
-        width_ns = int(S / (2 * self.profile.clock))
+        width_ns = int(S / (2 * self.velocity_profile.clock))
         return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
 
     @property
@@ -178,7 +178,7 @@ class PulseGenerator:
         """Keep the velocity of this instant."""
         if self.moving:
             constant = (Segment(self.rate, None),)
-            self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.profile.clock, of_move=False))
+            self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.velocity_profile.clock, of_move=False))
 
     def kill(self) -> None:
         """End the pulses at once."""
@@ -215,7 +215,7 @@ class PulseGenerator:
 
     def _follow(self, profile: VelocityProfile) -> None:
         self._plan += 1
-        self.profile = profile
+        self.velocity_profile = profile
         plan = self._plan
         for at_ns, phase in profile.timetable:
             if at_ns == 0:

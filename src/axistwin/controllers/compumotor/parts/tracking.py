@@ -25,7 +25,7 @@ class Law:
     ranges: int
     maximum: int
 
-    def profile(self, error: int) -> VelocityProfile:
+    def velocity_profile(self, error: int) -> VelocityProfile:
         """Return endless motion at the velocity for an error; the velocity is never 0, or the error would remain."""
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
@@ -141,14 +141,14 @@ class Tracking:
         return self.on and self.ratio is not None and law is not None and bool(law.gain and law.maximum)
 
     @property
-    def owns_profile(self) -> bool:
+    def owns_motion(self) -> bool:
         """True if the present or most recent motion is a correction."""
-        return self._pulses.profile is self.correction
+        return self._pulses.velocity_profile is self.correction
 
     @property
     def correcting(self) -> bool:
         """True while the motor corrects an error."""
-        return self._pulses.moving and self.owns_profile
+        return self._pulses.moving and self.owns_motion
 
     def give_way(self) -> None:
         """End a correction: the error is 0, or a move begins."""

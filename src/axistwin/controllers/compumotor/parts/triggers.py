@@ -20,7 +20,7 @@ class Triggers:
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # by trigger: opcode and action
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
-        self._unsubscribe = [pin.watch(partial(self._changed, number)) for number, pin in pins.items()]
+        self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
 
     def close(self) -> None:
         """Stop at power-off."""
