@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from axistwin.controllers.compumotor.chapters import moves
+from axistwin.controllers.compumotor.chapters.requests import position_bytes
 from axistwin.controllers.compumotor.chapters.tracking import wake
 from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
@@ -23,7 +24,7 @@ def define_position(board: State, position: int) -> None:
 
 
 def go(kind: Kind, board: State, target: int) -> Procedure:
-    """Commands 35h and 36h: so many encoder pulses, or to an absolute position in them, at default velocity.
+    """Commands 35h and 36h: move by or to `target` encoder pulses at default velocity.
 
     Ignored unless the default move (31h) and B0h to B4h are defined, while moving, shut down, or if it takes more than
     2³¹-1 motor pulses.
@@ -33,7 +34,7 @@ def go(kind: Kind, board: State, target: int) -> Procedure:
 
 
 def resume(board: State) -> Procedure:
-    """Command 37h: to where the last closed-loop move was to end, in the way that move was.
+    """Command 37h: move to the target of the last closed-loop move, at the speed of that move.
 
     Ignored if there was none.  Loose sheet on command 37h.
     """
@@ -63,7 +64,7 @@ def end_on_stall(board: State, on: bool) -> None:
 
 
 def set_ratio(board: State, motor: int, encoder: int) -> None:
-    """Command B0h: motor pulses for so many encoder pulses (encoder lines x 4), both positive."""
+    """Command B0h: motor pulses per encoder pulses (encoder lines x 4), both positive."""
     board.loop.ratio = motor, encoder
     wake(board)
 
@@ -105,47 +106,47 @@ def set_deadband(board: State, deadband: int) -> None:
 # Requests
 
 
-def _bytes(number: int, size: int = 4) -> bytes:
-    return (number % (1 << 8 * size)).to_bytes(size, "big")
-
-
 def relative_count(board: State) -> bytes:
     """Command 98h: encoder pulses since zero velocity was left, or of the last move."""
-    return _bytes(board.loop.relative)
+    return position_bytes(board.loop.relative)
 
 
 def error(board: State) -> bytes:
     """Command 99h: desired less actual position, encoder pulses."""
-    return _bytes(board.loop.error)
+    return position_bytes(board.loop.error)
 
 
 def absolute_count(board: State) -> bytes:
     """Command 9Ah: encoder pulses from absolute zero."""
-    return _bytes(board.loop.absolute)
+    return position_bytes(board.loop.absolute)
 
 
 def slip(board: State) -> bytes:
     """Command 9Bh: rotor teeth slipped since absolute zero was defined (30h); 0 without B0h, B1h and B4h."""
-    return _bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
+    return position_bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
 
 
 def ratio(board: State) -> bytes:
     """Command 9Ch: the ratio as it was given; zeros if it was not."""
     motor, encoder = board.loop.ratio or (0, 0)
-    return _bytes(motor, 2) + _bytes(encoder, 2)
+    return position_bytes(motor, 2) + position_bytes(encoder, 2)
 
 
 def resolution(board: State) -> bytes:
     """Command 9Dh: motor pulses per revolution as given; 0 if they were not."""
-    return _bytes(board.loop.resolution or 0)
+    return position_bytes(board.loop.resolution or 0)
 
 
 def sigma(board: State) -> bytes:
     """Command 9Eh: backlash in motor pulses as given; 0 if it was not."""
-    return _bytes(board.loop.sigma or 0)
+    return position_bytes(board.loop.sigma or 0)
 
 
 def law(board: State) -> bytes:
     """Command 9Fh: algorithm, K, range and maximum velocity; zeros if they were not given."""
     found = board.loop.law
-    return _bytes(0) if found is None else bytes((found.algorithm, found.gain, found.ranges)) + _bytes(found.maximum)
+    return (
+        position_bytes(0)
+        if found is None
+        else bytes((found.algorithm, found.gain, found.ranges)) + position_bytes(found.maximum)
+    )

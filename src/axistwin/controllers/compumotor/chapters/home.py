@@ -1,7 +1,7 @@
 """Chapter Home: commands 38h, 39h, 3Ah.
 
-The edges of the home input and the final approach are told in the physical directions CW (+1) and CCW (-1), the start
-of the search in + or -.  Legs of a search, for the CW edge approached CW and found travelling CCW:
+The edges of the home input and the final approach have physical directions, CW (+1) and CCW (-1); the start of the
+search is + or -.  Legs of a search, for the CW edge approached CW and found travelling CCW:
 
     CCW ────────────────[ active ]──────────────── CW
                                  ◄───────────────●     search at the default velocity, to the edge
@@ -29,9 +29,9 @@ from axistwin.sim.pins import Pin
 
 @dataclass(frozen=True)
 class Mark:
-    """What is looked for: one edge of an input.
+    """The target of a search: one edge of an input.
 
-    `steady_ns`: how long a level must last to be seen; `valid`: whether an edge counts at this moment.
+    `steady_ns`: the time for which a level must last; `valid`: True at moments when an edge counts.
     """
 
     pin: Pin
@@ -41,19 +41,19 @@ class Mark:
     valid: Callable[[], bool]
 
     def level_behind(self, direction: int) -> bool:
-        """The level of the pin once the edge has been passed in this direction."""
+        """Return the level of the pin after passing the edge in this direction."""
         return self.active_level if direction == -self.edge else not self.active_level
 
 
-class EdgeWatch:
-    """Watches a pin until it has gone to a level and stayed there."""
+class EdgeObserver:
+    """Observes a pin until its level has changed to `level` and stayed there."""
 
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()
         self._mark, self._level, self._changes = mark, level, 0
-        self.close = mark.pin.subscribe(self._look)
+        self.close = mark.pin.subscribe(self._changed)
 
-    def _look(self, pin: Pin) -> None:
+    def _changed(self, pin: Pin) -> None:
         self._changes += 1
         if pin.level is self._level and self._mark.valid():
             self.clock.call_later(self._mark.steady_ns, partial(self._respond, self._changes))
@@ -72,74 +72,59 @@ class Search:
         self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
-        """All of it, beginning in this physical direction.  HOME is where it was unless the edge has been found."""
-        seen_at = yield from self._seek(start)
-        if seen_at is None and self._at_limit(start):
-            seen_at = yield from self._seek(-start)
+        """Search, at first in this physical direction.  Without the edge, HOME does not change."""
+        board, pulses, fast = self._board, self._board.pulses, continuous(self._speed)
+        seen_at = yield from self._until_seen(fast, start)
+        if seen_at is None and board.limits.blocks(self._sign(start)) and not board.motion.stopped:
+            seen_at = yield from self._until_seen(fast, -start)
         if seen_at is None:
             return
-        yield from self._slow_down()
+        pulses.change(stopping(pulses.rate, self._speed))
+        yield from self._rest()
         if not (yield from self._recover(seen_at)):
             return
         mark = self._mark
         if mark.pin.level is mark.level_behind(self._final) and not (yield from self._approach(-self._final)):
             return
         if (yield from self._approach(self._final)):
-            self._board.home = self._board.pulses.position
-
-    @property
-    def _stopped(self) -> bool:
-        """Whether the host has stopped or killed the motion since this began."""
-        return self._board.motion.stopped
+            board.home = pulses.position
 
     def _sign(self, direction: int) -> int:
         return direction if self._board.pulses.cw_is_plus else -direction
 
-    def _at_limit(self, direction: int) -> bool:
-        return self._board.limits.blocks(self._sign(direction)) and not self._stopped
-
-    def _seek(self, direction: int) -> Procedure:
-        """At the default velocity: the position where the edge was seen, or None."""
-        return (yield from self._until_seen(continuous(self._speed), direction))
-
-    def _slow_down(self) -> Procedure:
-        pulses = self._board.pulses
-        pulses.change(stopping(pulses.rate, self._speed))
-        yield from self._rest()
-
     def _recover(self, target: int) -> Procedure:
-        """Back by the overshoot; whether the motor has come there."""
-        pulses = self._board.pulses
+        """Move back by the overshoot.  Return True if the motor has reached the target."""
+        board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
-        if distance and not self._stopped:
-            yield self._board.occupy(self._board.start_ns)
+        if distance and not board.motion.stopped:
+            yield board.occupy(board.start_ns)
             sign = 1 if distance > 0 else -1
-            if not self._board.blocked(sign):
+            if not board.blocked(sign):
                 pulses.start(preset(self._speed, abs(distance)), sign)
                 yield from self._rest()
-        return pulses.position == target and not self._stopped
+        return pulses.position == target and not board.motion.stopped
 
     def _approach(self, direction: int) -> Procedure:
-        """At the final velocity past the edge, and stop there; whether it has been found."""
+        """Move past the edge at the final velocity and stop there.  Return True if the edge has been found."""
         seen_at = yield from self._until_seen(self._slow, direction)
         if seen_at is not None:
             self._board.pulses.kill()
         return seen_at is not None
 
-    def _until_seen(self, course: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge is seen: the position there, or None if the motion has ended before."""
+    def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
+        """Move until the edge.  Return its position, or None if the motion has ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
-        if self._stopped or board.blocked(sign):
+        if board.motion.stopped or board.blocked(sign):
             return None
-        watch = EdgeWatch(board.clock, self._mark, self._mark.level_behind(direction))
+        observer = EdgeObserver(board.clock, self._mark, self._mark.level_behind(direction))
         try:
-            pulses.start(course, sign)
-            while pulses.moving and not watch.seen.triggered:
-                yield watch.seen | pulses.changed()
-            return pulses.position if pulses.moving and not self._stopped else None
+            pulses.start(profile, sign)
+            while pulses.moving and not observer.seen.triggered:
+                yield observer.seen | pulses.changed()
+            return pulses.position if pulses.moving and not board.motion.stopped else None
         finally:
-            watch.close()
+            observer.close()
 
     def _rest(self) -> Procedure:
         while self._board.pulses.moving:

@@ -10,9 +10,9 @@ YES, NO = b"\xff", b"\x00"
 LEVEL_TRIGGERS = (2, 3, 4, 5)
 
 
-def position_bytes(position: int, size: int) -> bytes:
-    """A position in two's complement, most significant byte first; what does not fit is lost."""
-    return (position % (1 << 8 * size)).to_bytes(size, "big")
+def position_bytes(number: int, size: int = 4) -> bytes:
+    """Return a number in two's complement, most significant byte first, modulo its size."""
+    return (number % (1 << 8 * size)).to_bytes(size, "big")
 
 
 def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
@@ -22,14 +22,14 @@ def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handle
 
 def from_start(board: State) -> bytes:
     """Command 80h: position from the start of the present or most recent excursion from zero velocity."""
-    return position_bytes(board.pulses.excursion, 4)
+    return position_bytes(board.pulses.excursion)
 
 
 def from_end(board: State) -> bytes:
     """Command 81h: pulses short of (+) or beyond (-) the end of the preset move; 0 if it was none."""
     end = board.motion.end
     missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
-    return position_bytes(missing, 4)
+    return position_bytes(missing)
 
 
 def from_home(board: State) -> bytes:
@@ -71,7 +71,7 @@ def status(board: State) -> bytes:
 
 
 def move_bits(board: State) -> int:
-    """The bits of 88h."""
+    """Return the bits of 88h."""
     phase = board.pulses.phase
     bits = (
         board.limits.blocks(+1),
