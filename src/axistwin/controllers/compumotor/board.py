@@ -141,7 +141,7 @@ class Board(State):
         needed = Accept.STREAMING if self.in_streaming_mode else Accept.INDEXER
         if self.sequencer.running:
             needed |= Accept.DURING_SEQUENCE
-        if self.streaming:
+        if self.stream.performing:
             needed |= Accept.DURING_STREAMING
         return needed in command.accepted and not self.excludes(command)
 

@@ -83,7 +83,9 @@ class Card:
     def busy(self) -> bool:
         """True while the board moves, performs a sequence or stream, or has commands in the queue."""
         board = self._board
-        return board is not None and (board.moving or board.streaming or board.sequencer.running or bool(board.queued))
+        return board is not None and (
+            board.moving or board.stream.performing or board.sequencer.running or bool(board.queued)
+        )
 
     @property
     def procedures(self) -> Sequence[Process]:

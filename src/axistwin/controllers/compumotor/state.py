@@ -83,7 +83,7 @@ class State(ABC):
             0x01: lambda: self.moving,
             0x02: lambda: self.host.busy or self.sequence.busy,
             0x03: lambda: self.sequencer.running,
-            0x04: lambda: self.streaming,
+            0x04: lambda: self.stream.performing,
             0x05: lambda: self.pulses.phase is Phase.ACCELERATING,
             0x06: lambda: self.pulses.phase is Phase.DECELERATING,
             0x07: lambda: self.pulses.phase is Phase.CONSTANT,
@@ -132,7 +132,7 @@ class State(ABC):
 
     def blocked(self, sign: int) -> bool:
         """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
-        return self.shut_down or self.limits.blocks(sign)
+        return self.shutdown.on or self.limits.blocks(sign)
 
     # States
 
@@ -147,11 +147,6 @@ class State(ABC):
         return self.stream.setting is not None
 
     @property
-    def streaming(self) -> bool:
-        """True while the streaming buffer is being performed."""
-        return self.stream.performing
-
-    @property
     def moving(self) -> bool:
         """True while the motor is moving, under the joystick too."""
         return self.pulses.moving or self.joystick.moving
@@ -160,11 +155,6 @@ class State(ABC):
     def occupied(self) -> bool:
         """True while the motor is moving, or the joystick enabled, which counts as such."""
         return self.moving or self.joystick.enabled
-
-    @property
-    def shut_down(self) -> bool:
-        """True while the motor is without current."""
-        return self.shutdown.on
 
     @property
     def step_level(self) -> bool:

@@ -172,7 +172,7 @@ def go_encoder_home(board: State, minus: bool) -> Procedure:
 def _go(board: State, minus: bool, definition: HomeDefinition, mark: Mark) -> Procedure:
     default = board.library.default
     speed = default.speed(board.start_stop)
-    if speed is None or not speed.rate or board.occupied or board.shut_down:
+    if speed is None or not speed.rate or board.occupied or board.shutdown.on:
         return
     yield board.occupy(board.library.calculation_ns)
     move = replace(default, target=int(minus))

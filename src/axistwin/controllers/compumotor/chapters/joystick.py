@@ -11,7 +11,7 @@ def disable_joystick(board: State) -> None:
 
 def enable_joystick(board: State) -> Procedure:
     """Command 11h: give control to the joystick until 10h.  Ignored if shut down or moving."""
-    if board.shut_down or board.moving:
+    if board.shutdown.on or board.moving:
         return
     board.motion.end = None
     yield from board.joystick.control(board.clock.event())

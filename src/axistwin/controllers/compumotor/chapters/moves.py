@@ -125,7 +125,7 @@ def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
 
 def may_perform(board: State, move: Move) -> bool:
     """A preset move needs the motor at rest; a continuous one needs it not on a ramp."""
-    if board.shut_down or board.joystick.enabled:
+    if board.shutdown.on or board.joystick.enabled:
         return False
     if move.kind is Kind.CONTINUOUS:
         return board.pulses.phase not in RAMPS
@@ -135,7 +135,7 @@ def may_perform(board: State, move: Move) -> bool:
 
 
 def preset_distance(board: State, move: Move) -> int:
-    """How many pulses a relative or absolute move is from here; 0: nothing is to be done."""
+    """Return the pulses of a relative or absolute move from here; 0: no motion."""
     if move.kind is Kind.RELATIVE:
         return move.target
     if abs(board.absolute) > FARTHEST_ABSOLUTE:
@@ -146,7 +146,7 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """From zero velocity, until the move is no longer being performed.  Ignored if blocked in that direction."""
+    """Move from zero velocity, until the move is no longer being performed.  Ignored if blocked in that direction."""
     if board.blocked(sign):
         return
     board.begin_move(move, speed, end)

@@ -4,7 +4,7 @@ from axistwin.controllers.compumotor.state import State
 
 
 def nothing(board: State) -> None:
-    """Command 00h does nothing; FEh is reserved, and never heard."""
+    """Command 00h does nothing; FEh is reserved, and always ignored."""
 
 
 def write_user_bits(board: State, bits: int) -> None:

@@ -23,10 +23,10 @@ def stop_motion(board: State) -> None:
     reset there is no ramp.
     """
     pulses, speed = board.pulses, board.motion.speed
-    if board.motion.streamed and not board.streaming and board.options.stop_after_stream == "ignored":
+    if board.motion.streamed and not board.stream.performing and board.options.stop_after_stream == "ignored":
         return
     board.motion.stopped = True
-    if board.streaming or board.loop.correcting or speed is None:
+    if board.stream.performing or board.loop.correcting or speed is None:
         kill_motion(board)
     elif not pulses.ending:
         pulses.change(stopping(pulses.rate, speed))

@@ -189,7 +189,9 @@ def perform(board: State) -> None:
 
     At the end of the buffer the motor keeps its velocity until the buffer is refilled and 42h is sent again.
     """
-    if not (board.stream.empty or board.host.busy or board.sequence.busy or board.joystick.enabled or board.shut_down):
+    if not (
+        board.stream.empty or board.host.busy or board.sequence.busy or board.joystick.enabled or board.shutdown.on
+    ):
         assert board.stream.setting is not None, "valid in streaming modes only"
         board.motion.end, board.motion.streamed = None, True
         board.stream.start(Performance(board, board.stream.setting).perform())
@@ -200,7 +202,7 @@ def kill_buffer(board: State) -> None:
 
     An alarm that is on is sent if the buffer was being performed.
     """
-    if board.streaming:
+    if board.stream.performing:
         board.stream.end()
         board.pulses.hold()
         board.stream.alarm(0)

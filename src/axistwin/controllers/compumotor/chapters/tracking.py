@@ -94,7 +94,7 @@ def _detect_stall(board: State) -> None:
 
 def _may_correct(board: State) -> bool:
     occupied = board.loop.use is Use.SEARCH or (board.occupied and not board.loop.correcting)
-    return board.loop.maintains and not (occupied or board.shut_down or board.streaming)
+    return board.loop.maintains and not (occupied or board.shutdown.on or board.stream.performing)
 
 
 def _maintain(board: State) -> None:
