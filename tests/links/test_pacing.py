@@ -385,7 +385,7 @@ def test_another_clock_is_advanced_from_where_it_is(clock, loop):
     other, log = Clock(), []
     other.run_to(100 * S)
     other.call_later(2 * S, lambda: log.append(other.now))
-    pacer.replace_clock(other)
+    pacer.pace(other)
     reached = clock.now
     loop.run_to(7)
     pacer.sync()

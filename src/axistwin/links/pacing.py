@@ -121,8 +121,8 @@ class Pacer:
         if was_running and not self.advancing:
             self._flush()
 
-    def replace_clock(self, clock: Clock) -> None:
-        """Pace another clock, from its present time.  Not allowed while the bench is being advanced."""
+    def pace(self, clock: Clock) -> None:
+        """Pace this clock, from its present time.  Not allowed while the bench is being advanced."""
         clock.patient = self.clock.patient
         self.clock = clock
         if self._loop is not None:
