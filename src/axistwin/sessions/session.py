@@ -211,13 +211,13 @@ class Session:
         or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
         """
         self.pause()
-        with steps.StepObserver(self.bench, kind) as watch, self._moving():
+        with steps.StepObserver(self.bench, kind) as observer, self._moving():
             end_ns = self.bench.now + steps.MAX_S * S
-            while self._state is State.MOVING and not watch.seen:
-                if not self.pacer.advance_slice(partial(self._step, watch, end_ns)):
+            while self._state is State.MOVING and not observer.seen:
+                if not self.pacer.advance_slice(partial(self._step, observer, end_ns)):
                     break
                 await asyncio.sleep(0)
-            return watch.seen
+            return observer.seen
 
     def add_break(self, sentence: str) -> Break:
         """Add a breakpoint that stops the bench when `sentence` comes true, e.g. "table.X passes 1000".
@@ -239,10 +239,10 @@ class Session:
         self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
 
-    def _step(self, watch: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
+    def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
         """Advance a step by one slice.  Returns False if no event is left."""
         return steps.advance(
-            self.bench, end_ns, lambda: watch.seen or self._state is not State.MOVING or self._replayed or over()
+            self.bench, end_ns, lambda: observer.seen or self._state is not State.MOVING or self._replayed or over()
         )
 
     def _hit(self, which: Break) -> None:
