@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.links import slices
-from axistwin.links.pacing import Pacer
+from axistwin.links.pacing import Pacer, slices
+from axistwin.links.pacing.slices import SLICE_S
 from axistwin.links.plug import CHUNK, FEW, FULL, INSTANT_CHUNK, Plug
-from axistwin.links.slices import SLICE_S
 
 from .fake_loop import Loop
 

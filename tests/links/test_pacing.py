@@ -241,7 +241,7 @@ def test_what_comes_in_finds_the_end_of_a_nanosecond_even_if_a_slice_ended_in_it
     log = []
     eventful(clock, log)
     looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0] if speed else [0.0, 0.0, 9.0])
-    monkeypatch.setattr("axistwin.links.slices.perf_counter", lambda: next(looks))
+    monkeypatch.setattr("axistwin.links.pacing.slices.perf_counter", lambda: next(looks))
     pacer = paced(clock, loop, speed)
     loop.now_s = 0.5
     if speed is not None:

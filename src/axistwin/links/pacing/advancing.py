@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 from axistwin.errors import AxistwinError
-from axistwin.links.slices import Slice
+from axistwin.links.pacing.slices import Slice
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
 

@@ -2,9 +2,9 @@
 
 import asyncio
 
-from axistwin.links.advancing import Advancer
-from axistwin.links.delays import Delays
-from axistwin.links.slices import Slice
+from axistwin.links.pacing.advancing import Advancer
+from axistwin.links.pacing.delays import Delays
+from axistwin.links.pacing.slices import Slice
 from axistwin.units import MOST_NS, S
 
 BLOCK_S = 0.005

@@ -2,8 +2,8 @@
 
 import asyncio
 
-from axistwin.links.advancing import Advancer
-from axistwin.links.slices import Slice
+from axistwin.links.pacing.advancing import Advancer
+from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:

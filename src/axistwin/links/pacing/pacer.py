@@ -10,14 +10,12 @@ Input always finds the bench at the end of a nanosecond, with all events up to t
 import asyncio
 from collections.abc import Callable
 
-from axistwin.links.advancing import Advancer
-from axistwin.links.delays import Delays
-from axistwin.links.full_speed import FullSpeed
-from axistwin.links.real_time import BLOCK_S, RealTime
-from axistwin.links.speeds import checked_speed, read_speed
+from axistwin.links.pacing.advancing import Advancer
+from axistwin.links.pacing.delays import Delays
+from axistwin.links.pacing.full_speed import FullSpeed
+from axistwin.links.pacing.real_time import RealTime
+from axistwin.links.pacing.speeds import checked_speed
 from axistwin.sim.clock import Clock
-
-__all__ = ["BLOCK_S", "Pacer", "read_speed"]
 
 
 class Pacer(Advancer):
