@@ -8,9 +8,8 @@ from random import Random
 
 from axistwin import Bench
 
-from .talking import load, ready
+from .talking import SAMPLE_NS, load, ready
 
-SAMPLE_NS = 245_760
 PROGRAM = """
 UAI UBI UEO UFO
 F=64

@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, load, ready, send, tell
+from .talking import ask, load, send, value
 
 BS, LIMITS = 8192, 1024 + 512 + 4 + 2
 ZERO = [
@@ -71,16 +71,12 @@ def bare(bench: Bench) -> Controller:
     return motor
 
 
-def value(bench: Bench, motor: Controller, expression: str) -> int:
-    return int(ask(bench, motor, f"PRINT({expression},#13)"))
-
-
 def test_with_nothing_wired_it_boots_in_fault(bench, bare):
     """2.0 item 1: "With nothing wired to limits, motor will boot-up in fault condition".
 
     Br 2 + Bl 4 + Bo 128; with Bp 512 + Bm 1024: 1670.  All seven pins are pulled up: 127.
     """
-    assert tell(bench, bare, "RS RW RPW RU RBr RBl RBp RBm RBo RBt") == b"134\r1670\r0,1670\r127\r1\r1\r1\r1\r1\r0\r"
+    assert send(bench, bare, "RS RW RPW RU RBr RBl RBp RBm RBo RBt") == b"134\r1670\r0,1670\r127\r1\r1\r1\r1\r1\r0\r"
 
 
 def test_the_default_mode_is_mode_torque_brake(bench, bare):
@@ -91,34 +87,34 @@ def test_the_default_mode_is_mode_torque_brake(bench, bare):
 def test_the_default_brake_control_is_brksrv(bench, bare):
     """2.0 item 3: engaged while Bo is 1, released while it is 0, moving or not."""
     assert bare.pins["brake"].level
-    tell(bench, bare, "UCI UDI ZS")
+    send(bench, bare, "UCI UDI ZS")
     assert bare.pins["brake"].level
-    tell(bench, bare, "G")
+    send(bench, bare, "G")
     assert ask(bench, bare, "RW") == "0"
     assert not bare.pins["brake"].level
-    tell(bench, bare, "OFF")
+    send(bench, bare, "OFF")
     assert bare.pins["brake"].level
 
 
 @pytest.mark.parametrize("command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MV G", "MP D=5 G", "MT T=500 G"])
 def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, bare, command):
     """2.0 item 5 and 3.1: nothing moves, nothing changes, and it is no syntax error either."""
-    tell(bench, bare, "A=65536 V=65536 P=1000 T=1023")
+    send(bench, bare, "A=65536 V=65536 P=1000 T=1023")
     bare.master.move(1000, 0.01)
-    tell(bench, bare, command, 0.1)
-    assert tell(bench, bare, "RW RMODE RP") == b"1670\rB\r0\r"
+    send(bench, bare, command, 0.1)
+    assert send(bench, bare, "RW RMODE RP") == b"1670\rB\r0\r"
     assert bare.axes["shaft"].position == 0
     assert bare.axes["shaft"].commanded == 0
 
 
 def test_a_go_on_pin_g_is_inhibited_too(bench, bare):
     """4.1: "G-synchronization function on I/O pin G is inhibited"; a motor without fault obeys the same edge."""
-    tell(bench, bare, "A=65536 V=65536 P=100")
+    send(bench, bare, "A=65536 V=65536 P=100")
     bare.pins["G"].drive(False)
     bench.run(0.1)
     assert bare.axes["shaft"].position == 0
     bare.pins["G"].release()
-    tell(bench, bare, "UCI UDI ZS", 0.1)
+    send(bench, bare, "UCI UDI ZS", 0.1)
     assert bare.axes["shaft"].position == 0
     bare.pins["G"].drive(False)
     bench.run(0.1)
@@ -128,10 +124,10 @@ def test_a_go_on_pin_g_is_inhibited_too(bench, bare):
 def test_a_program_cannot_be_downloaded_in_a_fault(bench, bare):
     """2.0 item 6: no acknowledgement comes; after the fault is cleared it does."""
     assert send(bench, bare, b"LOAD ") == b""
-    tell(bench, bare, "UCI UDI ZS")
+    send(bench, bare, "UCI UDI ZS")
     assert ask(bench, bare, "RW") == "128"
     load(bench, bare, "a=7\nEND\n")
-    tell(bench, bare, "RUN", 0.01)
+    send(bench, bare, "RUN", 0.01)
     assert ask(bench, bare, "Ra") == "7"
 
 
@@ -149,8 +145,8 @@ def test_a_program_cannot_be_downloaded_in_a_fault(bench, bare):
 )
 def test_half_a_cure_is_none(bench, bare, cure, target):
     """3.1: both inputs must be reassigned or grounded, and then the flags cleared."""
-    tell(bench, bare, cure)
-    tell(bench, bare, f"A=65536 V=65536 P={target} G", 0.1)
+    send(bench, bare, cure)
+    send(bench, bare, f"A=65536 V=65536 P={target} G", 0.1)
     assert send(bench, bare, b"LOAD ") == b""
     assert bare.axes["shaft"].position == 0
     assert ask(bench, bare, "RBo") == "1"
@@ -159,8 +155,8 @@ def test_half_a_cure_is_none(bench, bare, cure, target):
 @pytest.mark.parametrize("cure", ["UCI UDI ZS", "UDI UCI Zl Zr", "UCI UDI Zr Zl Zr Zl", "ZS UCI UDI ZS ZS"])
 def test_the_sample_code_of_section_3_1_clears_it(bench, bare, cure):
     """3.1 note 3: UCI, UDI, ZS; or the bits one by one."""
-    assert tell(bench, bare, cure) == b""
-    assert tell(bench, bare, "RS RW") == b"128\r128\r"
+    assert send(bench, bare, cure) == b""
+    assert send(bench, bare, "RS RW") == b"128\r128\r"
 
 
 def test_grounding_the_pins_clears_it_as_well(bench, bare):
@@ -169,9 +165,9 @@ def test_grounding_the_pins_clears_it_as_well(bench, bare):
     bare.pins["D"].drive(False)
     bench.run(0.01)
     assert ask(bench, bare, "RW") == "134"
-    tell(bench, bare, "Zr")
+    send(bench, bare, "Zr")
     assert ask(bench, bare, "RW") == "132"
-    tell(bench, bare, "Zl")
+    send(bench, bare, "Zl")
     assert ask(bench, bare, "RW") == "128"
 
 
@@ -179,7 +175,7 @@ def test_limits_are_wired_from_the_first_moment(bench):
     """A motor with closed switches boots without fault."""
     motor = bench.add("smartmotor", line="instant", shaft={"limits": (-1000, 1000)})
     bench.run(0.5)
-    assert tell(bench, motor, "RW RMODE RU") == b"128\rB\r115\r"
+    assert send(bench, motor, "RW RMODE RU") == b"128\rB\r115\r"
 
 
 @pytest.mark.parametrize("name", DEFAULTS)
@@ -188,29 +184,27 @@ def test_a_power_on_default(bench, bare, name):
     assert value(bench, bare, name) == DEFAULTS[name]
 
 
-def test_a_power_cycle_and_z_restore_every_default(bench):
+def test_a_power_cycle_and_z_restore_every_default(bench, motor):
     """A power cycle and Z forget everything that was set; CLK counts samples from 0 again."""
-    motor = ready(bench)
-    for restart in (motor.power_cycle, lambda: tell(bench, motor, "Z")):
-        tell(
+    for restart in (motor.power_cycle, lambda: send(bench, motor, "Z")):
+        send(
             bench,
             motor,
             "UCI UDI ZS A=5 V=5 P=5 D=5 E=5 AMPS=5 F=5 SLN=5 SLP=6 SLE KS=5 MFMUL=5 TH=50 a=5 zzz=5 al[50]=-1",
         )
-        tell(bench, motor, "BRKTRJ O=5 MV aw[0]=1 EPTR=5 UAO UA=0 CLK=1000000 MF0")
+        send(bench, motor, "BRKTRJ O=5 MV aw[0]=1 EPTR=5 UAO UA=0 CLK=1000000 MF0")
         restart()
         bench.run(0.5)
         motor.serial.read()
-        assert tell(bench, motor, "RW RMODE") == b"1670\rB\r"
+        assert send(bench, motor, "RW RMODE") == b"1670\rB\r"
         assert {name: value(bench, motor, name) for name in DEFAULTS} == DEFAULTS
         assert value(bench, motor, "CLK") < 2600
 
 
-def test_the_first_g_is_a_position_move(bench):
+def test_the_first_g_is_a_position_move(bench, motor):
     """Reference 16 and 17: `P=` and `G` after power-up, no MP sent; echo off, address 0, and every channel 9600 8N1."""
-    motor = ready(bench)
-    assert tell(bench, motor, "A=65536 V=65536 P=100 G", 0.1) == b""
-    assert tell(bench, motor, "RMODE RP") == b"P\r100\r"
+    assert send(bench, motor, "A=65536 V=65536 P=100 G", 0.1) == b""
+    assert send(bench, motor, "RMODE RP") == b"P\r100\r"
 
 
 def test_the_firmware_is_4_76(bench, bare):
@@ -219,46 +213,41 @@ def test_the_firmware_is_4_76(bench, bare):
 
 
 @pytest.mark.parametrize("command", ADDED)
-def test_a_command_added_is_known(bench, command):
+def test_a_command_added_is_known(bench, motor, command):
     """1.2."""
-    motor = ready(bench)
-    answer = tell(bench, motor, command)
+    answer = send(bench, motor, command)
     assert (b"\r" in answer) == command.startswith("R")
     assert ask(bench, motor, "RBs") == "0"
 
 
 @pytest.mark.parametrize("command", REMOVED)
-def test_a_command_removed_is_a_syntax_error(bench, command):
+def test_a_command_removed_is_a_syntax_error(bench, motor, command):
     """1.3."""
-    motor = ready(bench)
-    assert tell(bench, motor, command) == b""
+    assert send(bench, motor, command) == b""
     assert ask(bench, motor, "RW") == str(128 + BS)
 
 
 @pytest.mark.parametrize(
     "old", ["A100", "V100", "P1000", "D5", "E100", "KP175", "SLN0", "SLP5", "F32", "O0", "T9", "a5", "aw[0]5"]
 )
-def test_the_equal_sign_is_required(bench, old):
+def test_the_equal_sign_is_required(bench, motor, old):
     """1.1: "A100 is no longer accepted. A=100 must be used"."""
-    motor = ready(bench)
     name = old.rstrip("0123456789") if "[" not in old else "aw[0]"
     before = value(bench, motor, "@P" if name == "O" else name)
-    assert tell(bench, motor, old) == b""
+    assert send(bench, motor, old) == b""
     assert ask(bench, motor, "RBs") == "1"
     assert value(bench, motor, "@P" if name == "O" else name) == before
 
 
-def test_several_elements_are_still_set_at_once(bench):
+def test_several_elements_are_still_set_at_once(bench, motor):
     """1.1: "aw[0] 0 100 500 700." sets aw[0] to aw[3]; 9.4 shows the period that ends it."""
-    motor = ready(bench)
-    tell(bench, motor, "aw[0] 0 100 500 700. a=9")
-    assert tell(bench, motor, "Raw[0] Raw[1] Raw[2] Raw[3] Raw[4] Ra RBs") == b"0\r100\r500\r700\r0\r9\r0\r"
+    send(bench, motor, "aw[0] 0 100 500 700. a=9")
+    assert send(bench, motor, "Raw[0] Raw[1] Raw[2] Raw[3] Raw[4] Ra RBs") == b"0\r100\r500\r700\r0\r9\r0\r"
 
 
-def test_f_2_reverses_the_shaft(bench):
+def test_f_2_reverses_the_shaft(bench, motor):
     """1.4: "Changed function to reverse positive orientation of shaft"."""
-    motor = ready(bench)
-    tell(bench, motor, "F=2 A=65536 V=65536 P=100 G", 0.1)
+    send(bench, motor, "F=2 A=65536 V=65536 P=100 G", 0.1)
     assert (ask(bench, motor, "RP"), motor.axes["shaft"].position) == ("100", -100)
 
 
@@ -267,24 +256,23 @@ def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
     """Also in the first sample and in the boot window."""
     motor = bench.add("smartmotor", line="instant")
     bench.run(moment)
-    tell(bench, motor, "UCI UDI ZS", 0.5)
+    send(bench, motor, "UCI UDI ZS", 0.5)
     assert ask(bench, motor, "RW") == "128"
 
 
-def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench):
+def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench, motor):
     """What was begun is forgotten; the shaft stays where it stopped; counts start at 0 again."""
-    motor = ready(bench)
-    tell(bench, motor, "A=65536 V=65536 P=100000 G RP", 0.1)
+    send(bench, motor, "A=65536 V=65536 P=100000 G RP", 0.1)
     motor.serial.write(b"A=123")
     bench.run(0.01)
     motor.power(False)
     bench.run(0.01)
     stood = motor.axes["shaft"].position
     assert stood > 100
-    assert tell(bench, motor, "RP", 0.1) == b""
+    assert send(bench, motor, "RP", 0.1) == b""
     assert motor.axes["shaft"].position == stood
     assert motor.pins["brake"].level
     motor.power(True)
     bench.run(0.5)
-    assert tell(bench, motor, "4 RP RA RW") == f"0\r0\r{1670 + BS}\r".encode()
+    assert send(bench, motor, "4 RP RA RW") == f"0\r0\r{1670 + BS}\r".encode()
     assert motor.axes["shaft"].position == stood

@@ -2,8 +2,8 @@
 
 import pytest
 
-from .cam import TABLE, pass_samples, say, turn_to, value
-from .talking import ready
+from .scenarios import TABLE, turn_to
+from .talking import advance, ready, send, value
 
 
 @pytest.mark.parametrize(
@@ -16,9 +16,9 @@ def test_the_counter_says_where_in_the_cycle_the_cam_starts(bench, option, mc, c
     BASE is 8000 with 8 intervals, so 6000 counts are entry 6; with MC2 the counts are doubled, or the table is.
     """
     motor = ready(bench, cam_multiplier=option)
-    say(bench, motor, "MF4 ")
+    send(bench, motor, "MF4", 0)
     turn_to(bench, motor, counts)
-    say(bench, motor, f"BASE=8000 SIZE=8 D=0 F=16 aw[0] {' '.join(map(str, TABLE))}. O=100 {mc} G ")
-    pass_samples(bench, 2)
+    send(bench, motor, f"BASE=8000 SIZE=8 D=0 F=16 aw[0] {' '.join(map(str, TABLE))}. O=100 {mc} G", 0)
+    advance(bench, 2)
     assert value(bench, motor, "CX") == 6
     assert value(bench, motor, "@P") == 100 + times * TABLE[6]

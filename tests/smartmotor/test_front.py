@@ -5,25 +5,24 @@ import pytest
 from axistwin import Bench
 
 from ..fronts import lamps, shown
-from .talking import ask, clear, load, ready, send, tell
+from .talking import UNIT, ask, clear, load, ready, send
 
 WORD, CHANNELS, MOTOR, PINS = "Status word W", "Channels", "Motor", "User pins"
-UNIT = 65_536
 
 
 def told(text, seconds=0.01):
-    return lambda bench, motor: tell(bench, motor, text, seconds)
+    return lambda bench, motor: send(bench, motor, text, seconds)
 
 
 def jammed(bench, motor):
     """A motor with a data sheet that pushes against a jam."""
     motor.axes["shaft"].jam(True)
-    tell(bench, motor, "E=100 A=1000 V=400000 P=2000 G", 0.5)
+    send(bench, motor, "E=100 A=1000 V=400000 P=2000 G", 0.5)
 
 
 def hot(bench, motor):
     motor.ambient = 75
-    tell(bench, motor, "THD=10", 0.1)
+    send(bench, motor, "THD=10", 0.1)
 
 
 def broken_download(bench, motor):
@@ -34,9 +33,9 @@ def broken_download(bench, motor):
 
 
 def wrong_parity(bench, motor):
-    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "O"
-    tell(bench, motor, "a=1", 0.1)
+    send(bench, motor, "a=1", 0.1)
 
 
 def line_break(bench, motor):
@@ -98,8 +97,7 @@ def test_a_lamp_is_lit_when_the_manual_says_so(bench, lamp):
 
 
 @pytest.mark.parametrize("lamp", LIT_WHEN_OFF, ids=" ".join)
-def test_a_lamp_that_is_lit_when_it_is_off_goes_out(bench, lamp):
-    motor = ready(bench)
+def test_a_lamp_that_is_lit_when_it_is_off_goes_out(bench, motor, lamp):
     assert shown(motor, *lamp) is True
     LIT_WHEN_OFF[lamp](bench, motor)
     assert shown(motor, *lamp) is False
@@ -133,9 +131,8 @@ def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
         ("MS", "S"),
     ],
 )
-def test_the_mode_by_its_letter(bench, text, word):
-    motor = ready(bench)
-    tell(bench, motor, text, 0.01)
+def test_the_mode_by_its_letter(bench, motor, text, word):
+    send(bench, motor, text, 0.01)
     assert ask(bench, motor, "RMODE") == word
     assert str(shown(motor, MOTOR, "MODE")).split("  ")[0] == word
 
@@ -143,7 +140,7 @@ def test_the_mode_by_its_letter(bench, text, word):
 def test_readings_are_what_the_reports_say(bench):
     """In the middle of a block that is computed ahead."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, f"A=100 V={UNIT} P=3000 G", 0.3)
+    send(bench, motor, f"A=100 V={UNIT} P=3000 G", 0.3)
     for label, report in (("@P", "RP"), ("@PE", "RPE"), ("TEMP", "RTEMP")):
         assert shown(motor, MOTOR, label) == ask(bench, motor, report, 0)
     assert float(shown(motor, MOTOR, "@V")) == pytest.approx(int(ask(bench, motor, "RV", 0)) / UNIT, abs=0.001)
@@ -154,17 +151,16 @@ def test_readings_are_what_the_reports_say(bench):
 def test_a_mode_that_is_an_error(bench):
     """4.1: a position error, while MTB has been deactivated by BRKRLS and OFF."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "BRKRLS OFF")
+    send(bench, motor, "BRKRLS OFF")
     jammed(bench, motor)
     assert shown(motor, MOTOR, "MODE") == "E  error"
 
 
-def test_without_power_it_is_in_no_mode(bench):
+def test_without_power_it_is_in_no_mode(bench, motor):
     """2.0: OFF is a mode of its own, which RMODE reports as O; without power there is none."""
-    motor = ready(bench)
     told = []
     motor.follow(["RMODE"], lambda times, which, values: told.extend(values))
-    tell(bench, motor, f"A={UNIT} V=10 P=5000 G")
+    send(bench, motor, f"A={UNIT} V=10 P=5000 G")
     motor.power(False)
     bench.run(0.1)
     assert shown(motor, MOTOR, "MODE") == "no power"
@@ -179,10 +175,10 @@ def test_looking_changes_nothing(bench):
         other = Bench()
         motor = ready(other, shaft={"motor": "frame23"})
         load(other, motor, "a=0\nWHILE a<50\na=a+1\nWAIT=20\nLOOP\nEND\n")
-        tell(other, motor, f"RUN A=100 V={UNIT} P=3000 G", 0)
+        send(other, motor, f"RUN A=100 V={UNIT} P=3000 G", 0)
         for _ in range(40):
             other.run(0.013)
             if looks:
                 _ = [shown(motor, *lamp) for lamp in lamps(motor)]
-        ends.append((tell(other, motor, "Ra RP RPE RW RI"), motor.axes["shaft"].velocity))
+        ends.append((send(other, motor, "Ra RP RPE RW RI"), motor.axes["shaft"].velocity))
     assert ends[0] == ends[1]

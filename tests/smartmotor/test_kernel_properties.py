@@ -10,11 +10,11 @@ from axistwin.controllers.smartmotor.kernel import jit, state
 from axistwin.controllers.smartmotor.kernel.interpreter import STACK, evaluate
 from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, TRAJECTORY
 
-from . import inventing
-from .bridge import Kernel
-from .reference_motor import ReferenceMotor
-from .reference_program import Abandoned, Program, expression
-from .reference_trajectory import Trajectory
+from .reference import inventing
+from .reference.bridge import Kernel
+from .reference.motor import ReferenceMotor
+from .reference.program import Abandoned, Program, expression
+from .reference.trajectory import Trajectory
 from .test_kernel_reference import CHANCE, THOROUGH, Beside
 
 SPEEDS = st.integers(-(2**24), 2**24)

@@ -2,19 +2,10 @@
 
 import pytest
 
-from axistwin import Bench
-from axistwin.bench import Controller, product
+from axistwin.bench import product
 from axistwin.controllers.smartmotor.language.forms import Accept
 
-from .cam import pass_samples, say, value
-from .talking import load, ready
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    made = ready(bench)
-    pass_samples(bench)
-    return made
+from .talking import load, send, value
 
 
 @pytest.mark.parametrize(
@@ -38,21 +29,21 @@ def motor(bench: Bench) -> Controller:
 def test_the_ends_of_a_range_are_taken_and_what_is_beyond_is_not(bench, motor, name, low, high):
     """Base 4 and 13: a parameter out of its range changes nothing, and the syntax error bit Bs tells it."""
     for number, beyond in ((low, low - 1), (high, high + 1)):
-        say(bench, motor, f"ZS {name}={number} ")
+        send(bench, motor, f"ZS {name}={number}", 0)
         assert value(bench, motor, name) == number
-        assert say(bench, motor, "RBs ") == b"0\r"
-        say(bench, motor, f"{name}={beyond} ")
+        assert send(bench, motor, "RBs", 0) == b"0\r"
+        send(bench, motor, f"{name}={beyond}", 0)
         assert value(bench, motor, name) == number
-        assert say(bench, motor, "RBs ") == b"1\r"
+        assert send(bench, motor, "RBs", 0) == b"1\r"
 
 
 @pytest.mark.parametrize(("array", "last"), [("ab", 203), ("aw", 101), ("al", 50)])
 def test_the_last_element_of_an_array(bench, motor, array, last):
     """8.2: one memory of 204 bytes, 102 words or 51 longs; beyond its end the index bit Bu tells it."""
-    say(bench, motor, f"ZS {array}[{last}]=77 ")
-    assert say(bench, motor, f"R{array}[{last}] RBu ") == b"77\r0\r"
-    say(bench, motor, f"{array}[{last + 1}]=78 ")
-    assert say(bench, motor, f"RBu R{array}[{last}] ") == b"1\r77\r"
+    send(bench, motor, f"ZS {array}[{last}]=77", 0)
+    assert send(bench, motor, f"R{array}[{last}] RBu", 0) == b"77\r0\r"
+    send(bench, motor, f"{array}[{last + 1}]=78", 0)
+    assert send(bench, motor, f"RBu R{array}[{last}]", 0) == b"1\r77\r"
 
 
 HOST_ONLY = {"LOAD", "UPLOAD", "UP"}
@@ -96,6 +87,6 @@ def test_the_units_of_parameters(code, units):
 def test_a_program_may_not_load(bench, motor):
     """Base 15: LOAD is a host's word: in a program it is a syntax error, and the statement behind it follows."""
     load(bench, motor, "ZS\nLOAD\na=5\nEND\n")
-    say(bench, motor, "RUN ")
+    send(bench, motor, "RUN", 0)
     bench.run(0.05)
-    assert say(bench, motor, "RBs Ra ") == b"1\r5\r"
+    assert send(bench, motor, "RBs Ra", 0) == b"1\r5\r"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.traces.trace import tracing
 
-from .talking import ready, tell
+from .talking import ready, send
 
 NAMES = ("RP", "RV", "Ra", "RMODE", "P", "RTEMP", "RBt")
 SAYINGS = (
@@ -114,7 +114,7 @@ def after(since_ns, courses):
 def test_both_are_told_how_everything_is_when_the_power_comes_back():
     bench, motor = a_motor()
     followers = Follower(motor, ("Ra", "RMODE")), Follower(motor, ("RV", "Ra"))
-    tell(bench, motor, "a=5 ", 0.01)
+    send(bench, motor, "a=5 ", 0.01)
     motor.power_cycle()
     bench.run(0.01)
     for follower in followers:
@@ -126,7 +126,7 @@ def test_nobody_is_told_anything_when_all_have_gone():
     followers = [Follower(motor, ("Ra",)) for _ in range(2)]
     for follower in followers:
         follower.end()
-    tell(bench, motor, "a=5 ", 0.01)
+    send(bench, motor, "a=5 ", 0.01)
     motor.power_cycle()
     assert [len(follower.told["Ra"]) for follower in followers] == [1, 1]
 

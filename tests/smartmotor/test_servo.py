@@ -9,7 +9,8 @@ from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_la
 from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 
-from .rig import SAMPLE_S, Rig
+from .rig import Rig
+from .talking import SAMPLE_S
 
 FRAMES = sorted(SERVO_MOTORS)
 QUICK = replace(FRAME17, winding_time_constant_s=1.0, housing_time_constant_s=20.0)
@@ -164,7 +165,7 @@ def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
     rig = Rig(FRAME17)
     machine.set_jam(rig.f, True)
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 427  # 24 V × 427/1023 / 2.5 Ω = 4.007 A
-    assert rig.until_protest(20_000) == pytest.approx(log(4 / 3) + 12_000 * SAMPLE_S, abs=0.08)
+    assert rig.until_overload(20_000) == pytest.approx(log(4 / 3) + 12_000 * SAMPLE_S, abs=0.08)
     assert (rig.i[state.TEMP], rig.i[state.CURRENT], rig.i[state.BA]) == (25, 400, 0)
 
 
@@ -178,7 +179,7 @@ def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
     machine.set_jam(rig.f, True)
     rig.i[state.THD] = 100
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212  # 1.99 A
-    assert rig.until_protest(400_000) == pytest.approx(22.7 * log(64.2 / 18.2), rel=0.05)
+    assert rig.until_overload(400_000) == pytest.approx(22.7 * log(64.2 / 18.2), rel=0.05)
     assert rig.i[state.TEMP] == 71
     machine.set_ambient(rig.i, rig.f, 35.0)
     rig.i[state.DRIVE] = state.DRIVE_OPEN

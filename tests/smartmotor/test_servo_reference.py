@@ -8,7 +8,7 @@ import pytest
 from axistwin.controllers.smartmotor.kernel import jit, machine, state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
-from .reference import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
+from .reference.machine import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
 from .rig import Rig
 
 PLAIN_AND_COMPILED = [

@@ -5,11 +5,11 @@ Each part is an object that knows nothing of arrays; `bridge.py` says which slot
 
 from dataclasses import dataclass, field
 
-from .reference import ON, ReferenceMachine, ReferenceServo
-from .reference_cam import Cam
-from .reference_flow import Runner
-from .reference_program import Memory, Program
-from .reference_trajectory import Host, Master, Trajectory
+from .cam import Cam
+from .flow import Runner
+from .machine import ON, ReferenceMachine, ReferenceServo
+from .program import Memory, Program
+from .trajectory import Host, Master, Trajectory
 
 FLAGS = ["Bt", "Br", "Bl", "Bi", "Bw", "Be", "Bh", "Bo", "Bx", "Bp", "Bm", "Bd", "Bu", "Bs", "Ba", "Bk"]
 FREE = "off", "brake", "error", "torque"

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from .reference_program import Abandoned, no_value
+from .program import Abandoned, no_value
 
 
 class Runner:

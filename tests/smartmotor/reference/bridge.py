@@ -7,8 +7,8 @@ from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel import jit, kernel, machine, state
 from axistwin.controllers.smartmotor.language.program import Program
 
-from .reference_motor import FLAGS, PINS
-from .reference_program import no_value
+from .motor import FLAGS, PINS
+from .program import no_value
 
 MODES = {
     "off": state.M_OFF, "brake": state.M_BRAKE, "error": state.M_ERROR, "hold": state.M_HOLD,
