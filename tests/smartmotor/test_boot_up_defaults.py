@@ -9,58 +9,20 @@ from .talking import ask, load, send, value
 
 BS, LIMITS = 8192, 1024 + 512 + 4 + 2
 ZERO = [
-    "A",
-    "V",
-    "P",
-    "D",
-    "T",
-    "F",
-    "SLN",
-    "SLP",
-    "CTR",
-    "EPTR",
-    "KV",
-    "KA",
-    "KG",
-    "a",
-    "z",
-    "aa",
-    "zz",
-    "aaa",
-    "zzz",
-    "ab[0]",
-    "ab[203]",
-    "aw[101]",
-    "al[50]",
-    "@P",
-    "@PE",
-    "@V",
-]
+    "A", "V", "P", "D", "T", "F", "SLN", "SLP", "CTR", "EPTR", "KV", "KA", "KG", "a", "z", "aa", "zz", "aaa", "zzz",
+    "ab[0]", "ab[203]", "aw[101]", "al[50]", "@P", "@PE", "@V",
+]  # fmt: skip
 OTHER = {"E": 1000, "AMPS": 1023, "MFMUL": 1, "MFDIV": 1, "KS": 1, "TH": 70, "U": 127, "ADDR": 0, "Bo": 1, "Bt": 0}
 DEFAULTS = dict.fromkeys(ZERO, 0) | OTHER
 REMOVED = ["ES400", "ES1000", "KGON", "KGOFF", "LIMH", "LIML", "LIMN", "MFRATIO", "RES=2000", "MD50"]
 ADDED = [
     *[
-        "BRKC",
-        "BRKG",
-        "BRKI",
-        "CI",
-        "F=2",
-        "F=16",
-        "F=32",
-        "F=64",
-        "F=128",
-        "MTB",
-        "SLD",
-        "SLE",
-        "SLN=-5",
-        "SLP=5",
-        "Ze",
-        "Zh",
+        "BRKC", "BRKG", "BRKI", "CI", "F=2", "F=16", "F=32", "F=64", "F=128", "MTB", "SLD", "SLE", "SLN=-5", "SLP=5",
+        "Ze", "Zh",
     ],
     *["RU", "RUA", "RUB", "RUC", "RUD", "RUE", "RUF", "RUG", "RUAA", "RUBA", "RUCA", "RUDA", "RUEA", "RUFA", "RUGA"],
     *["a=CX", "a=U", "PRINT(CX)"],
-]
+]  # fmt: skip
 
 
 @pytest.fixture
@@ -134,15 +96,10 @@ def test_a_program_cannot_be_downloaded_in_a_fault(bench, bare):
 @pytest.mark.parametrize(
     ("cure", "target"),
     [
-        ("ZS", 1000),
-        ("ZS", -1000),
-        ("UCI ZS", -1000),
-        ("UDI ZS", 1000),
-        ("Zr Zl", 1000),
-        ("UCI UDI", 1000),
+        ("ZS", 1000), ("ZS", -1000), ("UCI ZS", -1000), ("UDI ZS", 1000), ("Zr Zl", 1000), ("UCI UDI", 1000),
         ("UCI UDI Zr", 9),
     ],
-)
+)  # fmt: skip
 def test_half_a_cure_is_none(bench, bare, cure, target):
     """3.1: both inputs must be reassigned or grounded, and then the flags cleared."""
     send(bench, bare, cure)

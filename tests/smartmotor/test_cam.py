@@ -10,18 +10,8 @@ from .scenarios import EXAMPLE, relative, start_cam, turn_through, turn_to
 from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 FIGURE = {
-    0: 0,
-    500: 125,
-    1000: 250,
-    2000: 500,
-    2500: 375,
-    4000: 0,
-    6000: 1000,
-    7000: 750,
-    8000: 500,
-    9000: 500,
-    9999: 500,
-}
+    0: 0, 500: 125, 1000: 250, 2000: 500, 2500: 375, 4000: 0, 6000: 1000, 7000: 750, 8000: 500, 9000: 500, 9999: 500,
+}  # fmt: skip
 SECOND = {10_000 + at: 500 + position for at, position in FIGURE.items()}
 
 

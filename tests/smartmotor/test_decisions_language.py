@@ -67,17 +67,10 @@ def test_run_ends_a_wait(bench, motor):
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [
-        ("TH", 0, 150),
-        ("THD", 0, 65535),
-        ("E", 0, 32000),
-        ("KP", 0, 65535),
-        ("KS", 1, 255),
-        ("BASE", 0, 2**31 - 1),
-        ("SIZE", 0, 101),
-        ("MFMUL", -32768, 32767),
-        ("MFDIV", -32768, 32767),
+        ("TH", 0, 150), ("THD", 0, 65535), ("E", 0, 32000), ("KP", 0, 65535), ("KS", 1, 255), ("BASE", 0, 2**31 - 1),
+        ("SIZE", 0, 101), ("MFMUL", -32768, 32767), ("MFDIV", -32768, 32767),
     ],
-)
+)  # fmt: skip
 def test_ranges_that_no_manual_gives(bench, motor, name, low, high):
     """The ends are taken; beyond them Bs is set (beyond 32 bits Bd) and the value stays."""
     for end, beyond in ((low, low - 1), (high, high + 1)):

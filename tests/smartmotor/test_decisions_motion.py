@@ -15,14 +15,9 @@ from .talking import UNIT, advance, ask, clear, ready, send, wired
 @pytest.mark.parametrize(
     ("words", "busy"),
     [
-        ("MF4", "1"),
-        ("MS", "1"),
-        ("MFR G", "1"),
-        ("BASE=80 SIZE=8 MC G", "1"),
-        ("MT T=100", "0"),
-        ("MP G", "1"),
+        ("MF4", "1"), ("MS", "1"), ("MFR G", "1"), ("BASE=80 SIZE=8 MC G", "1"), ("MT T=100", "0"), ("MP G", "1"),
     ],
-)
+)  # fmt: skip
 def test_bt_in_each_mode(bench, motor, words, busy):
     """10 of the base language: "trajectory in progress"; following is one, torque has none."""
     assert send(bench, motor, f"A=1 V=1 P=9 {words} RBt RBo", 0) == f"{busy}\r0\r".encode()

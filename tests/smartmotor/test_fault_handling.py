@@ -102,16 +102,11 @@ def test_what_is_inhibited_by_a_fault(bench, fault, command):
 @pytest.mark.parametrize(
     ("fault", "clear", "left"),
     [
-        ("limit", "ZS", 0),
-        ("limit", "Zr", 0),
-        ("limit", "Zl", BR),
-        ("limit", "Ze Zh Zs", BR),
-        ("position error", "ZS", 0),
-        ("position error", "Ze", 0),
-        ("position error", "Zr Zl Zh", BE),
+        ("limit", "ZS", 0), ("limit", "Zr", 0), ("limit", "Zl", BR), ("limit", "Ze Zh Zs", BR),
+        ("position error", "ZS", 0), ("position error", "Ze", 0), ("position error", "Zr Zl Zh", BE),
         ("position error", "G", BE),
     ],
-)
+)  # fmt: skip
 def test_what_clears_a_fault(bench, fault, clear, left):
     """4.2: "reset by ZS or clear the fault bits individually by Zr, Zl, Ze, and Zh"."""
     motor = wired(bench)

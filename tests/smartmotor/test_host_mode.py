@@ -231,14 +231,10 @@ def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
 @pytest.mark.parametrize(
     ("mode", "letter", "followed"),
     [
-        ("MF1 ", "F", 25),
-        ("MF2 ", "F", 50),
-        ("MF4 ", "F", 100),
-        ("MF4 MFMUL=3 MFDIV=2 MFR ", "X", 150),
-        ("MS ", "S", 100),
-        ("MS0 MFMUL=3 MFDIV=2 MSR ", "X", 150),
+        ("MF1 ", "F", 25), ("MF2 ", "F", 50), ("MF4 ", "F", 100), ("MF4 MFMUL=3 MFDIV=2 MFR ", "X", 150),
+        ("MS ", "S", 100), ("MS0 MFMUL=3 MFDIV=2 MSR ", "X", 150),
     ],
-)
+)  # fmt: skip
 def test_exit_into_the_following_modes(bench, motor, mode, letter, followed):
     """10.2: MFR, MF_n, MSR, MS: from the latched position they follow the external counter."""
     start_host_mode(bench, motor, "O=0 " + mode, ONE_SEGMENT + clock(256))

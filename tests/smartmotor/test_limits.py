@@ -26,22 +26,8 @@ from .talking import (
 
 PINS = {"C": (BR, BP, +1, "Zr", "UCI"), "D": (BL, BM, -1, "Zl", "UDI")}
 ACTS = [
-    "+C",
-    "-C",
-    "+D",
-    "-D",
-    "ZS",
-    "Zr",
-    "Zl",
-    "S",
-    "X",
-    "V=65536 G",
-    "V=-65536 G",
-    "D=9 MP G",
-    "MV",
-    "P=-99 G",
-    "OFF",
-]
+    "+C", "-C", "+D", "-D", "ZS", "Zr", "Zl", "S", "X", "V=65536 G", "V=-65536 G", "D=9 MP G", "MV", "P=-99 G", "OFF",
+]  # fmt: skip
 
 
 def wired(bench: Bench, **options) -> Controller:

@@ -26,34 +26,13 @@ def cruise(bench, motor, mode):
 @pytest.mark.parametrize(
     ("words", "letter"),
     [
-        ("", "B"),
-        ("MP ", "B"),
-        ("MV ", "B"),
-        ("MFR ", "B"),
-        ("MSR ", "B"),
-        ("MF0 ", "B"),
-        ("MS0 ", "B"),
-        ("BASE=8000 SIZE=8 MC ", "B"),
-        ("MD ", "B"),
-        ("MP P=1 G ", "P"),
-        ("MP D=1 G ", "R"),
-        ("MV G ", "V"),
-        ("MT ", "T"),
-        ("MT T=3 G ", "T"),
-        ("MF1 ", "F"),
-        ("MF2 ", "F"),
-        ("MF4 ", "F"),
-        ("MFR G ", "X"),
-        ("MS ", "S"),
-        ("MSR G ", "X"),
-        ("BASE=8000 SIZE=8 MC G ", "C"),
-        ("BASE=8000 SIZE=8 MC2 G ", "C"),
-        ("BASE=8000 SIZE=8 MC4 G ", "C"),
-        ("BASE=8000 SIZE=8 MC8 G ", "C"),
-        ("MV G MTB ", "B"),
-        ("MD G ", "H"),
+        ("", "B"), ("MP ", "B"), ("MV ", "B"), ("MFR ", "B"), ("MSR ", "B"), ("MF0 ", "B"), ("MS0 ", "B"),
+        ("BASE=8000 SIZE=8 MC ", "B"), ("MD ", "B"), ("MP P=1 G ", "P"), ("MP D=1 G ", "R"), ("MV G ", "V"),
+        ("MT ", "T"), ("MT T=3 G ", "T"), ("MF1 ", "F"), ("MF2 ", "F"), ("MF4 ", "F"), ("MFR G ", "X"), ("MS ", "S"),
+        ("MSR G ", "X"), ("BASE=8000 SIZE=8 MC G ", "C"), ("BASE=8000 SIZE=8 MC2 G ", "C"),
+        ("BASE=8000 SIZE=8 MC4 G ", "C"), ("BASE=8000 SIZE=8 MC8 G ", "C"), ("MV G MTB ", "B"), ("MD G ", "H"),
     ],
-)
+)  # fmt: skip
 def test_rmode_tells_the_mode_in_force(bench, motor, words, letter):
     """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE tells the one that runs."""
     assert send(bench, motor, words + "RMODE RBs", 0) == letter.encode() + b"\r0\r"
@@ -84,17 +63,11 @@ def test_the_default_mode_is_position(bench, motor):
 @pytest.mark.parametrize(
     ("words", "letter", "first", "second"),
     [
-        ("P=100 D=7", "R", 7, 14),
-        ("D=7 P=100", "P", 100, 100),
-        ("P=100 D=7 P=100", "P", 100, 100),
-        ("D=7 P=50 D=7", "R", 7, 14),
-        ("D=0", "R", 0, 0),
-        ("D=-7", "R", -7, -14),
-        ("O=30 P=100", "P", 70, 70),
-        ("O=30 D=7", "R", 7, 14),
-        ("D=7 O=30", "R", 7, 14),
+        ("P=100 D=7", "R", 7, 14), ("D=7 P=100", "P", 100, 100), ("P=100 D=7 P=100", "P", 100, 100),
+        ("D=7 P=50 D=7", "R", 7, 14), ("D=0", "R", 0, 0), ("D=-7", "R", -7, -14), ("O=30 P=100", "P", 70, 70),
+        ("O=30 D=7", "R", 7, 14), ("D=7 O=30", "R", 7, 14),
     ],
-)
+)  # fmt: skip
 def test_the_one_assigned_last_decides(bench, motor, words, letter, first, second):
     """4: whichever of P= and D= was assigned last decides what MP and G do; G repeated repeats a step."""
     assert send(bench, motor, FAST + words + " G RMODE", 0) == letter.encode() + b"\r"
@@ -247,15 +220,10 @@ def test_off_keeps_track_of_the_position(bench, motor):
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [
-        ("P", -(2**31), 2**31 - 1),
-        ("D", -(2**31), 2**31 - 1),
-        ("V", -(2**31), 2**31 - 1),
-        ("A", 0, 2**31 - 1),
-        ("T", -1023, 1023),
-        ("AMPS", 0, 1023),
-        ("CLK", -(2**31), 2**31 - 1),
+        ("P", -(2**31), 2**31 - 1), ("D", -(2**31), 2**31 - 1), ("V", -(2**31), 2**31 - 1), ("A", 0, 2**31 - 1),
+        ("T", -1023, 1023), ("AMPS", 0, 1023), ("CLK", -(2**31), 2**31 - 1),
     ],
-)
+)  # fmt: skip
 def test_ranges_of_the_parameters(bench, motor, name, low, high):
     """4: the range's ends are taken; what is beyond changes nothing and is flagged."""
     for number in (low, high):

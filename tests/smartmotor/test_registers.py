@@ -13,13 +13,8 @@ from .talking import ready, send
 
 NAMES = ("RP", "RV", "Ra", "RMODE", "P", "RTEMP", "RBt")
 SAYINGS = (
-    "a=1 A=65536 V=400000 P=3000 G ",
-    "a=a+1 a=a+1 ",
-    "X ",
-    "MV V=200000 G a=7 ",
-    "P=17 S ",
-    "O=100 ",
-)
+    "a=1 A=65536 V=400000 P=3000 G ", "a=a+1 a=a+1 ", "X ", "MV V=200000 G a=7 ", "P=17 S ", "O=100 ",
+)  # fmt: skip
 
 
 class Follower:

@@ -414,15 +414,10 @@ def highest(rig, counts):
 @pytest.mark.parametrize(
     ("kd", "millihenry", "fine"),
     [
-        (550, 0.0, 217),
-        (550, 0.7, 216),
-        (300, 1.4, 246),
-        (200, 0.7, 226),
-        (150, 0.0, 222),
-        (150, 0.35, 224),
+        (550, 0.0, 217), (550, 0.7, 216), (300, 1.4, 246), (200, 0.7, 226), (150, 0.0, 222), (150, 0.35, 224),
         (150, 0.7, 242),
     ],
-)
+)  # fmt: skip
 def test_inductance_matters_where_damping_is_small(kd, millihenry, fine):
     """A step of 200 counts, frame 23: an integration of the machine in steps of 1.2 µs, within 2 counts."""
     most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=millihenry / 1000)), 200)

@@ -11,34 +11,12 @@ from .talking import UNIT, ask, load, ready, send
 
 BITS = {letter: 1 << bit for bit, letter in enumerate("trliwehoxpmdusak")}
 ARRAY_ERRORS = [
-    "aw[102]=1",
-    "ab[204]=1",
-    "al[51]=1",
-    "ab[-1]=1",
-    "a=aw[102]",
-    "Raw[102]",
-    "n=300 ab[n]=1",
-    "aw[101] 1 2 3.",
-]
+    "aw[102]=1", "ab[204]=1", "al[51]=1", "ab[-1]=1", "a=aw[102]", "Raw[102]", "n=300 ab[n]=1", "aw[101] 1 2 3.",
+]  # fmt: skip
 OVERFLOWS = ["a=1/0", "a=1%0", "a=2147483647+1", "a=-2147483648-1", "a=65536*65536", "a=2147483647 a=a+1"]
 MISTAKES = [
-    "J",
-    "A",
-    "A=",
-    "a=",
-    "a==1=",
-    "G=1",
-    "RQ",
-    "RBz",
-    "Zq",
-    "GOSUB99",
-    "GOTO99",
-    "=5",
-    "a=(1",
-    "a=1)",
-    "ZS=1",
-    "A=1.5",
-]
+    "J", "A", "A=", "a=", "a==1=", "G=1", "RQ", "RBz", "Zq", "GOSUB99", "GOTO99", "=5", "a=(1", "a=1)", "ZS=1", "A=1.5",
+]  # fmt: skip
 
 
 def bits(bench: Bench, motor: Controller) -> str:
