@@ -18,7 +18,25 @@ LAST = {"ab": 203, "aw": 101, "al": 50}
 
 
 @pytest.mark.parametrize(
-    "words", ["A100", "V100", "P100", "D100", "E100", "T100", "KP100", "x5", "aa5", "ab[0]5", "BASE8", "SIZE8", "AMPS9"]
+    "words",
+    [
+        "A100",
+        "V100",
+        "P100",
+        "D100",
+        "E100",
+        "T100",
+        "KP100",
+        "x5",
+        "aa5",
+        "ab[0]5",
+        "BASE8",
+        "SIZE8",
+        "AMPS9",
+        "SLN0",
+        "P1000",
+        "aw[0]5",
+    ],
 )
 def test_the_equal_sign_must_be_present(bench, motor, words):
     """8.1: "A100 is no longer accepted": a syntax error (3), nothing else."""
@@ -129,7 +147,7 @@ def test_storing_truncates_and_reading_extends_the_sign(bench, motor, where, sto
 
 
 def test_the_summarys_list(bench, motor):
-    """1.1: aw[0] 0 100 500 700. sets four consecutive elements."""
+    """1.1: "aw[0] 0 100 500 700." sets four consecutive elements."""
     send(bench, motor, "aw[4]=9 aw[0] 0 100 500 700.", 0)
     assert values(bench, motor, (f"aw[{index}]" for index in range(5))) == [0, 100, 500, 700, 9]
 
@@ -199,3 +217,22 @@ def test_the_three_arrays_are_one_memory_of_204_bytes(written):
         found = send(bench, motor, "".join(f"R{kind}[{index}] " for index in range(LAST[kind] + 1)), 0)
         elements = [memory[at : at + width] for at in range(0, 204, width)]
         assert found.split() == [b"%d" % int.from_bytes(element, signed=True) for element in elements]
+
+
+@pytest.mark.parametrize(
+    ("text", "statements", "wrong"), [("aw[0] 5 6.", 1, 0), ("aw[0 5 6.", 3, 1), ("aw[0]5 6.", 2, 1)]
+)
+def test_values_in_a_row_are_one_statement_and_without_their_bracket_none(bench, motor, text, statements, wrong):
+    """1.1: "aw[0] 0 100 500 700." is one assignment.  3: a space ends a command, so an open bracket ends there."""
+    load(bench, motor, f"ZS\nCLK=0\n{text}\na=CLK\nEND\n")
+    send(bench, motor, "RUN", 0.05)
+    assert send(bench, motor, "Ra RBs", 0) == f"{statements + 1}\r{wrong}\r".encode()
+    assert send(bench, motor, "Raw[0] Raw[1]", 0) == (b"0\r0\r" if wrong else b"5\r6\r")
+
+
+@pytest.mark.parametrize(("values", "taken"), [(16, True), (17, False)])
+def test_sixteen_values_from_outside_in_one_statement(bench, motor, values, taken):
+    """Base 6: GETCHR of an empty buffer is 0.  With a seventeenth such value the statement sets Bs and does nothing."""
+    load(bench, motor, "a=7\na=a+{}+1\nb=1\nEND\n".format("+".join(["GETCHR1"] * values)))
+    send(bench, motor, "ZS RUN", 0.05)
+    assert send(bench, motor, "Ra RBs Rb", 0) == (b"8\r0\r1\r" if taken else b"7\r1\r1\r")

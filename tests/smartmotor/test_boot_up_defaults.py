@@ -158,12 +158,6 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
         assert value(bench, motor, "CLK") < 2600
 
 
-def test_the_first_g_is_a_position_move(bench, motor):
-    """Reference 16 and 17: `P=` and `G` after power-up, no MP sent; echo off, address 0, and every channel 9600 8N1."""
-    assert send(bench, motor, "A=65536 V=65536 P=100 G", 0.1) == b""
-    assert send(bench, motor, "RMODE RP") == b"P\r100\r"
-
-
 def test_the_firmware_is_4_76(bench, bare):
     """Page 1: RSP is answered by 24576/476."""
     assert ask(bench, bare, "RSP") == "24576/476"
@@ -182,30 +176,6 @@ def test_a_command_removed_is_a_syntax_error(bench, motor, command):
     """1.3."""
     assert send(bench, motor, command) == b""
     assert ask(bench, motor, "RW") == str(128 + BS)
-
-
-@pytest.mark.parametrize(
-    "old", ["A100", "V100", "P1000", "D5", "E100", "KP175", "SLN0", "SLP5", "F32", "O0", "T9", "a5", "aw[0]5"]
-)
-def test_the_equal_sign_is_required(bench, motor, old):
-    """1.1: "A100 is no longer accepted. A=100 must be used"."""
-    name = old.rstrip("0123456789") if "[" not in old else "aw[0]"
-    before = value(bench, motor, "@P" if name == "O" else name)
-    assert send(bench, motor, old) == b""
-    assert ask(bench, motor, "RBs") == "1"
-    assert value(bench, motor, "@P" if name == "O" else name) == before
-
-
-def test_several_elements_are_still_set_at_once(bench, motor):
-    """1.1: "aw[0] 0 100 500 700." sets aw[0] to aw[3]; 9.4 shows the period that ends it."""
-    send(bench, motor, "aw[0] 0 100 500 700. a=9")
-    assert send(bench, motor, "Raw[0] Raw[1] Raw[2] Raw[3] Raw[4] Ra RBs") == b"0\r100\r500\r700\r0\r9\r0\r"
-
-
-def test_f_2_reverses_the_shaft(bench, motor):
-    """1.4: "Changed function to reverse positive orientation of shaft"."""
-    send(bench, motor, "F=2 A=65536 V=65536 P=100 G", 0.1)
-    assert (ask(bench, motor, "RP"), motor.axes["shaft"].position) == ("100", -100)
 
 
 @pytest.mark.parametrize("moment", [0.0, 0.0001, 0.1, 0.199, 0.2, 0.3])

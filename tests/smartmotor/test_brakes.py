@@ -327,3 +327,50 @@ def test_overheat_applies_mtb(bench, motor):
     motor.ambient = 90
     send(bench, motor, "TH=30", 0.1)
     assert send(bench, motor, "RBh RMODE RBo") == b"1\rB\r1\r"
+
+
+# The pins of the signal when they change their function (5.1, 1.2)
+
+
+PINS = [("BRKC", "C"), ("BRKG", "G")]
+
+
+HOLD = "MP D=0 G"
+
+
+def test_a_limit_role_takes_the_pin_from_the_brake(bench, motor):
+    """5.1: "These commands will change the function of the I/O pin C": UCP as UCI does; UCO is a plain output then."""
+    send(bench, motor, "UC=0 UCO BRKC")
+    assert motor.pins["C"].volts == 5.0
+    send(bench, motor, "UCP", 0.01)
+    assert ask(bench, motor, "RBp") == "1"  # nothing is wired to the limit
+    send(bench, motor, "UCO ZS", 0.01)
+    assert motor.pins["C"].volts == 0.0
+    send(bench, motor, "BRKC")
+    assert motor.pins["C"].volts == 5.0
+
+
+@pytest.mark.parametrize(("brake", "name"), PINS)
+def test_an_output_given_again_or_late_shows_the_signal_at_once(bench, motor, brake, name):
+    """5.1: "The I/O pin is set to 5 Vdc when brake engaged": no moment at 0 V when UGO (UCO) is given once more."""
+    pin = motor.pins[name]
+    send(bench, motor, f"U{name}=0 {brake} U{name}O")
+    assert pin.volts == 5.0
+    found = changes(bench, motor, name)
+    send(bench, motor, f"U{name}O")
+    assert found == []
+    send(bench, motor, HOLD)
+    send(bench, motor, f"U{name}=1 {brake} OFF U{name}O {HOLD}")
+    assert [level for _, level in found] == [False, True, False, True, False]  # HOLD, UG=1, BRKG, OFF, HOLD
+
+
+@pytest.mark.parametrize(("brake", "name"), PINS)
+@pytest.mark.parametrize("engaged", [True, False])
+def test_the_pin_that_loses_the_signal_keeps_its_level(bench, motor, brake, name, engaged):
+    """1.2: "BRKG, BRKC, and BRKI are mutually exclusive"; the brake on the pin does not move when it is left."""
+    send(bench, motor, f"U{name}={0 if engaged else 1} U{name}O {brake}" + ("" if engaged else f" {HOLD}"))
+    found = changes(bench, motor, name)
+    send(bench, motor, "BRKI BRKENG BRKRLS BRKSRV")
+    assert (motor.pins[name].level, found) == (engaged, [])
+    send(bench, motor, f"U{name}O")
+    assert motor.pins[name].level is not engaged  # what the latch holds

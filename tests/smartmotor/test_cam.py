@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .scenarios import EXAMPLE, relative, start_cam, turn_through, turn_to
+from .scenarios import EXAMPLE, TABLE, relative, start_cam, turn_through, turn_to
 from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 FIGURE = {
@@ -375,3 +375,24 @@ def test_the_largest_table(bench, motor):
     assert turn_through(bench, motor, [5000, 10_099, 10_100, 10_200]) == [500, 1009, 1010, 1020]
     turn_to(bench, motor, 10_099)
     assert value(bench, motor, "CX") == 100
+
+
+# Started in the middle of a cycle (9.3, 9.4)
+
+
+@pytest.mark.parametrize(
+    ("option", "mc", "counts", "times"),
+    [("master", "MC", 6000, 1), ("master", "MC2", 3000, 1), ("table", "MC", 6000, 1), ("table", "MC2", 6000, 2)],
+)
+def test_the_counter_says_where_in_the_cycle_the_cam_starts(bench, option, mc, counts, times):
+    """9.3: CX is "the current index … as controlled by the external encoder value"; 9.4: relative to where it is.
+
+    BASE is 8000 with 8 intervals, so 6000 counts are entry 6; with MC2 the counts are doubled, or the table is.
+    """
+    motor = ready(bench, cam_multiplier=option)
+    send(bench, motor, "MF4", 0)
+    turn_to(bench, motor, counts)
+    send(bench, motor, f"BASE=8000 SIZE=8 D=0 F=16 aw[0] {' '.join(map(str, TABLE))}. O=100 {mc} G", 0)
+    advance(bench, 2)
+    assert value(bench, motor, "CX") == 6
+    assert value(bench, motor, "@P") == 100 + times * TABLE[6]

@@ -2,8 +2,6 @@
 
 import pytest
 
-from axistwin.errors import AxistwinError
-
 from .scenarios import start_cam, turn_through, turn_to
 from .talking import send, value
 
@@ -80,12 +78,6 @@ def test_ci_over_and_over_follows_d(bench, motor):
         send(bench, motor, f"D={dwell + 1} MC CI", 0)
         assert turn_to(bench, motor, end - 1) == position
         assert turn_to(bench, motor, end + 1000) == position + 250
-
-
-def test_the_option_knows_two_readings(bench):
-    """cam_multiplier is "master" or "table"."""
-    with pytest.raises(AxistwinError, match="cam_multiplier"):
-        bench.add("smartmotor", cam_multiplier="both")
 
 
 @pytest.mark.parametrize("per_sample", [1, 777, 1999])

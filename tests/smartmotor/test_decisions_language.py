@@ -64,31 +64,6 @@ def test_run_ends_a_wait(bench, motor):
     assert values(bench, motor, "a") == [2]
 
 
-@pytest.mark.parametrize(
-    ("name", "low", "high"),
-    [
-        ("TH", 0, 150), ("THD", 0, 65535), ("E", 0, 32000), ("KP", 0, 65535), ("KS", 1, 255), ("BASE", 0, 2**31 - 1),
-        ("SIZE", 0, 101), ("MFMUL", -32768, 32767), ("MFDIV", -32768, 32767),
-    ],
-)  # fmt: skip
-def test_ranges_that_no_manual_gives(bench, motor, name, low, high):
-    """The ends are taken; beyond them Bs is set (beyond 32 bits Bd) and the value stays."""
-    for end, beyond in ((low, low - 1), (high, high + 1)):
-        send(bench, motor, f"ZS {name}={end}")
-        assert ask(bench, motor, f"PRINT({name},#13)") == str(end)
-        assert ask(bench, motor, "PRINT(Bs+Bd,#13)") == "0"
-        send(bench, motor, f"{name}={beyond}")
-        assert ask(bench, motor, f"PRINT({name},#13)") == str(end)
-        assert send(bench, motor, "RBs RBd") == (b"0\r1\r" if beyond > 2**31 - 1 else b"1\r0\r")
-
-
-@pytest.mark.parametrize("value", [-1, 256, 2**31 - 1])
-def test_f_outside_its_eight_bits_sets_bs_and_changes_nothing(bench, motor, value):
-    """Table 7.1 has eight bits."""
-    send(bench, motor, f"F=9 F={value}")
-    assert send(bench, motor, "RBs a=F Ra") == b"1\r9\r"
-
-
 def test_a_statement_of_any_kind_takes_a_sample(bench, motor):
     """Ruling 14: c=CLK comes five samples behind b=CLK, with four parameters in between."""
     run(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")

@@ -211,22 +211,6 @@ def test_a_motor_that_cannot_follow_trips_at_e(bench, what, error):
     assert status_word(bench, motor) == BT
 
 
-def test_mtb_stops_a_turning_shaft_sooner_than_free_wheeling(bench):
-    """3.2 note 3: with MTB it "will rapidly and dynamically brake to a stop", without "freewheel coast to a stop"."""
-    ways = []
-    for before in ("", "BRKRLS OFF "):
-        world = Bench()
-        motor = wired(world, shaft={"motor": "frame23"})
-        send(world, motor, f"{before}A=200 V={6 * UNIT} MV G", 1.0)
-        stood = motor.axes["shaft"].position
-        limit(bench, motor)
-        world.run(3.0)
-        assert motor.axes["shaft"].velocity == 0
-        ways.append(motor.axes["shaft"].position - stood)
-        assert ask(world, motor, "RMODE") == ("O" if before else "B")
-    assert 0 < 5 * ways[0] < ways[1]
-
-
 @settings(deadline=None, max_examples=20)
 @given(
     st.lists(

@@ -115,16 +115,6 @@ def test_run_is_not_inhibited_by_a_limit(bench, motor):
     assert status_word(bench, motor) == BO
 
 
-def test_c1_is_called_when_the_main_program_has_ended(bench):
-    """RULINGS 17; and the main program does not go on when C1 returns."""
-    motor = wired(bench)
-    load(bench, motor, "F=32\na=1\nEND\na=2\nC1\nc=c+1\nRETURNF\na=3\n")
-    send(bench, motor, "RUN", 0.1)
-    limit(bench, motor)
-    advance(bench, 30)
-    assert send(bench, motor, "Ra Rc") == b"1\r1\r"
-
-
 def test_c1_is_called_on_a_new_occurrence_only(bench):
     """1.2: "on a new occurrence of motor protection fault"; 7.1: "becomes active (=1)": Bp stays, Bp comes again."""
     motor = wired(bench)

@@ -1,15 +1,6 @@
 """Program flow with a host: RUN, END, GOSUB, interrupts (8 of the base language; 4.1 and 7.0 of the manual)."""
 
-import pytest
-
-from axistwin import Bench
-
 from .talking import ask, load, ready, send
-
-
-@pytest.fixture
-def bench():
-    return Bench()
 
 
 def motor_with(bench, program):
@@ -24,23 +15,6 @@ def test_run_starts_the_program_from_the_top_and_keeps_the_variables(bench):
     send(bench, motor, "a=5 RUN", 0.01)
     send(bench, motor, "RUN", 0.01)
     assert ask(bench, motor, "Ra") == "7"
-
-
-@pytest.mark.parametrize("flag", ["e"])
-def test_run_is_inhibited_by_a_motor_protection_fault(bench, flag):
-    """4.1: during a motor protection fault RUN is inhibited."""
-    motor = bench.add("smartmotor", line="instant", shaft={"motor": "frame23"})
-    motor.serial.write(b"UCI UDI ZS ")
-    bench.run(0.5)
-    load(bench, motor, "a=a+1 END")
-    motor.axes["shaft"].jam(True)
-    send(bench, motor, "E=10 MP A=100 V=100000 P=10000 G", 0.5)
-    assert ask(bench, motor, f"RB{flag}") == "1"
-    send(bench, motor, "RUN", 0.01)
-    assert ask(bench, motor, "Ra") == "0"
-    motor.axes["shaft"].jam(False)
-    send(bench, motor, f"Z{flag} RUN", 0.01)
-    assert ask(bench, motor, "Ra") == "1"
 
 
 def test_run_without_a_program_does_nothing(bench, motor):
@@ -111,47 +85,6 @@ def test_wait_takes_its_samples_to_the_nanosecond(bench):
     assert motor.serial.read() == b"x"
 
 
-INTERRUPTS = "F=64 WHILE 1 IF b==1 b=2 ENDIF LOOP C2 a=a+1 {} "
-
-
-def press(bench, motor):
-    """A high to low edge of pin G."""
-    motor.pins["G"].drive(True)
-    bench.run(0.01)
-    motor.pins["G"].drive(False)
-    bench.run(0.01)
-
-
-def test_c2_is_called_by_pin_g(bench):
-    """7.0, F=64; RETURNI makes it ready for the next edge."""
-    motor = motor_with(bench, INTERRUPTS.format("RETURNI"))
-    send(bench, motor, "UGI RUN", 0.01)
-    press(bench, motor)
-    press(bench, motor)
-    assert ask(bench, motor, "Ra") == "2"
-
-
-def test_after_a_plain_return_c2_is_not_called_again(bench):
-    """7.0: not before RETURNI, STACK or END."""
-    motor = motor_with(bench, INTERRUPTS.format("RETURN"))
-    send(bench, motor, "UGI RUN", 0.01)
-    press(bench, motor)
-    press(bench, motor)
-    assert ask(bench, motor, "Ra") == "1"
-    send(bench, motor, "END RUN", 0.01)
-    press(bench, motor)
-    assert ask(bench, motor, "Ra") == "2"
-
-
-def test_c2_cuts_wait_short(bench):
-    """7.0: WAIT=8000 is terminated when port G goes low; the program goes on behind it."""
-    motor = motor_with(bench, "F=64 WAIT=8000 b=1 END C2 a=1 RETURNI")
-    send(bench, motor, "UGI RUN", 0.1)
-    assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("0", "0")
-    press(bench, motor)
-    assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("1", "1")
-
-
 def test_a_host_does_not_cut_wait_short(bench):
     motor = motor_with(bench, "WAIT=4069 b=1 END C4 a=1 RETURN")
     send(bench, motor, "RUN", 0.1)
@@ -159,15 +92,3 @@ def test_a_host_does_not_cut_wait_short(bench):
     assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("0", "0")
     bench.run(1.0)
     assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("1", "1")
-
-
-def test_a_limit_calls_c1_also_when_the_program_has_ended(bench):
-    """4.3 and 7.0, F=32: the sample's main program has ended when the fault happens."""
-    motor = motor_with(bench, "UCP UDM ZS F=32 END C1 a=a+1 RETURNF")
-    for pin in "CD":
-        motor.pins[pin].drive(False)
-    send(bench, motor, "RUN", 0.05)
-    assert ask(bench, motor, "Ra") == "0"
-    motor.pins["C"].drive(True)
-    bench.run(0.05)
-    assert ask(bench, motor, "Ra") == "1"

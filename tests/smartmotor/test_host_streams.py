@@ -157,13 +157,6 @@ def test_a_relative_move_from_the_exit_can_be_repeated(bench, motor):
     assert positions(bench, motor, 3)[-1] == 200
 
 
-def test_underflow_without_the_dynamic_brake_is_mode_e(bench, motor):
-    """10.2: "entering mode E": with MTB disabled by BRKRLS and OFF (5.2) it is what RMODE says."""
-    start_host_mode(bench, motor, "BRKRLS OFF O=0 ", points((0, 0), (100, 100)))
-    advance(bench, 110)
-    assert send(bench, motor, "RMODE RBo", 0) == b"E\r1\r"
-
-
 @pytest.mark.parametrize(
     "records",
     [

@@ -129,17 +129,6 @@ def test_wait_is_cut_short_by_c2(bench, motor):
     assert values(bench, motor, "b") == [start + to_c2 + 2]
 
 
-def test_wait_is_not_cut_short_by_c1(bench):
-    """8 of the base language: "nothing else is"."""
-    motor = wired(bench)
-    run(bench, motor, "F=32\na=CLK\nWAIT=1000\nb=CLK\nEND\nC1\nc=CLK\nRETURNF\n")
-    motor.pins["C"].drive(True)
-    advance(bench, 2000)
-    begin, end, called = values(bench, motor, "abc")
-    assert end - begin >= 1000
-    assert called
-
-
 def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench, motor):
     """4.1: "End program execution"; what stands behind the WAIT is never done."""
     run(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")

@@ -191,15 +191,15 @@ def test_a_fault_in_c1_calls_c1_again_when_it_has_returned(bench):
 
 
 def test_c1_is_called_when_the_main_program_has_ended(bench):
-    """The sample program of 4.3 ends with END before the fault; C1's RETURNF returns to nothing."""
+    """RULINGS 17: the main program of 4.3 has ended before the fault, and does not continue when C1 returns."""
     motor = wired(bench)
-    load(bench, motor, "F=32\nEND\nC1\ni=i+1\nRETURNF\n")
+    load(bench, motor, "F=32\na=1\nEND\na=2\nC1\ni=i+1\nRETURNF\na=3\n")
     send(bench, motor, "RUN", 0.05)
     motor.pins["C"].drive(True)
     advance(bench, 50)
-    assert values(bench, motor, "i") == [1]
+    assert values(bench, motor, "ia") == [1, 1]
     motor.pins["C"].drive(False)
     send(bench, motor, "ZS", 0.01)
     motor.pins["C"].drive(True)
     advance(bench, 50)
-    assert values(bench, motor, "i") == [2]
+    assert values(bench, motor, "ia") == [2, 1]

@@ -27,13 +27,6 @@ def test_reports_of_a_motor_that_has_done_nothing(bench, motor, command, answer)
     assert ask(bench, motor, "RBs") == "0"
 
 
-def test_a_bare_motor_reports_its_limit_fault(bench):
-    """2.0 item 1, 10: nothing wired: RS 134, RW 1670."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
-    assert send(bench, motor, "RS RW RPW RMODE RU") == b"134\r1670\r0,1670\rB\r127\r"
-
-
 @pytest.mark.parametrize(
     ("assignment", "report", "answer"),
     [
@@ -62,36 +55,10 @@ def test_rsp_tells_the_period_of_the_servo_and_the_firmware(bench, motor, rate, 
     assert send(bench, motor, f"PID{rate} RSP") == f"{period}/476\r".encode()
 
 
-@pytest.mark.parametrize(
-    ("commands", "letter"),
-    [
-        ("MP P=1000000 V=1000 A=10 G", "P"), ("MP D=1000000 V=1000 A=10 G", "R"), ("MV V=1000 A=10 G", "V"),
-        ("MT", "T"), ("MF1", "F"), ("MF4", "F"), ("MFR G", "X"), ("MS", "S"), ("MSR G", "X"), ("MTB", "B"),
-        ("BRKRLS OFF", "O"), ("BASE=100 SIZE=4 MC G", "C"), ("MV V=1000 A=10 G S", "P"), ("MV", "B"),
-    ],
-)  # fmt: skip
-def test_rmode_tells_the_mode_in_force_by_a_letter(bench, motor, commands, letter):
-    """5; 10.2: the running mode, not the buffered one."""
-    assert send(bench, motor, f"{commands} RMODE RBs", 0.01) == f"{letter}\r0\r".encode()
-
-
-def test_host_mode_has_its_letter(bench, motor):
-    """10: MD, two points, G."""
-    send(bench, motor, b"MD \xfa\0\0\0\0\r\xfb\0\0\0\0\r\xfa\0\0\4\0\r\xfb\0\0\1\0\rG ")
-    assert ask(bench, motor, "RMODE") == "H"
-
-
 def test_ri_clears_bi(bench, motor):
     """10: Bi is cleared by RI.  The index mark is 500 counts from where the shaft stood."""
     send(bench, motor, "MP P=600 V=100000 A=1000 G", 1)
     assert send(bench, motor, "RBi RI RBi") == b"1\r500\r0\r"
-
-
-def test_rs_and_rw_clear_nothing(bench):
-    """3.1: only Zl, Zr and ZS do."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
-    assert send(bench, motor, "RS RW RBr RBl") == b"134\r1670\r1\r1\r"
 
 
 def test_an_index_outside_the_array_is_not_reported(bench, motor):
@@ -107,12 +74,6 @@ def test_what_is_no_report_sets_bs(bench, motor, command):
 def test_print_adds_nothing(bench, motor):
     """9: text, values in decimal, #n one byte."""
     assert send(bench, motor, 'a=-5 PRINT("a=",a,"  ",a*a,#13,#10,#0,#255)') == b"a=-5  25\r\n\0\xff"
-
-
-def test_print_u(bench, motor):
-    """6.1: PRINT(U), `a=U`."""
-    motor.pins["B"].drive(False)
-    assert send(bench, motor, "PRINT(U,#13) a=U Ra RU") == b"125\r125\r125\r"
 
 
 def test_print_of_something_without_a_value_prints_nothing(bench, motor):

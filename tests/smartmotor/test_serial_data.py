@@ -371,22 +371,6 @@ def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
     assert send(bench, motor, "TALK RUN", 0.1) == b"x0\r"
 
 
-def test_f_4_sends_what_the_program_says_to_channel_1(bench, motor):
-    """7, F=4."""
-    port = motor.rs485
-    load(bench, motor, 'PRINT("x")\nRa\nEND\n')
-    assert send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 RUN", 0.1) == b""
-    assert port.read() == b"x0\r"
-
-
-def test_a_character_ends_the_pause(bench, motor):
-    """8: ! pauses the program until a serial character arrives."""
-    load(bench, motor, "a=1\n!\na=2\nEND\n")
-    send(bench, motor, "RUN", 0.1)
-    assert send(bench, motor, "", 0.1) == b""
-    assert send(bench, motor, "Ra") == b"2\r"
-
-
 # Whatever comes
 
 
@@ -535,3 +519,21 @@ def test_the_first_motors_program_addresses_the_chain(bench):
         chain.write(b"%cRADDR " % (0x80 + number))
         bench.run(0.1)
         assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
+
+
+def test_a_command_that_comes_too_late_is_a_scan_error(bench, motor):
+    """OCHN's last parameter; RCHN: "4 scan/syntax".  Half a command is dropped and Bs is set; Zs clears both."""
+    send(bench, motor, "OCHN(RS2,0,N,9600,1,8,C,100) ZS", 0)
+    assert send(bench, motor, "RBs RCHN", 0) == b"0\r0\r"
+    send(bench, motor, "a=", 0)
+    bench.run(2.0)
+    assert send(bench, motor, "RBs RCHN", 0) == b"1\r4\r"
+    assert send(bench, motor, "Zs RBs RCHN", 0) == b"0\r0\r"
+
+
+def test_both_channels_count_their_characters(bench, motor):
+    """Base 2: LEN and LEN1 are the characters that wait on channel 0 and on channel 1, in data mode."""
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)", 0)
+    motor.rs485.write(b"xyz")
+    bench.run(0.1)
+    assert send(bench, motor, "PRINT(LEN,#32,LEN1,#32,GETCHR1,#32,LEN1,#13)", 0) == b"0 3 120 2\r"

@@ -93,13 +93,6 @@ def test_bu_is_an_array_index_error(bench, motor, command):
     assert bits(bench, motor) == "o"
 
 
-@pytest.mark.parametrize("index", ["ab[203]", "aw[101]", "al[50]", "ab[0]"])
-def test_the_last_element_is_no_index_error(bench, motor, index):
-    """8.2: ab[203], aw[101], al[50] are the last."""
-    assert send(bench, motor, f"{index}=5 R{index}") == b"5\r"
-    assert bits(bench, motor) == "o"
-
-
 @pytest.mark.parametrize("command", MISTAKES)
 def test_bs_is_a_syntax_error(bench, motor, command):
     """Reference 3: "An unknown or malformed command is ignored and sets Bs; nothing is returned"; Zs, ZS."""
