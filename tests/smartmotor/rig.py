@@ -7,7 +7,7 @@ import numpy as np
 
 from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
 from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
-from axistwin.controllers.smartmotor.kernel.trajectory import approach
+from axistwin.controllers.smartmotor.kernel.trajectory import next_velocity
 from axistwin.controllers.smartmotor.language.program import Program
 from axistwin.plant.servo import ServoLoad
 
@@ -60,7 +60,9 @@ class Rig:
         end = None
         while end is None or len(errors) < end + 2035:
             self.sample()
-            i[state.VELOCITY] = approach(i[state.VELOCITY], (target << 16) - i[state.COMMANDED], max_velocity, rate)
+            i[state.VELOCITY] = next_velocity(
+                i[state.VELOCITY], (target << 16) - i[state.COMMANDED], max_velocity, rate
+            )
             i[state.COMMANDED] += i[state.VELOCITY]
             errors.append(self.error)
             if end is None and i[state.COMMANDED] == target << 16 and not i[state.VELOCITY]:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.controllers.smartmotor.kernel.trajectory import approach, fastest, way_to_stop
+from axistwin.controllers.smartmotor.kernel.trajectory import max_stoppable_speed, next_velocity, stopping_distance
 
 from .talking import advance, ask, positions, send
 
@@ -132,14 +132,14 @@ def test_way_to_stop_is_what_it_says(speed, rate):
     way, left = 0, speed
     while left > 0:
         way, left = way + left, left - rate
-    assert way_to_stop(speed, rate) == way
+    assert stopping_distance(speed, rate) == way
 
 
 @given(distance=st.integers(1, 1 << 48), rate=st.integers(1, (1 << 31) - 1))
 def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
     """Its way to a stop fits, and that of the next larger speed does not."""
-    speed = fastest(distance, rate)
-    assert way_to_stop(speed, rate) <= distance < way_to_stop(speed + 1, rate)
+    speed = max_stoppable_speed(distance, rate)
+    assert stopping_distance(speed, rate) <= distance < stopping_distance(speed + 1, rate)
 
 
 @settings(deadline=None)
@@ -153,7 +153,7 @@ def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, r
     """From any velocity: it changes by at most A per sample, stays within V once below it, and ends at rest there."""
     position, velocity, target = 0, speed, target << 16
     for _ in range(10_000):
-        before, velocity = velocity, approach(velocity, target - position, top, rate)
+        before, velocity = velocity, next_velocity(velocity, target - position, top, rate)
         assert abs(velocity - before) <= rate
         assert abs(velocity) <= max(top, abs(before) - rate)
         position += velocity
