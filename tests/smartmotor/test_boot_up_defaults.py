@@ -1,4 +1,4 @@
-"""What a 4.76 motor is when it has just been switched on: sections 1.2 to 1.4 and 2.0, and the power-on defaults."""
+"""State of a 4.76 motor at power-up: sections 1.2 to 1.4 and 2.0, and the power-on defaults."""
 
 import pytest
 
@@ -188,7 +188,7 @@ def test_cleared_at_any_moment_it_stays_cleared(bench, moment):
 
 
 def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench, motor):
-    """What was begun is forgotten; the shaft stays where it stopped; counts start at 0 again."""
+    """Move and command are forgotten; the shaft stays where it stopped; counts start at 0 again."""
     send(bench, motor, "A=65536 V=65536 P=100000 G RP", 0.1)
     motor.serial.write(b"A=123")
     bench.run(0.01)

@@ -42,7 +42,7 @@ class Rules:
     trajectory: bool = False
     for_ever: bool = False  # what G begins does not end by itself
 
-    def hear(self, word: str) -> None:
+    def obey(self, word: str) -> None:
         """One command, and what has become of it a long time after."""
         if word in {"BRKI", "BRKC", "BRKG"}:
             self.routing = word
@@ -91,7 +91,7 @@ def test_any_order_of_brake_commands(words):
         if word in {"S D=0", "X D=0"} and not rules.servo:
             continue  # what they do to a motor that is off is not told
         send(bench, motor, word, 0.02)
-        rules.hear(word)
+        rules.obey(word)
         assert said(bench, motor) == (not rules.servo, rules.trajectory, rules.shorted)
         assert motor.pins["brake"].level is rules.engaged
         for routing, name in (("BRKC", "C"), ("BRKG", "G")):

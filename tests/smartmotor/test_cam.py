@@ -27,7 +27,7 @@ def run_example(bench, motor, f):
 
 
 def test_example_1_two_cycles_of_figure_9_1(bench, motor):
-    """9.2: "@P" and "RP", and CTR, are reset to zero when the encoder reaches BASE plus D; the shaft itself goes on."""
+    """9.2: "@P" and "RP", and CTR, are reset to zero when the encoder reaches BASE plus D; the shaft moves on."""
     run_example(bench, motor, "F=128")
     for count, physical in (FIGURE | SECOND).items():
         assert turn_to(bench, motor, count) == physical
@@ -58,7 +58,7 @@ def test_cam_modulo_is_an_anti_wrap(bench, motor):
 
 
 def test_the_counter_is_reset_in_the_very_sample(bench, motor):
-    """9.2: looked at in every sample, CTR never stands at BASE plus D or above, and the shaft goes on smoothly."""
+    """9.2: in every sample CTR is below BASE plus D, and the shaft moves smoothly."""
     start_cam(bench, motor, "F=128", dwell=100)
     motor.master.move(25_000, 500 * SAMPLE_NS / 1e9)
     for _ in range(503):
@@ -256,7 +256,7 @@ def test_less_than_a_quarter_of_base_per_sample_is_followed(bench, motor, per_sa
 
 
 def test_a_master_beyond_all_limits_does_not_upset_the_motor(bench, motor):
-    """More than BASE in one sample is not allowed; the motor goes on hearing, and CTR counts."""
+    """More than BASE in one sample is not allowed; the motor still obeys, and CTR counts."""
     start_cam(bench, motor)
     motor.master.move(10_000_000, SAMPLE_NS / 1e9)
     advance(bench, 4)
@@ -303,7 +303,7 @@ def test_any_table_is_followed_in_both_directions(table, interval, dwell, walk):
 
 
 def test_outside_cam_mode_f_128_resets_nothing(bench, motor):
-    """1.2: the reset is one "at modulo cam BASE plus dwell": following goes on counting."""
+    """1.2: the reset is one "at modulo cam BASE plus dwell": following still counts."""
     send(bench, motor, "F=128 BASE=100 SIZE=4 D=0 MF4", 0)
     assert turn_to(bench, motor, 1000) == 1000
     assert send(bench, motor, "RCTR RP", 0) == b"1000\r1000\r"

@@ -334,7 +334,7 @@ def test_a_power_cut_forgets_a_pending_ci_and_the_cam(bench, motor):
 
 
 def test_a_fault_in_the_cam_stops_following(bench, motor):
-    """3.2, 4.1: pin C has become a limit again and is open; the cam does not go on while the fault is not cleared."""
+    """3.2, 4.1: pin C has become a limit again and is open; the cam stops until the fault is cleared."""
     send(bench, motor, "UCP", 0)
     bench.run(0.05)
     here = turn_to(bench, motor, 6000)
@@ -356,7 +356,7 @@ CHANGES = st.lists(
 @settings(deadline=None, max_examples=25)
 @given(changes=CHANGES, way=st.integers(-20_000, 20_000))
 def test_no_order_of_changes_upsets_the_motor(changes, way):
-    """Whatever is said while the master turns: the motor answers, and in pieces it does as in one run."""
+    """With any commands while the master turns the motor answers, and a run in pieces equals one run."""
     assert walk(changes, way, pieces=1) == walk(changes, way, pieces=7)
 
 

@@ -1,4 +1,4 @@
-"""What the manual leaves open about limits, faults and functions, and here and there: docs/fidelity.md."""
+"""Decisions of docs/fidelity.md on limits, faults, functions, the brake's pin, cam and host mode."""
 
 import pytest
 
@@ -13,7 +13,7 @@ COUNTING = "WHILE 1 a=a+1 LOOP "
 
 
 def jam(bench: Bench, motor: Controller) -> None:
-    """Held at 10 counts per sample, the shaft is 1010 counts behind in the 101st sample; E is 1000."""
+    """Held at 10 counts per sample, the shaft is 1010 counts late in the 101st sample; E is 1000."""
     motor.axes["shaft"].jam(True)
     advance(bench, 101)
 
@@ -137,7 +137,7 @@ def test_f_4_and_a_host_that_asks(bench):
 
 @pytest.mark.parametrize("command", ["MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G"])
 def test_a_fault_inhibits_every_command_that_moves(bench, command):
-    """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 has MF2 beside them; 2.0, item 5: "No further shaft movement"."""
+    """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 adds MF2; 2.0, item 5: "No further shaft movement"."""
     motor = bench.add("smartmotor", line="instant")
     bench.run(0.3)
     send(bench, motor, f"A=65536 V=65536 {command}")

@@ -18,7 +18,7 @@ def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
 
 @pytest.mark.parametrize("word", ["RETURN", "RETURNF", "RETURNI"])
 def test_each_return_goes_back_from_any_call(bench, motor, word):
-    """1.2 names RETURNF for C1 and RETURNI for C2; behind a GOSUB they return too."""
+    """1.2 names RETURNF for C1 and RETURNI for C2; after a GOSUB they return too."""
     run(bench, motor, f"GOSUB7\nb=1\nEND\nC7\na=1\n{word}\n")
     assert values(bench, motor, "ab") == [1, 1]
     assert ask(bench, motor, "RBs") == "0"
@@ -26,7 +26,7 @@ def test_each_return_goes_back_from_any_call(bench, motor, word):
 
 @pytest.mark.parametrize("word", ["RETURN", "RETURNI"])
 def test_c1_may_be_left_by_another_return(bench, word):
-    """The program goes on where it was, and the next fault calls C1 again."""
+    """The program continues where it was, and the next fault calls C1 again."""
     motor = wired(bench)
     run(bench, motor, f"F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\n{word}\n")
     for count in (1, 2):
@@ -65,14 +65,14 @@ def test_run_ends_a_wait(bench, motor):
 
 
 def test_a_statement_of_any_kind_takes_a_sample(bench, motor):
-    """Ruling 14: c=CLK comes five samples behind b=CLK, with four parameters in between."""
+    """Ruling 14: c=CLK comes five samples after b=CLK, with four parameters in between."""
     run(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")
     begin, end = values(bench, motor, "bc")
     assert end - begin == 5
 
 
 def test_what_a_sample_does_first(bench, motor):
-    """Statements, then the trajectory: G moves in its own sample, of which the statement behind it sees the end."""
+    """Statements, then the trajectory: G moves in its own sample; the next statement reads the position at its end."""
     run(bench, motor, "A=65536\nV=655360\nP=1000\nG\na=@P\nb=@P\nEND\n")
     assert values(bench, motor, "ab") == [1, 3]
 
@@ -121,7 +121,7 @@ def test_a_motor_fault_that_finds_no_room_for_c1_ends_the_program(bench):
 
 
 def test_a_position_error_that_lasts_is_a_new_fault_each_time_be_is_cleared(bench, motor):
-    """Ruling 10: Be is back at the end of the sample of Ze; C1 is called again behind RETURNF, every three samples."""
+    """Ruling 10: Be is back at the end of the sample of Ze; C1 is called again after RETURNF, every three samples."""
     run(bench, motor, "F=33\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nZe\nRETURNF\n")
     send(bench, motor, "E=20 A=65536 V=65536*4 MV G A=1", 0)
     motor.axes["shaft"].jam(True)

@@ -216,7 +216,7 @@ def test_f_4_sends_a_programs_prints_and_reports_to_channel_1(bench, motor):
 
 
 def test_f_4_leaves_the_hosts_answers(bench, motor):
-    """7.1, F=4: a *program's* output; a host hears its answers where it asked (6.2: the active channel)."""
+    """7.1, F=4: a *program's* output; a host receives its answers where it asked (6.2: the active channel)."""
     send(bench, motor, f"{OPEN} F=4", 0)
     assert ask(bench, motor, "RP") == "0"
     motor.rs485.write(b"RP\r")
@@ -245,7 +245,7 @@ def largest_error_after_the_end(functions: int) -> int:
 
 
 def test_f_8_clears_the_integral_at_the_end_of_a_trajectory():
-    """7.1, F=8: the shaft gives way to the torque until the integral has built up anew."""
+    """7.1, F=8: the shaft gives way to the torque until the integral has built up again."""
     assert largest_error_after_the_end(8) > largest_error_after_the_end(0) + 4
 
 

@@ -32,7 +32,7 @@ MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 
 def steps(bench: Bench, motor: Controller, number: int) -> list[int]:
-    """How far the shaft turns in each of the samples to come."""
+    """Return the counts of the shaft in each of the next samples."""
     found, before = [], motor.axes["shaft"].position
     for _ in range(number):
         advance(bench, 1)
@@ -42,7 +42,7 @@ def steps(bench: Bench, motor: Controller, number: int) -> list[int]:
 
 
 def block(bench: Bench, motor: Controller) -> None:
-    """The shaft cannot turn for 110 samples: at 10 counts per sample it is 1010 behind in the 101st, E is 1000."""
+    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
     motor.axes["shaft"].jam(True)
     advance(bench, 110)
     motor.axes["shaft"].jam(False)

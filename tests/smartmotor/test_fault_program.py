@@ -49,14 +49,14 @@ RETURN
 
 
 def counts(bench: Bench, motor: Controller) -> bool:
-    """Whether the program that counts in `a` is running."""
+    """True if the program that counts in `a` is running."""
     before = ask(bench, motor, "Ra")
     advance(bench, 20)
     return ask(bench, motor, "Ra") != before
 
 
 def block(bench: Bench, motor: Controller) -> None:
-    """The shaft cannot turn for 110 samples: at 10 counts per sample it is 1010 behind in the 101st, E is 1000."""
+    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
     motor.axes["shaft"].jam(True)
     advance(bench, 110)
     motor.axes["shaft"].jam(False)
@@ -149,7 +149,7 @@ def test_c1_returns_to_where_the_program_was(bench):
 
 @pytest.mark.parametrize("program", ["", "F=32\nEND\n", COUNTING])
 def test_f_32_without_a_label_c1(bench, program):
-    """Nothing to call; the motor stops all the same and goes on answering."""
+    """With nothing to call the motor stops all the same, and answers."""
     motor = wired(bench)
     if program:
         load(bench, motor, program)
@@ -212,7 +212,7 @@ def test_the_sample_program_moves_2000_times_10_counts(bench):
 
 
 def test_the_sample_program_tells_a_position_error(bench, motor):
-    """4.3: blocked until it is more than E=1000 counts behind, it prints by how much and resets Be; main had ended.
+    """4.3: jammed until it is more than E=1000 counts late, it prints by how much and resets Be; main had ended.
 
     V=537*600 is 4.9 counts per sample, and IF, pp=@PE come one and two samples after Be: less than 1020.
     """
@@ -249,7 +249,7 @@ def test_the_sample_program_survives_a_jammed_motor(bench):
     ("ending", "runs_on"), [("RETURNF", True), ("END", False), ("STACK\nGOTO9", True), ("", False)]
 )
 def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on):
-    """RETURNF goes back, END ends; after either a new fault calls C1 again (as 7.1 tells of C2)."""
+    """RETURNF goes back, END ends; after either a new fault calls C1 again (as 7.1 says of C2)."""
     motor = wired(bench)
     load(bench, motor, f"F=32\nC9\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\n{ending}\n")
     send(bench, motor, "RUN", 0.05)

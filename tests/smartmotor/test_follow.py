@@ -42,7 +42,7 @@ def test_other_commands_leave_the_counter_alone(bench, motor, mode):
 
 @pytest.mark.parametrize("mode", ["MF0", "MS0"])
 def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
-    """5: set A and B and zero the counter; the motor goes on as it was."""
+    """5: set A and B and zero the counter; the motion stays as it was."""
     send(bench, motor, mode + "", 0)
     assert turn_to(bench, motor, 300) == 0
     assert send(bench, motor, "RMODE RBo RCTR", 0) == b"B\r1\r300\r"
@@ -89,7 +89,7 @@ def test_leaving_follow_mode_for_a_velocity(bench, motor):
 
 @pytest.mark.parametrize("word", ["S", "OFF", "MTB"])
 def test_following_ends(bench, motor, word):
-    """S, OFF and MTB end it; CTR goes on counting."""
+    """S, OFF and MTB end it; CTR still counts."""
     send(bench, motor, "MF4", 0)
     turn_to(bench, motor, 100)
     send(bench, motor, word + "", 0)
@@ -152,7 +152,7 @@ def test_the_ratio_waits_for_mfr_and_g(bench, motor):
 
 
 def test_a_divisor_of_zero_is_an_error(bench, motor):
-    """5: "MFDIV=0 → error": following does not begin, and the motor goes on hearing."""
+    """5: "MFDIV=0 → error": following does not begin, and the motor still obeys."""
     send(bench, motor, "MFMUL=1 MFDIV=0 MFR G", 0)
     assert turn_to(bench, motor, 100) == 0
     assert send(bench, motor, "RBs", 0) == b"1\r"
@@ -200,7 +200,7 @@ def quadrature(bench, motor, levels, mode, steps):
 
 
 def test_steps_and_direction_on_the_pins_themselves(bench, motor):
-    """5: A steps, B tells the direction; one edge of A counts, the other does not."""
+    """5: A steps, B is the direction; one edge of A counts, the other does not."""
     motor.pins["A"].drive(False)
     motor.pins["B"].drive(False)
     advance(bench, 2)
@@ -266,7 +266,7 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
 
 
 def test_a_program_sees_the_edges(bench, motor):
-    """An edge every 20 samples: pin A changes every 40, and the program looks at least every 5."""
+    """An edge every 20 samples: pin A changes every 40, and the program reads it at least every 5."""
     load(bench, motor, "WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END")
     send(bench, motor, "MF0 b=0 RUN")  # b is the level that is waited for
     motor.master.move(400, 400 * 20 * SAMPLE_NS / 1e9)

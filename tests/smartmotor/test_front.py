@@ -1,4 +1,4 @@
-"""Every lamp on the front of a SmartMotor in the situation in which the manual says that it is lit, and beside it."""
+"""Every lamp on the front of a SmartMotor, lit and dark as the manual says."""
 
 import pytest
 
@@ -71,15 +71,15 @@ SITUATIONS = {
     (CHANNELS, "Bf"): line_break,
     (CHANNELS, "Bc"): told("a" * 200),
 }
-"""What lights a lamp that is dark on a motor that is off and has no faults."""
+"""Situations that light a lamp which is dark on a motor without faults that is off."""
 LIT_WHEN_OFF = {
     (WORD, "Bo"): told(f"A={UNIT} V={UNIT} P=10 G"),
     (MOTOR, "BRK"): told(f"A={UNIT} V={UNIT} P=10 G"),
     **{(PINS, pin): drive(pin, False) for pin in "ABCDEFG"},
 }
-"""What puts out a lamp that is lit there."""
+"""Situations that put out a lamp which is lit there."""
 NEEDS_REAL_LINE = wrong_parity, line_break
-"""What happens to single bits of a character needs a line on which characters take their time."""
+"""Situations of single bits, which need a line with character times."""
 
 
 def motor_for(bench, situation):
@@ -162,7 +162,7 @@ def test_without_power_it_is_in_no_mode(bench, motor):
 
 
 def test_looking_changes_nothing(bench):
-    """Whoever looks at every lamp after every step sees the same motion as nobody."""
+    """A motor whose lamps are read after every step moves like one whose lamps are not."""
     ends = []
     for looks in (True, False):
         other = Bench()

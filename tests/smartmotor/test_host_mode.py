@@ -154,7 +154,7 @@ def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor)
 
 @pytest.mark.parametrize("records", ["", position(0), points((0, 0))])
 def test_g_without_a_segment_is_an_underflow_at_once(bench, motor, records):
-    """10.2: there is nothing to do; the servo is lost, and the motor goes on hearing."""
+    """10.2: without a segment the servo is lost, and the motor still obeys."""
     start_host_mode(bench, motor, "O=0 ", records)
     positions(bench, motor, 2)
     assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
@@ -321,13 +321,13 @@ RECORDS = st.one_of(
 @settings(deadline=None, max_examples=40)
 @given(said=st.lists(RECORDS, max_size=12))
 def test_no_records_and_commands_upset_the_motor(said):
-    """In any order, with rubbish between them; the same twice, and it hears afterwards."""
-    first = hearing("".join(said))
-    assert first == hearing("".join(said))
+    """In any order, with rubbish between them: the same twice, and the motor answers afterwards."""
+    first = after_rubbish("".join(said))
+    assert first == after_rubbish("".join(said))
     assert first[-1:] == b"\r"
 
 
-def hearing(words):
+def after_rubbish(words):
     bench = Bench()
     motor = ready(bench)
     send(bench, motor, "MD " + ONE_SEGMENT + "G " + words, 0)

@@ -45,7 +45,7 @@ def test_any_stream_is_followed_to_the_count(segments, omit):
 @settings(deadline=None, max_examples=20)
 @given(segments=SEGMENTS, cut=st.lists(st.integers(1, 40), min_size=1, max_size=8))
 def test_a_stream_in_pieces_is_the_same_stream(segments, cut):
-    """However the bytes are grouped and the time is divided: the same path."""
+    """Any grouping of bytes and division of time gives the same path."""
     words, _ = records_of(segments, [True] * 12)
     assert streamed(words, [len(words)], 1) == streamed(words, cut, 3)
 
@@ -123,7 +123,7 @@ def test_reversed_by_f_2_the_shaft_runs_the_other_way(bench, motor):
 
 
 def test_a_limit_in_the_middle_stops_it(bench, motor):
-    """3.2: a limit ends the motion; records that still come disturb nothing; after ZS it can begin anew."""
+    """3.2: a limit ends the motion; later records disturb nothing; after ZS it can begin again."""
     motor.pins["C"].drive(False)
     send(bench, motor, "UCP ZS", 0)
     start_host_mode(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))

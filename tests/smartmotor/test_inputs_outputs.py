@@ -176,7 +176,7 @@ def test_analog_values_are_proportional(bench, motor, millivolts, name):
 
 @pytest.mark.parametrize("volts", [-3.0, 12.0, float("nan"), float("inf")])
 def test_what_would_destroy_a_pin_is_refused(bench, motor, volts):
-    """6.3: 0 to 5 V; the user is told, and the pin stays as it was."""
+    """6.3: 0 to 5 V; the user gets an error, and the pin stays as it was."""
     motor.pins["B"].drive(2.5)
     with pytest.raises(AxistwinError):
         motor.pins["B"].drive(volts)
@@ -306,7 +306,7 @@ WORDS += [f"RU{pin}{rest}" for pin in ["", *PINS] for rest in ("", "A", "I")] + 
 @settings(deadline=None, max_examples=60)
 @given(words=st.lists(st.sampled_from(WORDS) | st.text("UABCGIO=R01()\x00\x7f ", max_size=8), max_size=25))
 def test_any_words_about_pins_are_survived(words):
-    """Whatever was said, the next command is heard, and twice the same is answered the same."""
+    """After any words the motor obeys the next command, and twice the same gives the same answers."""
 
     def answer() -> bytes:
         bench = Bench()

@@ -130,7 +130,7 @@ def test_wait_is_cut_short_by_c2(bench, motor):
 
 
 def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench, motor):
-    """4.1: "End program execution"; what stands behind the WAIT is never done."""
+    """4.1: "End program execution"; the statement after the WAIT is never reached."""
     run(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")
     motor.axes["shaft"].jam(True)
     advance(bench, 50)

@@ -55,7 +55,7 @@ def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench, motor):
 
 
 def test_a_program_triggers_itself(bench, motor):
-    """7.1, F=64 3: UG=0 in the program; C2 is called in the WAIT behind it, which it cuts short."""
+    """7.1, F=64 3: UG=0 in the program; C2 is called in the WAIT after it, which it cuts short."""
     run(bench, motor, "UG=1\nUGO\nF=64\nWAIT=20\nUG=0\nWAIT=9000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
     assert 0 < value(bench, motor, "g") < value(bench, motor, "b")
 
@@ -121,7 +121,7 @@ RETURNI
 
 
 def played(acts: list[tuple[str, int]], pieces: int) -> tuple[bytes, int, int]:
-    """Each act, and so many nanoseconds after it, run at once or in pieces."""
+    """Return the end of a run: each act and the nanoseconds after it, at once or in pieces."""
     bench = Bench()
     motor = ready(bench)
     motor.pins["C"].drive(False)

@@ -52,7 +52,7 @@ def test_pin_g_low_already_when_f_64_is_given(bench, motor):
 
 @pytest.mark.parametrize("debounce", [1, 2, 5, 20])
 def test_pin_g_is_polled_once_per_sample_and_debounced(bench, debounce):
-    """7.1: so many samples low count as an edge, less do not."""
+    """7.1: this number of samples low is an edge, fewer are not."""
     motor = ready(bench, debounce_samples=debounce)
     run(bench, motor, "F=64" + COUNTING)
     if debounce > 1:

@@ -31,7 +31,7 @@ def test_a_latch_does_nothing_to_an_input(bench, motor):
 
 
 def test_an_output_reads_the_pin_itself(bench, motor):
-    """Somebody with a test lead is stronger."""
+    """A test lead is stronger than the output."""
     send(bench, motor, "UAO UA=0")
     motor.pins["A"].drive(True)
     assert ask(bench, motor, "RUA") == "1"

@@ -1,4 +1,4 @@
-"""What must hold of any run of the kernel: acceleration and speed are kept to, moves end where they should."""
+"""Properties of any run of the kernel: acceleration and speed within their limits, moves that end at their targets."""
 
 import itertools
 
@@ -124,9 +124,9 @@ def test_both_give_up_where_they_should(text, flag):
     assert kernel.v[state.LETTERS + 1] == 5
 
 
-@pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+@pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_there_is_room_for_the_longest_expression():
-    """Numba does not look after the ends of arrays; the reader does."""
+    """Numba does not check the ends of arrays; the reader does."""
     from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
     deep = "a+(" * 20 + "a" + ")" * 20

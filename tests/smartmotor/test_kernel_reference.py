@@ -222,7 +222,7 @@ class Beside:
         self.kernels = [Kernel(self.motor, text, compiled=compiled) for compiled in {False, jit.available()}]
 
     def run(self, most):
-        """Up to so many samples of all."""
+        """Run all of them for up to `most` samples, and compare."""
         motor = self.motor
         why, shafts, commanded = motor.advance(most)
         expected, what = (sum(REASONS[reason] for reason in why), shafts, commanded), shown(motor)

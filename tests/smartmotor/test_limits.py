@@ -217,7 +217,7 @@ def test_a_trajectory_that_turns_round_stops_at_the_limit(bench, motor, pin, lim
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_is_directional(bench, motor, pin):
-    """1.1, 3.1: "directional only": it opens while the motor leaves it, is flagged, and the move goes on."""
+    """1.1, 3.1: "directional only": it opens while the motor leaves it, is flagged, and the move continues."""
     latched, now, sign, *_ = PINS[pin]
     send(bench, motor, f"A={UNIT} V={UNIT} P={-200 * sign} MP G", 0.01)
     motor.pins[pin].release()

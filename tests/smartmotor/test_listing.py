@@ -51,7 +51,7 @@ def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
 
 
 def started(bench: Bench, motor: Controller, count: int, command: str = "RUN") -> list[tuple[int, int]]:
-    """What begins in so many samples after this command."""
+    """Return the lines that begin within `count` samples after this command."""
     found = watched(bench, motor)
     send(bench, motor, command, 0)
     advance(bench, count)
@@ -88,14 +88,14 @@ def test_lines_that_take_no_time_are_marked(bench):
 
 
 def test_a_locked_program_is_listed_and_told_to_be_locked(bench):
-    """LOCKP keeps a host from uploading it; whoever looks into the memory sees it all the same."""
+    """LOCKP keeps a host from uploading it; the listing of the memory shows it all the same."""
     motor = motor_with(bench, "a=1\nEND\n")
     send(bench, motor, "LOCKP")
     assert (listing(motor).title, listing(motor).lines) == ("stored program, locked", ("a=1", "END"))
 
 
 def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
-    """15: what is left behind is not run, flag Bk; without power it is as it was."""
+    """15: the incomplete program does not run, flag Bk; a power cycle changes nothing."""
     motor = motor_with(bench, "a=1\nEND\n")
     assert send(bench, motor, b"LOAD ") == b"\x06"
     assert listing(motor).lines == ()
@@ -108,7 +108,7 @@ def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
 
 
 def test_a_damaged_program_is_shown_and_never_runs(bench, motor):
-    """15: a character lost on the line of an image with its length; RCKS tells F."""
+    """15: a character lost on the line of an image with its length; RCKS reports F."""
     image = b"$4000000100000009000000" + b"0000a=1\nEND\n"
     send(bench, motor, b"LOAD ")
     for at in range(0, len(image), 8):
@@ -255,7 +255,7 @@ def test_host_commands_are_no_lines(bench):
 
 
 def test_c1_and_c2_run_their_bodies(bench):
-    """7.0, F=32 and F=64: the program goes on where it was interrupted."""
+    """7.0, F=32 and F=64: the program continues where it was interrupted."""
     motor = wired(bench)
     load(bench, motor, "UGI F=96\nWHILE 1\nLOOP\nEND\nC1\na=1\nRETURNF\nC2\nb=1\nRETURNI\n")
     advance(bench, 1)
@@ -270,7 +270,7 @@ def test_c1_and_c2_run_their_bodies(bench):
 
 
 def test_c2_cuts_a_wait_short(bench):
-    """F=64: WAIT is "the only motor instruction that will be truncated"; then what stands behind it."""
+    """F=64: WAIT is "the only motor instruction that will be truncated"; then the next statement follows."""
     motor = wired(bench)
     load(bench, motor, "UGI F=64\nWAIT=4000\nc=1\nEND\nC2\nb=1\nRETURNI\n")
     advance(bench, 1)
@@ -294,7 +294,7 @@ def test_what_ends_the_program_ends_its_line(bench, how):
 
 
 def test_another_program_is_loaded_over_one_that_runs(bench):
-    """15: LOAD ends it; the watcher is told of the lines of the new one."""
+    """15: LOAD ends it; the subscriber receives the lines of the new one."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     found = started(bench, motor, 10)
     assert running(motor) is not None
@@ -325,7 +325,7 @@ def test_a_statement_that_is_no_command_begins_too(bench):
 
 
 def test_the_line_is_right_at_any_moment_of_what_is_computed_ahead(bench):
-    """Nobody watches here: 13 lines of which one waits; the moments are those of another motor that is watched."""
+    """Without a subscriber: 13 lines of which one waits; the moments come from another motor, which has one."""
     text = "a=0\nWHILE a<40\na=a+1\nIF a==20\nWAIT=25\nELSE\nb=b+a\nENDIF\nLOOP\nEND\n"
     motor = motor_with(bench, text)
     twin = Bench()
@@ -359,7 +359,7 @@ SAID = [b"RUN ", b"RUN ", b"GOSUB1 ", b"a=1 ", b"P=P+50 G ", b"Ra RP ", b"END ",
 
 
 def session(seed: int, *, watch: bool) -> list[object]:
-    """A program that nobody would write, with a host and switches that disturb it; looked at now and then."""
+    """Run an invented program, disturbed by a host and switches; return everything read meanwhile."""
     bench, random = Bench(), Random(seed)
     options = {"statements_per_sample": random.choice([1, 1, 3]), "debounce_samples": 1}
     motor = wired(bench, **options)
@@ -401,9 +401,9 @@ def test_a_watcher_may_leave_when_it_is_told(bench):
     def watch(program, index):
         found.append(index)
         if len(found) == 6:
-            look_away()
+            unsubscribe()
 
-    look_away = motor.subscribe_lines(watch)
+    unsubscribe = motor.subscribe_lines(watch)
     send(bench, motor, "RUN", 0.05)
     assert found == [0, 1, 2, 3, 7, 8]
     assert (ask(bench, motor, "Rb"), running(motor)) == ("9", None)
@@ -450,9 +450,9 @@ def test_nobody_watches_so_nothing_is_announced(bench):
     """The code in the memory is the same as if there were no watchers."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     plain = list(motor._device._motor.core.code)
-    look_away = motor.subscribe_lines(lambda *_: None)
+    unsubscribe = motor.subscribe_lines(lambda *_: None)
     assert list(motor._device._motor.core.code) != plain
-    look_away()
+    unsubscribe()
     assert list(motor._device._motor.core.code) == plain
 
 
@@ -477,7 +477,7 @@ def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
 
 
 def test_the_line_is_followed_in_its_samples(bench):
-    """Also beside other numbers; 0 when the program has ended, and when the power goes."""
+    """Also with other numbers; 0 when the program has ended, and without power."""
     motor = motor_with(bench, "a=1\nC5\nWAIT=3\na=a+1\nIF a<3\nGOTO5\nENDIF\nEND\n")
     changes = []
     zero = bench.now // SAMPLE_NS

@@ -35,7 +35,7 @@ def cruise(bench, motor, mode):
     ],
 )  # fmt: skip
 def test_rmode_tells_the_mode_in_force(bench, motor, words, letter):
-    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE tells the one that runs."""
+    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE reports the one that runs."""
     assert send(bench, motor, words + "RMODE RBs", 0) == letter.encode() + b"\r0\r"
 
 
@@ -353,7 +353,7 @@ def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, lett
     ("mode", "letter"), [("MV", "V"), ("MFR", "X"), ("MSR", "X"), ("MP D=9", "R"), ("MP P=9", "P")]
 )
 def test_s_and_x_may_leave_the_buffered_mode_as_it_is(bench, stop, mode, letter):
-    """Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE tells which."""
+    """Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE reports it."""
     motor = ready(bench, stop_buffers="same")
     send(bench, motor, SLOW + f"{mode} G {stop}", 0)
     positions(bench, motor, 20)
@@ -400,7 +400,7 @@ def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
 
 
 def test_velocity_does_not_take_a_push_for_motion(bench, motor):
-    """Somebody turns the shaft between two samples."""
+    """The shaft is turned by hand between two samples."""
     send(bench, motor, "PID4 A=65536*4 V=4*65536 MV G", 0)
     advance(bench, 30)
     motor.axes["shaft"].encoder.displace(1000)

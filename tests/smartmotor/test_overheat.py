@@ -45,7 +45,7 @@ def test_it_must_last_for_thd_samples(bench, motor):
 
 @pytest.mark.parametrize("thd", [1, 10, 1000])
 def test_another_thd(bench, motor, thd):
-    """Within two samples of so many."""
+    """The fault comes within two samples of THD."""
     motor.ambient = 75
     send(bench, motor, f"THD={thd}", 0)
     begin = bench.now // SAMPLE_NS

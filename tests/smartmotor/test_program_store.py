@@ -276,7 +276,7 @@ def test_the_program_is_kept_in_the_state_directory(bench, tmp_path):
 
 
 def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path):
-    """Whenever the power goes, what is kept is a sound program or is known not to be one."""
+    """At any loss of power the kept program is sound or marked as broken."""
     motor = ready(bench, state=tmp_path)
     load(bench, motor, COUNTING)
     for part in (b"LOAD ", b"a=1\n", b"END\n", b"\xff"):

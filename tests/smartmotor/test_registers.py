@@ -1,4 +1,4 @@
-"""Numbers that somebody follows: several may, each its own, and none of them notices the others."""
+"""Followers of numbers: each follows its own, independent of the others."""
 
 from itertools import groupby
 
@@ -18,7 +18,7 @@ SAYINGS = (
 
 
 class Follower:
-    """What one follower has been told: of each of its names the values, each with the time from which on it counts."""
+    """The values that one follower has received of each of its names, each with its time."""
 
     def __init__(self, motor, names):
         self.names = names
@@ -32,7 +32,7 @@ class Follower:
             self.told[self.names[number]].append((time_ns, value))
 
     def course(self):
-        """Without what is told twice."""
+        """Return the values without repetitions."""
         return {
             name: [next(same) for _, same in groupby(told, key=lambda one: one[1])] for name, told in self.told.items()
         }
@@ -96,7 +96,7 @@ def test_who_comes_later_or_stays_longer_is_told_all_of_his_own(names, others, s
 
 
 def after(since_ns, courses):
-    """How each number was at that time, all having happened that is due then, and what it became later."""
+    """Return the value of each number after all events of a time, and its later changes."""
     return {
         name: (
             [value for at_ns, value in course if at_ns <= since_ns][-1],

@@ -66,7 +66,7 @@ def test_a_list_may_have_more_characters_than_a_command(bench, motor):
 
 
 def test_a_list_without_its_period_is_no_list(bench, motor):
-    """The line's end and a word that is no number end it; nothing is stored, and nothing behind it is lost."""
+    """The line's end and a word that is no number end it; nothing is stored, and nothing after it is lost."""
     assert send(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
     assert send(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
 
@@ -80,7 +80,7 @@ def test_a_list_with_too_many_values_sets_a_flag_and_does_no_harm(bench, motor):
 
 
 def test_a_command_has_64_characters_at_most(bench, motor):
-    """2: a longer one is dropped up to its terminator, flag Bc; nothing behind it is lost."""
+    """2: a longer one is dropped up to its terminator, flag Bc; nothing after it is lost."""
     longest = 'PRINT("' + "x" * 55 + '")'
     assert len(longest) == 64
     assert send(bench, motor, longest) == b"x" * 55
@@ -133,7 +133,7 @@ def test_echo_goes_on_for_the_commands_of_others(bench, motor):
 
 
 def test_sleep_obeys_nothing_but_wake(bench, motor):
-    """2: echo goes on."""
+    """2: the echo continues."""
     assert send(bench, motor, "SLEEP a=1 Ra HELLO WAKE Ra RBs") == b"0\r0\r"
     assert send(bench, motor, b"ECHO SLEEP Ra WAKE ") == b"SLEEP Ra WAKE "
 
@@ -214,7 +214,7 @@ def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
 
 
 def test_a_record_without_its_cr_is_dropped(bench, motor):
-    """Bs; what stands behind it up to the next terminator belongs to it, records and addresses excepted."""
+    """Bs; all up to the next terminator belongs to it, except records and addresses."""
     assert send(bench, motor, b"MD \xfa\x00\x00\x00\x00XX a=1 Ra RBs Zs ") == b"1\r1\r"
     assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
 
@@ -230,7 +230,7 @@ def test_host_mode_tells_its_status(bench, motor):
 
 
 def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
-    """When the characters of the answer arrive, from when the host begins to send."""
+    """Return the arrival times of the answer's characters from the first character sent."""
     began, times = bench.now, list[float]()
     stop = motor.serial.subscribe_received(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
     send(bench, motor, text, 0.1)
@@ -346,7 +346,7 @@ def test_rs4_takes_pin_g_as_its_direction_line(bench):
 
 
 def test_a_program_waits_when_more_than_16_characters_are_to_be_sent(bench):
-    """26 characters take 27.08 ms; the first is on the wire, 25 wait, so the program goes on when all have left."""
+    """26 characters take 27.08 ms; the first is on the wire, 25 wait, so the program continues when all have left."""
     motor = clear(bench, bench.add("smartmotor"))
     load_slowly(bench, motor, 'UAO UA=0\nPRINT("abcdefghijklmnopqrstuvwxyz")\nUA=1\nEND\n')
     motor.serial.write(b"RUN ")

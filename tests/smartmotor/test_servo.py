@@ -102,7 +102,7 @@ def test_pid4_speaks_in_every_fourth_sample():
 
 
 def test_the_error_has_32_bits():
-    """A position beyond 2³¹ - 1 goes on at -2³¹, for the shaft as for the trajectory."""
+    """A position beyond 2³¹ - 1 continues at -2³¹, for the shaft as for the trajectory."""
     rig = tuned(kp=16)
     rig.i[state.SHAFT] = 2**31 - 1
     rig.i[state.COMMANDED] = -(2**31) << 16
@@ -331,7 +331,7 @@ def test_the_ideal_motor_is_as_warm_as_the_air_and_rests_for_nothing():
     assert not rig.resting
 
 
-@pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+@pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_rest_is_the_same_compiled():
     rigs = []
     for compiled in (False, True):
@@ -403,7 +403,7 @@ def test_inductance_is_no_way_round_the_limit_of_the_amplifier():
 
 
 def highest(rig, counts):
-    """How far the shaft goes when the trajectory steps by so many counts, and where it comes to rest."""
+    """Step the trajectory by some counts; return the furthest and the final place of the shaft."""
     rig.i[state.COMMANDED], most = counts << 16, 0
     for _ in range(3000):
         rig.sample()

@@ -1,4 +1,4 @@
-"""Where the trajectory would have the shaft, in the machine's own coordinates, looked at whenever one likes."""
+"""The setpoint: the commanded position in the machine's own coordinates, read at any time."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,7 +20,7 @@ def moving(origin="", **options):
 @settings(deadline=None, max_examples=12)
 @given(looks=st.lists(st.integers(1, 150), min_size=1, max_size=8), origin=st.sampled_from(["", "O=123 ", "F=2 "]))
 def test_it_is_what_is_published_sample_by_sample(looks, origin):
-    """And looking at it changes nothing of what the motor does."""
+    """And reading it does not change the motion."""
     bench, motor = moving(origin)
     axis, published = motor.axes["shaft"], {}
 

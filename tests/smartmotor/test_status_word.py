@@ -134,7 +134,7 @@ def test_bi_is_cleared_by_ri_and_by_i(bench):
 
 
 def test_bx_is_the_index_as_it_is(bench):
-    """Real time: 1 on the mark, 0 beside it."""
+    """Real time: 1 on the mark, 0 next to it."""
     motor = ready(bench, index_at=300)
     for target, level in ((299, ""), (300, "x"), (301, "")):
         send(bench, motor, f"A={UNIT} V={10 * UNIT} P={target} G", 0.1)

@@ -124,7 +124,7 @@ RATES = st.integers(1, 300_000)
 
 
 @given(speed=SPEEDS, rate=RATES)
-def test_way_to_stop_is_what_it_says(speed, rate):
+def test_stopping_distance_is_the_sum_of_the_samples(speed, rate):
     """Found here by adding up."""
     count = -(-speed // rate)
     if count > 5000:
