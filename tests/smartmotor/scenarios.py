@@ -110,6 +110,19 @@ def trigger(bench: Bench, motor: Controller, low: int = 20, high: int = 20) -> N
     advance(bench, high)
 
 
+def open_limit(bench: Bench, motor: Controller) -> None:
+    """Open the limit switch on pin C."""
+    motor.pins["C"].release()
+    advance(bench, 3)
+
+
+def jam(bench: Bench, motor: Controller) -> None:
+    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
+    motor.axes["shaft"].jam(True)
+    advance(bench, 110)
+    motor.axes["shaft"].jam(False)
+
+
 def delays(**options) -> tuple[int, int]:
     """Return the samples from the cause to the first statement of C1 and of C2."""
     found = []

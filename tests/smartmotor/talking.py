@@ -4,6 +4,7 @@ Every family's `talking` offers `ready`, `send`, `ask`, `advance`, `until_idle` 
 """
 
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +12,13 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.sim.serial_port import SerialPort
 
+from .bits import BA, BI, BX
+
 SAMPLE_NS = 245_760
 SAMPLE_S = SAMPLE_NS / 1e9
 UNIT = 65_536
 """V and A are in 1/65536 count per sample, and per sample²."""
 ACKNOWLEDGE, END = b"\x06", b"\xff\xff"
-BITS = {letter: 1 << bit for bit, letter in enumerate("trliwehoxpmdusak")}
-"""The bits of the status word W by their letters (10 of the base language)."""
-BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = BITS.values()
 
 # Motors
 
@@ -105,6 +105,12 @@ def positions(bench: Bench, motor: Controller, samples: int) -> list[int]:
         advance(bench)
         found.append(motor.axes["shaft"].position)
     return found
+
+
+def steps(bench: Bench, motor: Controller, samples: int) -> list[int]:
+    """Return the counts by which the shaft turns in each of the next samples."""
+    places = [motor.axes["shaft"].position, *positions(bench, motor, samples)]
+    return [after - before for before, after in pairwise(places)]
 
 
 # Programs

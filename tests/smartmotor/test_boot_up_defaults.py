@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, load, send, value
+from .talking import ask, bare, load, send, value
 
 BS, LIMITS = 8192, 1024 + 512 + 4 + 2
 ZERO = [
@@ -26,71 +26,68 @@ ADDED = [
 
 
 @pytest.fixture
-def bare(bench: Bench) -> Controller:
-    """Nothing is wired to it; it was switched on half a second ago."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
-    return motor
+def unwired(bench: Bench) -> Controller:
+    return bare(bench)
 
 
-def test_with_nothing_wired_it_boots_in_fault(bench, bare):
+def test_with_nothing_wired_it_boots_in_fault(bench, unwired):
     """2.0 item 1: "With nothing wired to limits, motor will boot-up in fault condition".
 
     Br 2 + Bl 4 + Bo 128; with Bp 512 + Bm 1024: 1670.  All seven pins are pulled up: 127.
     """
-    assert send(bench, bare, "RS RW RPW RU RBr RBl RBp RBm RBo RBt") == b"134\r1670\r0,1670\r127\r1\r1\r1\r1\r1\r0\r"
+    assert send(bench, unwired, "RS RW RPW RU RBr RBl RBp RBm RBo RBt") == b"134\r1670\r0,1670\r127\r1\r1\r1\r1\r1\r0\r"
 
 
-def test_the_default_mode_is_mode_torque_brake(bench, bare):
+def test_the_default_mode_is_mode_torque_brake(bench, unwired):
     """2.0 item 2: "Default Mode is Mode-Torque Brake"; 5.2: "RMODE will report "B" when MTB is active"."""
-    assert ask(bench, bare, "RMODE") == "B"
+    assert ask(bench, unwired, "RMODE") == "B"
 
 
-def test_the_default_brake_control_is_brksrv(bench, bare):
+def test_the_default_brake_control_is_brksrv(bench, unwired):
     """2.0 item 3: engaged while Bo is 1, released while it is 0, moving or not."""
-    assert bare.pins["brake"].level
-    send(bench, bare, "UCI UDI ZS")
-    assert bare.pins["brake"].level
-    send(bench, bare, "G")
-    assert ask(bench, bare, "RW") == "0"
-    assert not bare.pins["brake"].level
-    send(bench, bare, "OFF")
-    assert bare.pins["brake"].level
+    assert unwired.pins["brake"].level
+    send(bench, unwired, "UCI UDI ZS")
+    assert unwired.pins["brake"].level
+    send(bench, unwired, "G")
+    assert ask(bench, unwired, "RW") == "0"
+    assert not unwired.pins["brake"].level
+    send(bench, unwired, "OFF")
+    assert unwired.pins["brake"].level
 
 
 @pytest.mark.parametrize("command", ["G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MV G", "MP D=5 G", "MT T=500 G"])
-def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, bare, command):
+def test_no_movement_can_be_commanded_until_the_faults_are_cleared(bench, unwired, command):
     """2.0 item 5 and 3.1: nothing moves, nothing changes, and it is no syntax error either."""
-    send(bench, bare, "A=65536 V=65536 P=1000 T=1023")
-    bare.master.move(1000, 0.01)
-    send(bench, bare, command, 0.1)
-    assert send(bench, bare, "RW RMODE RP") == b"1670\rB\r0\r"
-    assert bare.axes["shaft"].position == 0
-    assert bare.axes["shaft"].commanded == 0
+    send(bench, unwired, "A=65536 V=65536 P=1000 T=1023")
+    unwired.master.move(1000, 0.01)
+    send(bench, unwired, command, 0.1)
+    assert send(bench, unwired, "RW RMODE RP") == b"1670\rB\r0\r"
+    assert unwired.axes["shaft"].position == 0
+    assert unwired.axes["shaft"].commanded == 0
 
 
-def test_a_go_on_pin_g_is_inhibited_too(bench, bare):
+def test_a_go_on_pin_g_is_inhibited_too(bench, unwired):
     """4.1: "G-synchronization function on I/O pin G is inhibited"; a motor without fault obeys the same edge."""
-    send(bench, bare, "A=65536 V=65536 P=100")
-    bare.pins["G"].drive(False)
+    send(bench, unwired, "A=65536 V=65536 P=100")
+    unwired.pins["G"].drive(False)
     bench.run(0.1)
-    assert bare.axes["shaft"].position == 0
-    bare.pins["G"].release()
-    send(bench, bare, "UCI UDI ZS", 0.1)
-    assert bare.axes["shaft"].position == 0
-    bare.pins["G"].drive(False)
+    assert unwired.axes["shaft"].position == 0
+    unwired.pins["G"].release()
+    send(bench, unwired, "UCI UDI ZS", 0.1)
+    assert unwired.axes["shaft"].position == 0
+    unwired.pins["G"].drive(False)
     bench.run(0.1)
-    assert bare.axes["shaft"].position == 100
+    assert unwired.axes["shaft"].position == 100
 
 
-def test_a_program_cannot_be_downloaded_in_a_fault(bench, bare):
+def test_a_program_cannot_be_downloaded_in_a_fault(bench, unwired):
     """2.0 item 6: no acknowledgement comes; after the fault is cleared it does."""
-    assert send(bench, bare, b"LOAD ") == b""
-    send(bench, bare, "UCI UDI ZS")
-    assert ask(bench, bare, "RW") == "128"
-    load(bench, bare, "a=7\nEND\n")
-    send(bench, bare, "RUN", 0.01)
-    assert ask(bench, bare, "Ra") == "7"
+    assert send(bench, unwired, b"LOAD ") == b""
+    send(bench, unwired, "UCI UDI ZS")
+    assert ask(bench, unwired, "RW") == "128"
+    load(bench, unwired, "a=7\nEND\n")
+    send(bench, unwired, "RUN", 0.01)
+    assert ask(bench, unwired, "Ra") == "7"
 
 
 @pytest.mark.parametrize(
@@ -100,45 +97,44 @@ def test_a_program_cannot_be_downloaded_in_a_fault(bench, bare):
         ("UCI UDI Zr", 9),
     ],
 )  # fmt: skip
-def test_half_a_cure_is_none(bench, bare, cure, target):
+def test_half_a_cure_is_none(bench, unwired, cure, target):
     """3.1: both inputs must be reassigned or grounded, and then the flags cleared."""
-    send(bench, bare, cure)
-    send(bench, bare, f"A=65536 V=65536 P={target} G", 0.1)
-    assert send(bench, bare, b"LOAD ") == b""
-    assert bare.axes["shaft"].position == 0
-    assert ask(bench, bare, "RBo") == "1"
+    send(bench, unwired, cure)
+    send(bench, unwired, f"A=65536 V=65536 P={target} G", 0.1)
+    assert send(bench, unwired, b"LOAD ") == b""
+    assert unwired.axes["shaft"].position == 0
+    assert ask(bench, unwired, "RBo") == "1"
 
 
 @pytest.mark.parametrize("cure", ["UCI UDI ZS", "UDI UCI Zl Zr", "UCI UDI Zr Zl Zr Zl", "ZS UCI UDI ZS ZS"])
-def test_the_sample_code_of_section_3_1_clears_it(bench, bare, cure):
+def test_the_sample_code_of_section_3_1_clears_it(bench, unwired, cure):
     """3.1 note 3: UCI, UDI, ZS; or the bits one by one."""
-    assert send(bench, bare, cure) == b""
-    assert send(bench, bare, "RS RW") == b"128\r128\r"
+    assert send(bench, unwired, cure) == b""
+    assert send(bench, unwired, "RS RW") == b"128\r128\r"
 
 
-def test_grounding_the_pins_clears_it_as_well(bench, bare):
+def test_grounding_the_pins_clears_it_as_well(bench, unwired):
     """3.1 step 2: "or grounding Ports C and/or D"; the real-time bits fall, the historical wait."""
-    bare.pins["C"].drive(0.0)
-    bare.pins["D"].drive(False)
+    unwired.pins["C"].drive(0.0)
+    unwired.pins["D"].drive(False)
     bench.run(0.01)
-    assert ask(bench, bare, "RW") == "134"
-    send(bench, bare, "Zr")
-    assert ask(bench, bare, "RW") == "132"
-    send(bench, bare, "Zl")
-    assert ask(bench, bare, "RW") == "128"
+    assert ask(bench, unwired, "RW") == "134"
+    send(bench, unwired, "Zr")
+    assert ask(bench, unwired, "RW") == "132"
+    send(bench, unwired, "Zl")
+    assert ask(bench, unwired, "RW") == "128"
 
 
 def test_limits_are_wired_from_the_first_moment(bench):
     """A motor with closed switches boots without fault."""
-    motor = bench.add("smartmotor", line="instant", shaft={"limits": (-1000, 1000)})
-    bench.run(0.5)
+    motor = bare(bench, shaft={"limits": (-1000, 1000)})
     assert send(bench, motor, "RW RMODE RU") == b"128\rB\r115\r"
 
 
 @pytest.mark.parametrize("name", DEFAULTS)
-def test_a_power_on_default(bench, bare, name):
+def test_a_power_on_default(bench, unwired, name):
     """Reference 16."""
-    assert value(bench, bare, name) == DEFAULTS[name]
+    assert value(bench, unwired, name) == DEFAULTS[name]
 
 
 def test_a_power_cycle_and_z_restore_every_default(bench, motor):
@@ -158,9 +154,9 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
         assert value(bench, motor, "CLK") < 2600
 
 
-def test_the_firmware_is_4_76(bench, bare):
+def test_the_firmware_is_4_76(bench, unwired):
     """Page 1: RSP is answered by 24576/476."""
-    assert ask(bench, bare, "RSP") == "24576/476"
+    assert ask(bench, unwired, "RSP") == "24576/476"
 
 
 @pytest.mark.parametrize("command", ADDED)

@@ -5,8 +5,9 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
+from .bits import BE, BL, BM, BO, BP, BR, BT
 from .scenarios import points, position
-from .talking import BE, BL, BM, BO, BP, BR, BT, advance, ask, clear, load, send, status_word
+from .talking import advance, ask, bare, clear, load, send, status_word
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 COUNTING = "WHILE 1 a=a+1 LOOP "
@@ -27,8 +28,7 @@ def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, t
 
     The pins stay with the directions that are commanded, so a positive move meets the switch on D, and passes it.
     """
-    motor = bench.add("smartmotor", line="instant", shaft={"limits": (-500, 500)})
-    bench.run(0.3)
+    motor = bare(bench, shaft={"limits": (-500, 500)})
     send(bench, motor, f"ZS F=2 MP A=65536 V=65536*10 P={target} G", 1.0)
     assert motor.axes["shaft"].position == -target
     assert status_word(bench, motor, 0) == flags
@@ -138,8 +138,7 @@ def test_f_4_and_a_host_that_asks(bench):
 @pytest.mark.parametrize("command", ["MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G"])
 def test_a_fault_inhibits_every_command_that_moves(bench, command):
     """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 adds MF2; 2.0, item 5: "No further shaft movement"."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
+    motor = bare(bench)
     send(bench, motor, f"A=65536 V=65536 {command}")
     motor.master.move(1000, 0.01)
     bench.run(0.05)

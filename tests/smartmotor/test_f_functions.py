@@ -1,7 +1,5 @@
 """Chapter 7: the bits of F, one by one and together."""
 
-from itertools import pairwise
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -9,7 +7,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import advance, ask, clear, load, ready, send, wired
+from .talking import advance, ask, clear, load, ready, send, steps, wired
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
@@ -18,15 +16,6 @@ OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
 @pytest.fixture
 def motor(bench: Bench) -> Controller:
     return wired(bench)
-
-
-def ways(bench: Bench, motor: Controller, count: int) -> list[int]:
-    """Counts in each of the samples to come."""
-    places = [motor.axes["shaft"].position]
-    for _ in range(count):
-        advance(bench, 1)
-        places.append(motor.axes["shaft"].position)
-    return [later - earlier for earlier, later in pairwise(places)]
 
 
 def f_of(bench: Bench, motor: Controller) -> int:
@@ -69,7 +58,7 @@ def test_f_1_decelerates_to_a_stop_at_a_limit(bench, motor, functions):
     send(bench, motor, f"F={functions} {CRUISE}", 0)
     advance(bench, 50)
     motor.pins["C"].drive(True)
-    found = ways(bench, motor, 20)
+    found = steps(bench, motor, 20)
     assert found[:2].count(10) <= 2
     rest = [way for way in found if way != 10]
     assert rest[:10] == [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]
@@ -116,7 +105,7 @@ def test_f_1_decelerates_at_the_newest_a(bench, motor):
     advance(bench, 50)
     send(bench, motor, "A=65536*2", 0)
     motor.pins["C"].drive(True)
-    found = [way for way in ways(bench, motor, 20) if way != 10]
+    found = [way for way in steps(bench, motor, 20) if way != 10]
     assert found[:6] == [8, 6, 4, 2, 0, 0]
 
 
@@ -125,7 +114,7 @@ def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
     send(bench, motor, f"F=1 F=0 {CRUISE}", 0)
     advance(bench, 50)
     motor.pins["C"].drive(True)
-    found = ways(bench, motor, 10)
+    found = steps(bench, motor, 10)
     assert set(found) <= {10, 0}
     assert found.count(10) <= 1
     assert send(bench, motor, "RBo RMODE", 0) == b"1\rB\r"
@@ -148,11 +137,11 @@ def test_f_2_reverses_velocity_mode_at_once(bench, motor):
     send(bench, motor, CRUISE, 0)
     advance(bench, 50)
     send(bench, motor, "F=2", 0)
-    assert ways(bench, motor, 20) == [-10] * 20
+    assert steps(bench, motor, 20) == [-10] * 20
     send(bench, motor, "F=34", 0)
-    assert ways(bench, motor, 5) == [-10] * 5
+    assert steps(bench, motor, 5) == [-10] * 5
     send(bench, motor, "F=32", 0)
-    assert ways(bench, motor, 20) == [10] * 20
+    assert steps(bench, motor, 20) == [10] * 20
 
 
 def test_f_2_reverses_position_mode(bench, motor):
@@ -285,10 +274,10 @@ def test_f_35_is_1_2_and_32(bench, motor):
     load(bench, motor, f"F=35\n{CRUISE.replace(' ', chr(10))}\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n")
     send(bench, motor, "RUN", 0)
     advance(bench, 60)
-    assert ways(bench, motor, 3) == [-10, -10, -10]
+    assert steps(bench, motor, 3) == [-10, -10, -10]
     motor.pins["C"].drive(True)
     motor.pins["D"].drive(True)
-    rest = [way for way in ways(bench, motor, 20) if way != -10]
+    rest = [way for way in steps(bench, motor, 20) if way != -10]
     assert rest[:10] == [-9, -8, -7, -6, -5, -4, -3, -2, -1, 0]
     assert int(ask(bench, motor, "Ri", 0)) >= 1
 

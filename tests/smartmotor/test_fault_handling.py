@@ -7,54 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .talking import (
-    BE,
-    BO,
-    BP,
-    BR,
-    BT,
-    SAMPLE_NS,
-    UNIT,
-    advance,
-    ask,
-    load,
-    ready,
-    send,
-    status_word,
-    wired,
-)
+from .bits import BE, BO, BP, BR, BT
+from .scenarios import jam, open_limit
+from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send, status_word, steps, wired
 
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
 WITH_C1 = "F={f}\n" + COUNTING + "C1\nc=c+1\nRETURNF\n"
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 
-def steps(bench: Bench, motor: Controller, number: int) -> list[int]:
-    """Return the counts of the shaft in each of the next samples."""
-    found, before = [], motor.axes["shaft"].position
-    for _ in range(number):
-        advance(bench, 1)
-        now = motor.axes["shaft"].position
-        found, before = [*found, now - before], now
-    return found
-
-
-def block(bench: Bench, motor: Controller) -> None:
-    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
-    motor.axes["shaft"].jam(True)
-    advance(bench, 110)
-    motor.axes["shaft"].jam(False)
-
-
-def limit(bench: Bench, motor: Controller) -> None:
-    """The limit switch on C opens."""
-    motor.pins["C"].release()
-    advance(bench, 3)
-
-
-FAULTS = {"limit": (limit, BR + BP, "Zr"), "position error": (block, BE, "Ze")}
+FAULTS = {"limit": (open_limit, BR + BP, "Zr"), "position error": (jam, BE, "Ze")}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -171,7 +134,7 @@ def test_while_decelerating_the_servo_is_on_and_nothing_else_is_obeyed(bench):
     motor = wired(bench)
     send(bench, motor, f"F=1 {MOVE}", 0.1)
     send(bench, motor, "A=6553", 0)
-    limit(bench, motor)
+    open_limit(bench, motor)
     assert status_word(bench, motor) == BT + BR + BP
     assert not motor.pins["brake"].level
     send(bench, motor, "V=65536*50 G S X MT T=1000 MV G", 0.001)
@@ -185,7 +148,7 @@ def test_f_0_after_f_1_switches_off_again(bench):
     """Table 4.2, F=0: "the motor turns off servo amplifier"."""
     motor = wired(bench)
     send(bench, motor, f"F=1 F=0 {MOVE}", 0.1)
-    limit(bench, motor)
+    open_limit(bench, motor)
     assert steps(bench, motor, 5) == [0] * 5
     assert status_word(bench, motor) == BO + BR + BP
 
@@ -307,7 +270,7 @@ def test_the_static_brake_signal_follows_the_fault(bench, signal, setup):
     motor = wired(bench)
     send(bench, motor, f"{setup} {MOVE}")
     assert not motor.pins[signal].level
-    limit(bench, motor)
+    open_limit(bench, motor)
     assert motor.pins[signal].level
     send(bench, motor, f"Zr V=-{UNIT} G")
     assert not motor.pins[signal].level

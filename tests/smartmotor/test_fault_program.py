@@ -5,23 +5,9 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import (
-    BE,
-    BL,
-    BM,
-    BO,
-    BP,
-    BR,
-    BS,
-    UNIT,
-    advance,
-    ask,
-    load,
-    ready,
-    send,
-    status_word,
-    wired,
-)
+from .bits import BE, BL, BM, BO, BP, BR, BS
+from .scenarios import jam, open_limit
+from .talking import UNIT, advance, ask, load, ready, send, status_word, wired
 
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
 WITH_C1 = "F={f}\n" + COUNTING + "C1\nc=c+1\nRETURNF\n"
@@ -55,26 +41,13 @@ def counts(bench: Bench, motor: Controller) -> bool:
     return ask(bench, motor, "Ra") != before
 
 
-def block(bench: Bench, motor: Controller) -> None:
-    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
-    motor.axes["shaft"].jam(True)
-    advance(bench, 110)
-    motor.axes["shaft"].jam(False)
-
-
-def limit(bench: Bench, motor: Controller) -> None:
-    """The limit switch on C opens."""
-    motor.pins["C"].release()
-    advance(bench, 3)
-
-
 @pytest.mark.parametrize(("f", "ends"), [(0, False), (1, False), (32, False), (33, False)])
 def test_a_limit_does_not_end_the_program(bench, f, ends):
     """4.1 item 4: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=f))
     send(bench, motor, "RUN", 0.1)
-    limit(bench, motor)
+    open_limit(bench, motor)
     advance(bench, 30)
     assert counts(bench, motor) is not ends
     assert ask(bench, motor, "Rc") == str(f // 32)
@@ -86,7 +59,7 @@ def test_a_position_error_ends_the_program_or_calls_c1(bench, motor, f, ends):
     load(bench, motor, WITH_C1.format(f=f))
     send(bench, motor, f"RUN {MOVE}", 0.1)
     assert counts(bench, motor)
-    block(bench, motor)
+    jam(bench, motor)
     advance(bench, 30)
     assert counts(bench, motor) is not ends
     assert ask(bench, motor, "Rc") == str(f // 32)
@@ -97,7 +70,7 @@ def test_run_is_inhibited_during_a_motor_protection_fault(bench, motor, f):
     """4.1: "during a motor protection fault the "RUN" command is inhibited"; LOAD is too (2.0 item 6)."""
     load(bench, motor, "a=a+1\nEND\n")
     send(bench, motor, f"F={f} {MOVE}", 0.01)
-    block(bench, motor)
+    jam(bench, motor)
     send(bench, motor, "Za RUN", 0.01)
     assert send(bench, motor, b"LOAD ") == b""
     assert ask(bench, motor, "Ra") == "0"
@@ -119,7 +92,7 @@ def test_c1_is_called_on_a_new_occurrence_only(bench):
     """1.2: "on a new occurrence of motor protection fault"; 7.1: "becomes active (=1)": Bp stays, Bp comes again."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=32))
-    limit(bench, motor)
+    open_limit(bench, motor)
     send(bench, motor, "RUN", 0.1)
     assert ask(bench, motor, "Rc") == "0"
     send(bench, motor, "Zr", 0.1)
@@ -127,7 +100,7 @@ def test_c1_is_called_on_a_new_occurrence_only(bench):
     for times in (1, 2, 3):
         motor.pins["C"].drive(0.0)
         send(bench, motor, "ZS", 0.1)
-        limit(bench, motor)
+        open_limit(bench, motor)
         bench.run(0.1)
         assert ask(bench, motor, "Rc") == str(times)
 
@@ -141,7 +114,7 @@ def test_c1_returns_to_where_the_program_was(bench):
         "F=32\nGOSUB5\nb=1\nEND\nC5\nWHILE a<500\na=a+1\nLOOP\nRETURN\nC1\nc=a\nGOSUB6\nRETURNF\nC6\nd=7\nRETURN\n",
     )
     send(bench, motor, "RUN", 0.05)
-    limit(bench, motor)
+    open_limit(bench, motor)
     bench.run(1.0)
     assert send(bench, motor, "Ra Rb Rd RBs") == b"500\r1\r7\r0\r"
     assert 40 < int(ask(bench, motor, "Rc")) < 110
@@ -154,7 +127,7 @@ def test_f_32_without_a_label_c1(bench, program):
     if program:
         load(bench, motor, program)
     send(bench, motor, f"RUN F=32 {MOVE}", 0.1)
-    limit(bench, motor)
+    open_limit(bench, motor)
     advance(bench, 5)
     assert status_word(bench, motor) & ~BS == BO + BR + BP
 
@@ -164,7 +137,7 @@ def test_wait_is_not_cut_short_by_c1(bench):
     motor = wired(bench)
     load(bench, motor, "F=32\nCLK=0\nWAIT=1000\nEND\nC1\nc=CLK\nRETURNF\n")
     send(bench, motor, "RUN", 0.1)
-    limit(bench, motor)
+    open_limit(bench, motor)
     bench.run(0.1)
     assert ask(bench, motor, "Rc") == "0"
     bench.run(0.1)
@@ -196,7 +169,7 @@ def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):
     send(bench, motor, "RUN", 0.1)
     motor.pins["G"].drive(False)
     bench.run(0.05)
-    limit(bench, motor)
+    open_limit(bench, motor)
     bench.run(0.5)
     assert 30 < int(ask(bench, motor, "Rc")) < 120
     assert send(bench, motor, "Rb Rd RBs") == b"400\r1\r0\r"
@@ -254,7 +227,7 @@ def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on
     load(bench, motor, f"F=32\nC9\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\n{ending}\n")
     send(bench, motor, "RUN", 0.05)
     for times in (1, 2, 3):
-        limit(bench, motor)
+        open_limit(bench, motor)
         bench.run(0.05)
         assert ask(bench, motor, "Rc") == str(times)
         assert counts(bench, motor) is runs_on
@@ -268,7 +241,7 @@ def test_both_limits_at_once_are_one_call(bench):
     load(bench, motor, WITH_C1.format(f=32))
     send(bench, motor, "RUN", 0.05)
     motor.pins["D"].release()
-    limit(bench, motor)
+    open_limit(bench, motor)
     bench.run(0.1)
     assert ask(bench, motor, "Rc") == "1"
 

@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 
 from ..fronts import lamps, shown
-from .talking import UNIT, ask, clear, load, ready, send
+from .talking import UNIT, ask, bare, clear, load, ready, send
 
 WORD, CHANNELS, MOTOR, PINS = "Status word W", "Channels", "Motor", "User pins"
 
@@ -109,8 +109,7 @@ def test_there_is_no_lamp_without_a_situation():
 
 def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
     """2.0: both limits are asserted, MTB, the brake is engaged."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     lit = [letter for group, letter in lamps(motor) if group == WORD and shown(motor, group, letter)]
     assert sorted(lit) == ["Bl", "Bm", "Bo", "Bp", "Br"]
     assert shown(motor, MOTOR, "MODE") == "B  mode torque brake"

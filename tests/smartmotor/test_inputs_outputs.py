@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import AxistwinError, Bench
 from axistwin.bench import Controller
 
-from .talking import SAMPLE_NS, ask, clear, load, ready, send
+from .talking import SAMPLE_NS, ask, bare, clear, load, ready, send
 
 PINS = "ABCDEFG"
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
@@ -66,8 +66,7 @@ def test_u_is_stored_into_variables_and_arrays(bench, motor):
 
 def test_u_tells_pins_whatever_their_role(bench):
     """6.1: "state of all 7 I/O pins", limits and the go input included."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
+    motor = bare(bench)
     motor.pins["C"].drive(False)
     motor.pins["G"].drive(False)
     assert send(bench, motor, "RU RUC RUD RUG") == f"{127 - 4 - 64}\r0\r1\r0\r".encode()

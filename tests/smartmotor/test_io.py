@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, clear, load, send
+from .talking import ask, bare, clear, load, send
 
 PINS = "ABCDEFG"
 
@@ -52,8 +52,7 @@ def test_all_pins_are_inputs_again_after_power_up(bench, motor):
 @pytest.mark.parametrize("direction", ["I", "O"])
 def test_uci_and_udi_end_the_limit_role(bench, direction):
     """3.1: "reassign the limits"; as outputs they are no limits either."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
+    motor = bare(bench)
     assert send(bench, motor, f"UC=1 UD=1 UC{direction} UD{direction} ZS", 0.01) == b""
     assert ask(bench, motor, "RW") == "128"
 

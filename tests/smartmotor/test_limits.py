@@ -7,22 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import (
-    BL,
-    BM,
-    BO,
-    BP,
-    BR,
-    BT,
-    UNIT,
-    advance,
-    ask,
-    load,
-    positions,
-    ready,
-    send,
-    status_word,
-)
+from .bits import BL, BM, BO, BP, BR, BT
+from .talking import UNIT, advance, ask, bare, load, positions, ready, send, status_word
 
 PINS = {"C": (BR, BP, +1, "Zr", "UCI"), "D": (BL, BM, -1, "Zl", "UDI")}
 ACTS = [
@@ -252,8 +238,7 @@ def test_with_both_limits_there_is_no_way_out_but_wiring(bench, motor):
 
 def test_limits_at_the_ends_of_the_travel(bench):
     """Axis option limits=(minus, plus): a switch opens beyond; to one, off it, to the other."""
-    motor = bench.add("smartmotor", line="instant", shaft={"limits": (-100, 100)})
-    bench.run(0.5)
+    motor = bare(bench, shaft={"limits": (-100, 100)})
     send(bench, motor, f"A={UNIT} V={UNIT} MV G", 0.1)
     shaft = motor.axes["shaft"]
     assert 100 < shaft.position <= 103

@@ -7,7 +7,8 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import BE, BH, BO, BT, SAMPLE_NS, UNIT, advance, ask, load, ready, send, status_word
+from .bits import BE, BH, BO, BT
+from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send, status_word
 
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 

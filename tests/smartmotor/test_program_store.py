@@ -10,7 +10,7 @@ from axistwin.controllers.smartmotor.language.language import Statement, read
 from axistwin.errors import UsageError
 from axistwin.units import S
 
-from .talking import ACKNOWLEDGE, END, ask, clear, load, ready, send, upload
+from .talking import ACKNOWLEDGE, END, ask, bare, clear, load, ready, send, upload
 
 COUNTING = "a=1 'counts\nWHILE a<5\n  a=a+1\nLOOP\nEND\n"
 TEXT = b"a=1\nWHILE a<5\na=a+1\nLOOP\nEND\n"
@@ -89,8 +89,7 @@ def test_the_echo_goes_on_during_a_download(bench, motor):
 
 def test_a_motor_in_fault_takes_no_program(bench):
     """2.0 item 6: no 06 comes, and Bs is set.  With nothing wired it is in fault at power-up (2.0 item 1)."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
+    motor = bare(bench)
     assert send(bench, motor, "LOAD") == b""
     assert send(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
     assert send(bench, motor, "UCI UDI LOAD ZS LOAD") == ACKNOWLEDGE
@@ -345,8 +344,7 @@ def test_a_long_program_is_compiled_in_pieces(monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_long_program_is_compiled_in_pieces_when_the_power_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench()
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     motor.serial.write(b"UCI UDI ZS LOAD " + LONG.encode() + b"\xff\xff")
     motor.power_cycle()
     assert _most_in_one_step(bench, monkeypatch) == program.PIECE
@@ -354,8 +352,7 @@ def test_a_long_program_is_compiled_in_pieces_when_the_power_comes(monkeypatch: 
 
 def test_a_program_that_is_not_compiled_yet_can_be_run_in_the_same_nanosecond() -> None:
     bench = Bench()
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     motor.serial.write(b"UCI UDI ZS LOAD C5 a=7 END\n" + LONG.encode() + b"\xff\xffGOSUB5 ")
     bench.run(0.1)
     motor.serial.read()

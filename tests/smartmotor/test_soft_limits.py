@@ -2,7 +2,8 @@
 
 import pytest
 
-from .talking import BL, BM, BO, BP, BR, UNIT, advance, ask, send, status_word
+from .bits import BL, BM, BO, BP, BR
+from .talking import UNIT, advance, ask, send, status_word
 
 
 def test_soft_limits_are_disabled_and_zero_at_power_up(bench, motor):

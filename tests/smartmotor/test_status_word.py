@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import UNIT, ask, load, ready, send
+from .talking import UNIT, ask, bare, load, ready, send
 
 BITS = {letter: 1 << bit for bit, letter in enumerate("trliwehoxpmdusak")}
 ARRAY_ERRORS = [
@@ -32,8 +32,7 @@ def bits(bench: Bench, motor: Controller) -> str:
 @pytest.mark.parametrize("read", ["RW", "RS", "RBr", "RPW", "a=W", "a=S", "PRINT(W,#13)"])
 def test_reading_clears_nothing(bench, read):
     """RULINGS 10."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     send(bench, motor, "UCI UDI A5 a=1/0 aw[200]=0")
     for _ in range(3):
         send(bench, motor, read)
