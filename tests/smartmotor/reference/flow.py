@@ -1,8 +1,8 @@
-"""How a program is carried out, statement by statement: returns, waits, and what a sample has time for."""
+"""The execution of a program, statement by statement: returns, waits, and statements per sample."""
 
 from dataclasses import replace
 
-from .reference_program import Abandoned, no_value
+from .program import Abandoned, no_value
 
 
 class Runner:
@@ -15,14 +15,14 @@ class Runner:
         self.number = 0
         self.left = 0
         self.returns = []
-        """Steps to come back to (None: to standing still), and why each call was made."""
+        """Steps to return to (None: the program was stopped), and the cause of each call."""
         self.switches = [0] * 11
         self.wait_until = 0
         self.held = self.c2_called = self.fault_again = False
         self.pending = set()
 
     def sample(self):
-        """The statements of one sample; what it stops for, if anything."""
+        """Carry out the statements of one sample; return the reason to stop, if any."""
         if self.pending and self.state == "stopped":
             return "call"
         while self.left > 0 and self.state == "running" and self.motor.sample_number + 1 >= self.wait_until:
@@ -39,7 +39,7 @@ class Runner:
         return None
 
     def statement(self):
-        """One statement."""
+        """Carry out one statement."""
         if self.held:
             if self.motor.flags["Bt"]:
                 return "held"
@@ -52,7 +52,7 @@ class Runner:
         return getattr(self, "_" + step.what.replace(" ", "_"))(step)
 
     def _value(self, value):
-        """Of an expression; None: abandoned, and a flag says why."""
+        """Return the value of an expression, or None if it was abandoned, with its flag set."""
         try:
             return value(self.motor)
         except Abandoned as reason:
@@ -155,7 +155,7 @@ class Runner:
         return None
 
     def call(self, target, back, why):
-        """Ten calls at most within one another; one too many sets Bs."""
+        """Call a label; an eleventh nested call sets Bs."""
         if len(self.returns) == 10:
             self.motor.flags["Bs"] = 1
             return
@@ -193,7 +193,7 @@ class Runner:
         self._c1_is_over()
 
     def _c1_is_over(self):
-        """A fault within C1 calls it again."""
+        """Leave C1; a fault within it calls it again."""
         if self.fault_again:
             self.fault_again = False
             self.pending.add("C1")

@@ -11,7 +11,7 @@ LOW, HIGH = -(2**31), 2**31 - 1
 
 
 class Abandoned(Exception):  # noqa: N818
-    """The statement is given up; `flag` says why."""
+    """An abandoned statement; `flag` is the error flag."""
 
     def __init__(self, flag):
         super().__init__(flag)
@@ -19,14 +19,14 @@ class Abandoned(Exception):  # noqa: N818
 
 
 def fits(value):
-    """32 bits, or Bd."""
+    """Return a value of 32 bits, or abandon with Bd."""
     if not LOW <= value <= HIGH:
         raise Abandoned("Bd")
     return value
 
 
 def truncated(left, right):
-    """Towards zero."""
+    """Divide towards zero."""
     if right == 0:
         raise Abandoned("Bd")
     whole = abs(left) // abs(right)
@@ -79,7 +79,7 @@ class Memory:
             self.set_element("al", place, value)
 
     def _place(self, name):
-        """Which long of the arrays it is."""
+        """Return the place of a long in the arrays."""
         place = 26 * (len(name) - 2) + ord(name[0]) - ord("a")
         return place if self.overlay and 0 <= place < 51 else None
 
@@ -148,7 +148,7 @@ class Text:
 
 
 def condition(text):
-    """What follows IF, ELSEIF, WHILE and SWITCH; text that is no expression has no value, flag Bs."""
+    """The condition of IF, ELSEIF, WHILE and SWITCH; text that is no expression has no value, flag Bs."""
     if re.search(r"(?<![=!<>])=(?!=)", text):
         return no_value
     return expression(text)
@@ -163,7 +163,7 @@ def both(operation, left, right):
 
 
 def expression(text):
-    """Its value as a function of the motor; it raises Abandoned."""
+    """Return the value as a function of the motor, which may raise Abandoned."""
     reader = Text(text)
     value = reader.binary()
     assert not reader.tokens
@@ -190,7 +190,7 @@ class Node:
 
 @dataclass(eq=False)
 class Block:
-    """Statements in a row, behind THEN, ELSE, WHILE, CASE …; `number` of the statement that begins it."""
+    """Consecutive statements after IF, ELSE, WHILE, CASE …; `number` of the statement before them."""
 
     owner: Node | None
     number: int = 0
@@ -205,13 +205,13 @@ class Block:
 
 @dataclass(frozen=True)
 class Step:
-    """What is done in one go: a test, a jump at the end of a block, a statement."""
+    """The unit of execution: a test, a jump at the end of a block, a statement."""
 
     what: str
     node: Node | None
     part: int = 0
     fetch: bool = False
-    """Something has to be fetched first."""
+    """True if a value must be fetched first."""
 
     def number(self, program):
         match self.what:
@@ -225,7 +225,7 @@ class Step:
 
 
 def statements(text):
-    """Keyword or whole word, and the expression behind a blank."""
+    """Return the keyword or whole word, and the expression after a blank."""
     words = [word for line in text.split("\n") for word in line.partition("'")[0].split()]
     while words:
         word = words.pop(0)
@@ -299,7 +299,7 @@ class Program:
     # What comes next
 
     def begin(self, node):
-        """The first step of a statement; labels take no time."""
+        """Return the first step of a statement; labels take no time."""
         if node.keyword == "label":
             return self.behind(node)
         what = {"IF": "if", "WHILE": "while", "SWITCH": "switch"}.get(node.keyword, "do")
@@ -314,7 +314,7 @@ class Program:
         return self.begin(row[at]) if at < len(row) else self.over(node.block)
 
     def over(self, block):
-        """A block is over; ENDIF and ENDS take no time, what skips an ELSE and LOOP do."""
+        """Leave a block; ENDIF and ENDS take no time, LOOP and the jump past ELSE do."""
         owner = block.owner
         if owner is None:
             return Step("end of text", None)
@@ -327,7 +327,7 @@ class Program:
         return self.enter(owner.parts[block.part + 1])
 
     def otherwise(self, step):
-        """A condition does not hold."""
+        """Continue after a false condition."""
         node = step.node
         if step.what == "while" or step.part + 1 == len(node.parts):
             return self.behind(node)
@@ -337,7 +337,7 @@ class Program:
         return Step("if", node, step.part + 1, following.fetches)
 
     def cases(self, node, after=-1):
-        """The next CASE to be tested; DEFAULT when there is none."""
+        """Return the next CASE to test, or DEFAULT."""
         for at, part in enumerate(node.parts):
             if at > after and part.value is not None:
                 return Step("case", node, at)

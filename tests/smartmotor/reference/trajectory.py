@@ -8,13 +8,13 @@ COUNT = 65536
 
 
 def braking(speed, rate):
-    """How far it is from here if this sample goes `speed` and each further one `rate` less, down to nothing."""
+    """Return the stopping distance, `speed` in this sample and `rate` less in each further one."""
     steps, rest = divmod(speed, rate)
     return steps * (steps + 1) // 2 * rate + (steps + 1) * rest if speed > 0 else 0
 
 
 def fastest(limit, distance, rate):
-    """The largest speed up to `limit` that does not overshoot; bisected."""
+    """Return the largest speed up to `limit` that does not overshoot, by bisection."""
     low, high = 0, limit
     while low < high:
         middle = (low + high + 1) // 2
@@ -26,7 +26,7 @@ def fastest(limit, distance, rate):
 
 
 def nearer(value, wanted, rate):
-    """A step of at most `rate` from a value to another."""
+    """Step from a value towards another by at most `rate`."""
     return value + max(-rate, min(rate, wanted - value))
 
 
@@ -64,7 +64,7 @@ class Master:
     run: Run = field(default_factory=Run)
 
     def turn(self, motor):
-        """One sample; pins A and B follow."""
+        """Turn for one sample; pins A and B follow."""
         before = self.edges
         self._turn()
         if self.shown and self.edges != before:
@@ -86,7 +86,7 @@ class Master:
             self.edges = run.base + run.way * floor(run.turned) if run.left else run.end
 
     def counted(self):
-        """Since the last look."""
+        """Update CTR; return its change since the last call."""
         counts = floor(Fraction(self.edges * self.resolution, 4))
         moved, self.seen = counts - self.seen, counts
         self.ctr = (self.ctr + moved + 2**31) % 2**32 - 2**31
@@ -110,7 +110,7 @@ class Trajectory:
     """Counts that a ratio has not turned into motion yet."""
 
     def move(self, motor, moved):
-        """One sample; returns what it stops for."""
+        """Do one sample; return the reason to stop."""
         actions = {
             "position": self._position, "velocity": self._velocity, "stop": self._stop, "follow": self._follow,
             "step": self._follow, "ratio": self._ratio, "step ratio": self._ratio, "cam": self._cam,
@@ -133,7 +133,7 @@ class Trajectory:
             motor.flags["Bt"] = 0
 
     def _approach(self, speed, distance):
-        """The speed towards a target that is so far away."""
+        """Return the speed towards a target at this distance."""
         if self.rate == 0:
             return speed
         slowest = speed - self.rate
@@ -167,7 +167,7 @@ class Trajectory:
         return motor.host.sample(self)
 
     def wrap(self, motor):
-        """At 2^31 counts the position goes on at -2^31."""
+        """Continue a position at 2^31 counts at -2^31."""
         inside = (self.place + 2**47) % 2**48 - 2**47
         if inside != self.place:
             turn = (inside - self.place) // COUNT

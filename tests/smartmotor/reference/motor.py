@@ -5,11 +5,11 @@ Each part is an object that knows nothing of arrays; `bridge.py` says which slot
 
 from dataclasses import dataclass, field
 
-from .reference import ON, ReferenceMachine, ReferenceServo
-from .reference_cam import Cam
-from .reference_flow import Runner
-from .reference_program import Memory, Program
-from .reference_trajectory import Host, Master, Trajectory
+from .cam import Cam
+from .flow import Runner
+from .machine import ON, ReferenceMachine, ReferenceServo
+from .program import Memory, Program
+from .trajectory import Host, Master, Trajectory
 
 FLAGS = ["Bt", "Br", "Bl", "Bi", "Bw", "Be", "Bh", "Bo", "Bx", "Bp", "Bm", "Bd", "Bu", "Bs", "Ba", "Bk"]
 FREE = "off", "brake", "error", "torque"
@@ -17,7 +17,7 @@ PINS = "ABCDEFG"
 
 
 def signed(value):
-    """32 bits with a sign."""
+    """Return 32 bits with a sign."""
     return (value + 2**31) % 2**32 - 2**31
 
 
@@ -45,7 +45,7 @@ class Index:
         return motor.flags["Bx"] != before
 
     def _passed(self, shaft):
-        """The nearest mark from the last place of the shaft, that excluded, to this one."""
+        """Return the nearest mark from the last place of the shaft, excluded, to this one."""
         up = (self.shaft - self.at) // self.turn * self.turn + self.turn + self.at
         down = (self.shaft - self.at - 1) // self.turn * self.turn + self.at
         return up if shaft >= up else down if shaft <= down else None
@@ -53,14 +53,14 @@ class Index:
 
 @dataclass
 class GoPin:
-    """Pin G: a new level counts when it has been there for so many samples."""
+    """Pin G: a new level counts after `debounce` samples."""
 
     debounce: int = 1
     level: bool = False
     different: int = 0
 
     def poll(self, level):
-        """True: it has gone low."""
+        """True if the pin has gone low."""
         self.different = self.different + 1 if level != self.level else 0
         if self.different < self.debounce or level == self.level:
             return False
@@ -81,7 +81,7 @@ class Limit:
     soft: int = 0
 
     def check(self, motor):
-        """True: a fault."""
+        """True if there is a fault."""
         beyond = self.way * motor.position >= self.way * self.soft
         asserted = (self.has_pin and motor.pins[self.pin]) or (motor.soft_limits and beyond)
         real_time, historical = self.flags
@@ -140,12 +140,12 @@ class ReferenceMotor:
 
     @property
     def position(self):
-        """The controller's."""
+        """Return the controller's position."""
         return self.direction * self.shaft + self.origin
 
     @property
     def heading(self):
-        """Which way it is driven, unless it is stopping because of a fault."""
+        """Return the direction of the drive, 0 while a fault stops the motor."""
         if self.stopping:
             return 0
         return self.torque if self.trajectory.mode == "torque" else self.trajectory.velocity
@@ -155,7 +155,7 @@ class ReferenceMotor:
         return self.trajectory.place // 65536 - self.position
 
     def advance(self, most):
-        """Up to so many samples; what it stopped for, and shaft and commanded positions."""
+        """Do up to `most` samples; return the reasons to stop, and shaft and commanded positions."""
         shafts, commanded, why = [], [], set()
         while not why and len(shafts) < most:
             waits = self.runner.sample()
@@ -167,7 +167,7 @@ class ReferenceMotor:
         return why, shafts, commanded
 
     def sample(self):
-        """What it stops for."""
+        """Do one sample; return the reasons to stop."""
         self.sample_number += 1
         self.runner.left = self.per_sample
         busy = self.flags["Bt"]
@@ -184,7 +184,7 @@ class ReferenceMotor:
         return why | ({"trajectory"} if busy != self.flags["Bt"] else set())
 
     def _move(self):
-        """PIDn: trajectory and servo law have their turn in every n-th sample."""
+        """Run trajectory and servo law in every n-th sample (PIDn)."""
         self.master.turn(self)
         if self.sample_number % self.rate:
             return set()
@@ -223,7 +223,7 @@ class ReferenceMotor:
         return why
 
     def value(self, name):
-        """Of a variable or of what the motor knows (6)."""
+        """Return a variable or a value of the motor (6)."""
         if name.islower():
             return self.memory[name]
         if name == "I":
@@ -258,7 +258,7 @@ class ReferenceMotor:
 
 
 class IdealMachine:
-    """A shaft that stands where the trajectory is; in torque mode a count for each 32 PWM units."""
+    """A shaft at the commanded position; in torque mode a count for each 32 PWM units."""
 
     def __init__(self):
         self.shaft, self.jammed, self.brake = 0, False, False

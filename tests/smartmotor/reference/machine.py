@@ -89,20 +89,20 @@ class ReferenceMachine:
 
 @dataclass
 class Current:
-    """What is measured of it, in 0.01 A."""
+    """The measured current, in 0.01 A."""
 
     filtered: int = 0
     squares: list = field(default_factory=list)
 
     def flows(self, amps):
-        """True when 256 samples are together."""
+        """Measure the current of a sample; return True after 256 samples."""
         centiamps = min(int(abs(amps) * 100.0), 100_000)
         self.filtered += centiamps - self.filtered // 16
         self.squares.append(centiamps**2)
         return len(self.squares) == 256
 
     def take_square(self):
-        """The mean of the last 256, A²."""
+        """Return the mean square of the last 256 samples, A²."""
         mean = sum(self.squares) * (1e-4 / 256)
         self.squares.clear()
         return mean
@@ -118,7 +118,7 @@ class Temperatures:
         self.overload, self.hot = 0, False
 
     def warm(self, square, ambient):
-        """The flow of heat at the end of 256 samples."""
+        """Update the temperatures by the flow of heat at the end of 256 samples."""
         motor, block_s = self.motor, 256 * SAMPLE_S
         rise = square * (motor.winding_resistance_ohm * motor.winding_to_housing_k_per_w)
         self.winding += (self.housing + rise - self.winding) * (block_s / (block_s + motor.winding_time_constant_s))
@@ -130,7 +130,7 @@ class Temperatures:
         self.mean_square += (square - self.mean_square) * (block_s / 1.0)
 
     def overloaded(self, limit, patience):
-        """Once per sample: whether the motor has been too hot, or its current too high, for so many samples."""
+        """True if the motor has been too hot, or its current too high, for `patience` samples."""
         rated = self.mean_square <= self.motor.continuous_current_a**2
         if self.hot and rated and floor(self.housing) <= limit - 5:
             self.hot, self.overload = False, 0
@@ -143,7 +143,7 @@ class Temperatures:
 
 @dataclass
 class ReferenceServo:
-    """The servo law: errors in the controller's direction in, PWM in the machine's direction out."""
+    """The servo law, from errors in the controller's direction to PWM in the machine's direction."""
 
     tuning: tuple = (42, 28, 550, 15, 1, 0, 0, 0)
     rate: int = 1
@@ -156,15 +156,15 @@ class ReferenceServo:
     pwm: int = 0
 
     def off(self):
-        """No drive, no memory."""
+        """Switch the drive off, which clears the memory."""
         self.integral = self.error_before = self.difference = self.pwm = 0
 
     def torque(self, value):
-        """Torque mode: what is asked for, within AMPS."""
+        """Set PWM in torque mode, within AMPS."""
         self.pwm = self.direction * max(-self.amps, min(self.amps, value))
 
     def follow(self, sample, error, velocity):
-        """The PID, in those samples that are its turn."""
+        """Run the PID in every `rate`th sample."""
         if sample % self.rate:
             return
         kp, ki, kd, kl, ks, kv, ka, kg = self.tuning

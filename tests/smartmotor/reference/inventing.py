@@ -1,4 +1,4 @@
-"""Expressions and programs that nobody would write, as texts, from a source of chance."""
+"""Random expressions and programs, as texts."""
 
 SMALL = ["0", "1", "2", "3", "4", "7", "13", "255", "1000"]
 LARGE = ["65535", "65536", "46341", "2147483647", "2147483648", "99999999999"]
@@ -13,7 +13,7 @@ ARRAYS = {"ab": 204, "aw": 102, "al": 51}
 
 
 def expression(random, depth=3, *, system=True, fetches=False):
-    """An expression of the language."""
+    """Return an expression of the language."""
     kind = random.randrange(10) if depth else random.randrange(2)
     if kind == 0:
         return random.choice(random.choice([SMALL, SMALL, SMALL, LARGE]))
@@ -32,7 +32,7 @@ def expression(random, depth=3, *, system=True, fetches=False):
 
 
 def element(random, depth=1):
-    """An array element that often exists."""
+    """Return an array element that often exists."""
     array = random.choice(list(ARRAYS))
     size = ARRAYS[array]
     indices = str(random.randrange(size)), str(random.choice([0, size - 1, size])), expression(random, depth - 1)
@@ -51,7 +51,7 @@ def array_assignment(random):
 
 
 def plain(random):
-    """A statement that is no block."""
+    """Return a statement that is no block."""
     kinds = [
         assignment,
         assignment,
@@ -65,7 +65,7 @@ def plain(random):
 
 
 def block(random, depth, breaks=False):
-    """Lines."""
+    """Return the lines of a block."""
     lines = []
     for _ in range(random.randint(0, 3)):
         kind = random.randrange(6) if depth else 0
@@ -107,7 +107,7 @@ def switch(random, depth, breaks):
 
 
 def program(random):
-    """A program with subroutines C1 to C3; C4 may lie anywhere, within a block, or nowhere."""
+    """Return a program with subroutines C1 to C3; C4 may be anywhere, in a block, or missing."""
     lines = block(random, 3) + block(random, 3)
     if random.randrange(2):
         lines.insert(random.randint(0, len(lines)), "END")

@@ -7,8 +7,8 @@ from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel import jit, kernel, machine, state
 from axistwin.controllers.smartmotor.language.program import Program
 
-from .reference_motor import FLAGS, PINS
-from .reference_program import no_value
+from .motor import FLAGS, PINS
+from .program import no_value
 
 MODES = {
     "off": state.M_OFF, "brake": state.M_BRAKE, "error": state.M_ERROR, "hold": state.M_HOLD,
@@ -36,7 +36,7 @@ SAMPLES = 512
 
 
 def integers(motor):
-    """Slots of `i` and what they show, of everything but places in the code."""
+    """Return slots of `i` and their values, except places in the code."""
     shown = {getattr(state, name): value for name, value in motor.values.items() if not name.startswith("U")}
     for part in (_time, _program, _trajectory, _host, _follow, _cam, _servo, _protection, _inputs):
         shown |= part(motor)
@@ -180,7 +180,7 @@ def _inputs(motor):
 
 
 def variables(motor):
-    """`v`, all of it."""
+    """Return the whole of `v`."""
     memory, longs = motor.memory, unpack(">51i", motor.memory.bytes)
     named = [memory.named.get(name, 0) for name in VARIABLES]
     if motor.overlay:  # aa…zz and aaa…yyy are al[0]…al[50]
@@ -189,7 +189,7 @@ def variables(motor):
 
 
 def floats(motor):
-    """Slots of `f` that change by themselves."""
+    """Return the slots of `f` that a sample changes, and their values."""
     if not motor.data:
         return {}
     shaft, heat = motor.machine, motor.machine.temperatures
@@ -201,12 +201,12 @@ def floats(motor):
 
 
 def shown(motor):
-    """`integers`, `variables` and `floats` of the reference."""
+    """Return `integers`, `variables` and `floats` of the reference."""
     return integers(motor), variables(motor), floats(motor)
 
 
 def step(motor, step):
-    """A step of the reference as the head of a statement in the code: operation and number."""
+    """Return a step of the reference as the head of a statement in the code: operation and number."""
     if step is None:
         return None
     number = step.number(motor.program)
@@ -223,7 +223,7 @@ def step(motor, step):
 
 
 class Kernel:
-    """The kernel on arrays that show the same as the reference does."""
+    """The kernel on arrays that hold the state of the reference."""
 
     def __init__(self, motor, text, *, compiled=False):
         self.program = Program.compile(text)
@@ -245,7 +245,7 @@ class Kernel:
         self.f = np.array(self.f)
 
     def take(self, motor, what):
-        """Show what the reference has now; `what` is `shown(motor)`."""
+        """Take over the state of the reference; `what` is `shown(motor)`."""
         whole, self.v[:], parts = what
         for slot, value in whole.items():
             self.i[slot] = value
@@ -260,7 +260,7 @@ class Kernel:
         machine.set_jam(self.f, motor.machine.jammed)
 
     def advance(self, most):
-        """The reason as a number, and the positions."""
+        """Return the reason as a number, and the positions."""
         first = int(self.i[state.SAMPLE])
         why = self._advance(
             self.i, self.v, self.f, self.stack, self.code, self.ring, self.told,
@@ -270,11 +270,11 @@ class Kernel:
         return why, list(self.shaft[:done]), list(self.commanded[:done])
 
     def place(self, place):
-        """What stands at a place in the code."""
+        """Return operation and number at a place in the code."""
         return None if place < 0 else (int(self.code[place]), int(self.code[place + 1]))
 
     def compare(self, motor, what):
-        """Everything, to the bit."""
+        """Compare everything, to the bit."""
         whole, named, parts = what
         i = list(map(int, self.i))
         differences = {NAMES.get(slot, slot): (i[slot], value) for slot, value in whole.items() if i[slot] != value}

@@ -9,7 +9,7 @@ RELATIVE, MODULO = 16, 128
 
 @dataclass(frozen=True)
 class Parameters:
-    """Of a cycle: encoder counts, highest index, MCn, D, and F."""
+    """Parameters of a cycle: encoder counts, highest index, MCn, D, and F."""
 
     base: int = 1
     size: int = 1
@@ -43,11 +43,11 @@ class Cam:
         trajectory.velocity = trajectory.place - before + shift * 65536
 
     def entry(self, motor, n, parameters=None):
-        """aw[n]."""
+        """Return aw[n]."""
         return motor.memory.element("aw", n) * ((parameters or self.now).factor if self.table_factor else 1)
 
     def position(self, motor):
-        """Straight between the points; the last one in the dwell."""
+        """Return the position, linear between the points; the last one in the dwell."""
         now = self.now
         if self.phase >= now.base:
             self.index = now.size
@@ -59,7 +59,7 @@ class Cam:
         return here + floor((there - here) * (along - n))
 
     def turn(self, motor, moved):
-        """The encoder has turned; returns by how much the coordinates have been shifted (F=128)."""
+        """Turn the encoder; return the shift of the coordinates (F=128)."""
         step = moved * (1 if self.table_factor else self.now.factor)
         place = self.phase + step
         self.phase = place % self.now.cycle
@@ -68,13 +68,13 @@ class Cam:
         return self.forwards(motor) if place > 0 else self.backwards(motor, place)
 
     def forwards(self, motor):
-        """A cycle is complete: the next one begins where it ended."""
+        """Complete a cycle; the next one begins where it ended."""
         done, old = self.entry(motor, self.now.size), self.now
         self._take_over()
         return self._begin(motor, old.word, done)
 
     def backwards(self, motor, place):
-        """Into the end of the cycle before."""
+        """Enter the end of the cycle before."""
         old = self.now
         if self.pending:
             self._take_over()
@@ -82,7 +82,7 @@ class Cam:
         return self._begin(motor, old.word, -self.entry(motor, self.now.size))
 
     def _take_over(self):
-        """D counts of dwell only with F=16 or F=128 (9.5)."""
+        """Take D counts of dwell only with F=16 or F=128 (9.5)."""
         if self.pending:
             word = self.prepared.word & (RELATIVE | MODULO)
             dwell = max(self.prepared.dwell, 0) if word else 0
@@ -103,6 +103,6 @@ class Cam:
         return shift
 
     def start(self):
-        """G."""
+        """Start the cam at G."""
         self.pending = True
         self._take_over()
