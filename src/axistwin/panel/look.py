@@ -8,6 +8,7 @@ from nicegui import ui
 
 from axistwin.bench import Bench
 from axistwin.errors import AxistwinError
+from axistwin.panel.acts import Acts, State
 from axistwin.panel.people import People, Person
 from axistwin.sessions.session import Session
 
@@ -46,6 +47,19 @@ def together(*views: Refresh) -> Refresh:
     return refresh
 
 
+def seldom(look: "Look", every: int, view: Refresh) -> Refresh:
+    """The same view, updated in one frame of `every` while virtual time passes, else in all frames."""
+    frame = 0
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        if frame % every == 0 or look.acts.state is not State.RUNNING:
+            view()
+
+    return refresh
+
+
 class Common:
     """What all who look at one session have in common."""
 
@@ -67,6 +81,7 @@ class Look:
         self.session, self.common, self.people, self.person = common.session, common, people, person
         self.unbuilt: list[Refresh] = []
         """What builds parts of the page that have come into view; the page calls each once, before its next frame."""
+        self.acts = common(Acts)
 
     @property
     def bench(self) -> Bench:
@@ -78,26 +93,42 @@ class Look:
         """Whether this person may touch things."""
         return self.people.driver is self.person
 
-    def touch(self, act: Callable[[], object]) -> bool:
-        """Do something to the bench if this person drives; what is wrong is told.  Returns whether it was done."""
-        if not self._may():
-            return False
-        try:
-            act()
-        except AxistwinError as error:
-            _complain(error)
-            return False
-        return True
+    def touch(self, act: Callable[[], object], *, now: bool = False) -> bool:
+        """Perform an act on the session if this person drives; an error is shown.
 
-    async def wait_for(self, act: Callable[[], Awaitable[object]]) -> object:
-        """The same for what takes a while; returns what it returns, None if it was not done."""
+        During a step or a `go_to`, the act waits for its end, unless `now`.  Returns True if the act is accepted.
+        """
         if not self._may():
-            return None
+            return False
+        client, accepted = ui.context.client, True
+
+        def attempt() -> None:
+            nonlocal accepted
+            try:
+                with client:
+                    act()
+            except AxistwinError as error:
+                accepted = False
+                with client:
+                    _complain(error)
+
+        if now:
+            attempt()
+        else:
+            self.acts.do(attempt)
+        return accepted
+
+    def move(
+        self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
+    ) -> Awaitable[None] | None:
+        """Begin a step or a `go_to` if this person drives, and call `done` with its result; an error is shown."""
+        return self._move(self.acts.move(begin), done) if self._may() else None
+
+    async def _move(self, move: Awaitable[object], done: Callable[[object], None]) -> None:
         try:
-            return await act()
+            done(await move)
         except AxistwinError as error:
             _complain(error)
-            return None
 
     def _may(self) -> bool:
         if not self.drives:

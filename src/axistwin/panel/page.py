@@ -1,15 +1,18 @@
 """The page: which views there are and where, and the frames in which they are brought up to date."""
 
 import asyncio
+import json
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from importlib import resources
 from time import perf_counter
 
 from fastapi import Request
-from nicegui import Client, background_tasks, ui
+from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
+from axistwin.panel.acts import State
 from axistwin.panel.look import Look, Refresh, careful
 from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
@@ -33,12 +36,12 @@ PATIENCE_S = 30.0
 """A browser that has drawn nothing for so long is asked again."""
 KEPT = 3
 """So many pages without a browser are kept whole; of more, those that have been left for longest are emptied."""
-SCRIPTS = "keys.js", "scope.js"
+SCRIPTS = "keys.js", "scope.js", "state.js"
 """Of views; a browser carries out only those that come with the page itself."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
-BUILT = 'document.documentElement.classList.remove("building")'
+BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
 """What cannot be touched yet is not to be seen."""
-DRAWN = "await new Promise(requestAnimationFrame)"
+DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
 async def page(enter: Callable[[], Look]) -> None:
@@ -64,7 +67,7 @@ async def page(enter: Callable[[], Look]) -> None:
         made = await in_turns(partial(_built, client, look))
         look.common(Memory).keep()
     client.run_javascript(BUILT)
-    visits.shown(client, background_tasks.create(_keep_showing(client, look, made), name="panel"))
+    visits.shown(client, background_tasks.create(_Frames(client, look, made).show(), name="panel"))
 
 
 class Visits:
@@ -199,54 +202,89 @@ def _reached(look: Look, name: str) -> list[str]:
     return [each for each in endpoints.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
-async def _keep_showing(client: Client, look: Look, made: list[Refresh]) -> None:
-    """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
-    loop = asyncio.get_running_loop()
-    deafen = look.people.listen(partial(_tell, client))
-    try:
+class _Frames:
+    """The frames of one page.  A slow browser receives fewer frames, each with the latest state; a hidden one none."""
+
+    def __init__(self, client: Client, look: Look, made: list[Refresh]) -> None:
+        self._client, self._look, self._made = client, look, made
+        self._handled = 0
+        """Number of messages of the browser that have been handled."""
+        self._news = asyncio.Event()
+        """Set when the next frame need not wait."""
         with client:
-            await _drawn(client)  # what has been built: terminals have their sizes by then
-        while not client.is_deleted:
-            began_s = loop.time()
+            ui.on("sent", self._on_sent)
+
+    async def show(self) -> None:
+        """Draw frame by frame until the page is closed."""
+        loop, client = asyncio.get_running_loop(), self._client
+        ends = self._look.people.listen(partial(_tell, client)), self._look.acts.subscribe(self._news.set)
+        try:
             with client:
-                await _show(look, made)
-                await _complete(look)
-                await _drawn(client)
-            await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
-    finally:
-        deafen()
+                await self._drawn(State.BUSY)  # terminals have their sizes after that
+            while not client.is_deleted:
+                began_s = loop.time()
+                with client:
+                    await self._frame()
+                await self._rest(began_s + FRAME_S - loop.time())
+        finally:
+            for end in ends:
+                end()
 
+    async def _frame(self) -> None:
+        self._news.clear()
+        before = self._handled, self._look.acts.state
+        await self._refresh()
+        if self._look.unbuilt:
+            self._news.set()
+            await self._complete()
+        now = self._handled, self._look.acts.state
+        await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
-async def _show(look: Look, made: list[Refresh]) -> None:
-    """One frame; the loop has its turn in between if it takes long."""
-    began_s = perf_counter()
-    for view in made:
-        if perf_counter() - began_s > TURN_S:
-            await asyncio.sleep(0)
-            began_s = perf_counter()
-        if look.session.running:
-            look.session.pacer.look(view)
-        else:
-            view()
+    async def _refresh(self) -> None:
+        """Update all views, with a turn for the event loop in between if they take long."""
+        session, began_s = self._look.session, perf_counter()
+        for view in self._made:
+            if perf_counter() - began_s > TURN_S:
+                await asyncio.sleep(0)
+                began_s = perf_counter()
+            if session.running:
+                session.pacer.look(view)
+            else:
+                view()
 
+    async def _complete(self) -> None:
+        """Build the views that have come into view, in pieces."""
+        look = self._look
+        while look.unbuilt:
+            build = careful(look.unbuilt.pop())
+            async with look.common(Visits).building:
+                await in_turns(build)
+                look.common(Memory).keep()
 
-async def _complete(look: Look) -> None:
-    """Build what has come into view, in pieces."""
-    while look.unbuilt:
-        build = careful(look.unbuilt.pop())
-        async with look.common(Visits).building:
-            await in_turns(build)
-            look.common(Memory).keep()
+    async def _drawn(self, state: State) -> None:
+        """Publish the state after the browser has drawn the frame."""
+        try:
+            code = DRAWN.format(state=json.dumps(state), handled=self._handled)
+            await self._client.run_javascript(code, timeout=PATIENCE_S)
+        except TimeoutError:
+            return
+
+    async def _rest(self, seconds: float) -> None:
+        """Wait for the next frame; if virtual time is stopped, at most until the next message is handled."""
+        if self._look.session.running:
+            await asyncio.sleep(max(0.0, seconds))
+            return
+        with suppress(TimeoutError):
+            async with asyncio.timeout(max(0.0, seconds)):
+                await self._news.wait()
+
+    def _on_sent(self, event: events.GenericEventArguments) -> None:
+        sent = event.args.get("sent") if isinstance(event.args, dict) else None
+        if type(sent) is int:
+            self._handled = sent
+            self._news.set()
 
 
 def _tell(client: Client, words: str) -> None:
     with client:
         ui.notify(words)
-
-
-async def _drawn(client: Client) -> None:
-    """Until the browser has shown what it was sent."""
-    try:
-        await client.run_javascript(DRAWN, timeout=PATIENCE_S)
-    except TimeoutError:
-        return

@@ -9,7 +9,7 @@ from nicegui import events, ui
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
-from axistwin.panel.look import Look, Refresh, together
+from axistwin.panel.look import Look, Refresh, seldom, together
 from axistwin.panel.sentences import stems
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.keys import keys
@@ -23,6 +23,8 @@ STEPS = {
     "move": "a move begins or ends",
 }
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
+SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
+"""Sends the act that the button shows at the time of the click."""
 SELDOM = 10
 """What need not be smooth is brought up to date in one frame of so many."""
 
@@ -30,12 +32,13 @@ SELDOM = 10
 def driving(look: Look) -> Refresh:
     """The bar with which one drives."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
-        views = list(_made(look, _run, _speed, _state))
+        button, show_button = _run(look)
+        views = [show_button, *_made(look, _speed, _state)]
     with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
         views += _made(look, _timeline, _until, _breaks)
         _save(look)
         breathe()
-        keys(lambda key: _key(look, key))
+        keys(lambda key, shown: _drive(look, shown, button) if key == " " else _key(look, key))
     return together(*views)
 
 
@@ -48,41 +51,51 @@ def _made(look: Look, *views: Callable[[Look], Refresh]) -> Iterator[Refresh]:
 # Running
 
 
-def _run(look: Look) -> Refresh:
-    button = ui.button(on_click=lambda: _toggle(look)).props("dense no-caps").classes("run").mark("run")
+def _run(look: Look) -> tuple[ui.button, Refresh]:
+    button = ui.button().props("dense no-caps").classes("run").mark("run")
+    button.on("click", lambda event: _drive(look, event.args, button), js_handler=SHOWN)
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
         step.props("dense outline no-caps color=white").mark(f"step-{kind}").tooltip(f"on to where {what}")
 
     def refresh() -> None:
-        moves = look.session.running or look.session.busy
-        button.text = "Stop" if look.session.busy else "Pause" if moves else "Run"
-        button.set_icon("pause" if moves else "play_arrow")
+        text = "Stop" if look.acts.busy else "Pause" if look.session.running else "Run"
+        if button.text != text:
+            button.text = button.props["data-shown"] = text
+            button.set_icon("play_arrow" if text == "Run" else "pause")
 
-    return refresh
+    return button, refresh
 
 
-def _toggle(look: Look) -> None:
+def _drive(look: Look, shown: object, button: ui.button) -> None:
+    """Perform the act that the browser has shown on the button, even if the state has changed since then."""
     session = look.session
-    look.touch(session.give_up if session.busy else session.pause if session.running else session.run)
+    match shown if isinstance(shown, str) else button.text:
+        case "Stop":
+            look.touch(look.acts.stop, now=True)
+        case "Pause":
+            look.touch(lambda: session.pause() if session.running else None)
+        case _:
+            look.touch(lambda: None if session.running else session.run())
 
 
-async def _step(look: Look, kind: str) -> None:
-    found = await look.wait_for(lambda: look.session.step(kind))
-    if found is False:
-        ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
+def _step(look: Look, kind: str) -> Awaitable[None] | None:
+    def done(found: object) -> None:
+        if found is False:
+            ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
+
+    return look.move(lambda: look.session.step(kind), done)
 
 
-async def _key(look: Look, key: str) -> None:
+def _key(look: Look, key: str) -> Awaitable[None] | None:
     match key:
-        case " ":
-            _toggle(look)
         case "+":
             _change_speed(look, 1)
         case "-":
             _change_speed(look, -1)
         case _:
-            await _step(look, STEPS_BY_KEY[key])
+            return _step(look, STEPS_BY_KEY[key])
+    return None
 
 
 # Speed
@@ -102,7 +115,7 @@ def _speed(look: Look) -> Refresh:
         box.value, slider.value = _said(shown), _nearest(shown)
 
     def wish(act: Callable[[], object]) -> None:
-        look.touch(act)
+        look.touch(act, now=True)
         show()  # at once: in the next frame somebody may be typing again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
@@ -136,7 +149,7 @@ def _read_speed(look: Look, text: str) -> None:
 
 def _change_speed(look: Look, by: int) -> None:
     place = _nearest(look.session.speed) + by
-    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]))
+    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]), now=True)
 
 
 # How it is
@@ -146,16 +159,14 @@ def _state(look: Look) -> Refresh:
     """In words, also for those who hear the page."""
     words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
     late = ui.label().classes("quiet").mark("late")
-    frame = 0
+
+    def show_delay() -> None:
+        late.text = look.session.pacer.report() or ""
 
     def refresh() -> None:
-        nonlocal frame
-        frame += 1
         words.text = _in_words(look)
-        if frame % SELDOM == 0:
-            late.text = look.session.pacer.report() or ""
 
-    return refresh
+    return together(refresh, seldom(look, SELDOM, show_delay))
 
 
 def _in_words(look: Look) -> str:
@@ -198,25 +209,18 @@ def _timeline(look: Look) -> Refresh:
     forget.props("dense outline no-caps color=white").mark("forget").tooltip(
         "the rest of what was recorded is forgotten"
     )
-    frame = 0
 
     def refresh() -> None:
-        nonlocal frame
-        frame += 1
-        if frame % SELDOM == 1 and not dragged:
+        if not dragged:
             forget.set_visibility(look.session.repeating)
             slider.props["max"] = max(round(look.session.recorded_seconds, 3), 0.001)
             slider.value = round(look.session.seconds, 3)
-            slider.update()
 
-    return refresh
+    return seldom(look, SELDOM, refresh)
 
 
-async def _go_to(look: Look, moment: float | str) -> None:
-    def go() -> Awaitable[object]:
-        return look.session.go_to(_seconds(moment))
-
-    await look.wait_for(go)
+def _go_to(look: Look, moment: float | str) -> Awaitable[None] | None:
+    return look.move(lambda: look.session.go_to(_seconds(moment)))
 
 
 def _seconds(moment: float | str) -> float:
@@ -271,11 +275,11 @@ def _list_breaks(look: Look, those: ui.column) -> None:
 
 
 def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments[bool | None]], object]:
-    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)))
+    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
 
 
 def _remove(look: Look, each: Break) -> Callable[[], object]:
-    return lambda: look.touch(lambda: look.session.remove_break(each))
+    return lambda: look.touch(lambda: look.session.remove_break(each), now=True)
 
 
 # Saving

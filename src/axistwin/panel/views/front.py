@@ -9,7 +9,7 @@ from nicegui import ui
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.look import Look, Refresh, seldom
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.parts import Light, Told, called, drawer
 
@@ -140,7 +140,6 @@ def _registers(look: Look, name: str) -> Refresh:
     """All of them in a list, which is made when it is first opened."""
     found = drawer(look, f"{name} registers", "All registers")
     sources: list[_Source] = []
-    frame = 0
 
     def build() -> None:
         with found, ui.element("div").classes("registers"):
@@ -150,13 +149,11 @@ def _registers(look: Look, name: str) -> Refresh:
                 sources.append(source)
 
     def refresh() -> None:
-        nonlocal frame
-        frame += 1
-        if not found.value or frame % SELDOM:
+        if not found.value:
             return
         if not sources:
             build()
         for source in sources:
             source.refresh()
 
-    return refresh
+    return seldom(look, SELDOM, refresh)

@@ -1,7 +1,6 @@
 """Terminals to be touched: inputs as switches, analog ones as sliders, a joystick, the host's control lines."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 
 from nicegui import events, ui
@@ -9,7 +8,6 @@ from nicegui import events, ui
 from axistwin.bench import Controller
 from axistwin.bench.actions import targets
 from axistwin.controllers.product import Product
-from axistwin.errors import AxistwinError
 from axistwin.panel.look import Look, Refresh
 from axistwin.panel.views.parts import Key, Light, called
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
@@ -183,10 +181,10 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
             held = rate
 
     def let_go() -> None:
-        """The page is gone, and with it the hand on the stick."""
+        """Release the joystick when the page is closed."""
         if held and look.drives:
-            with suppress(AxistwinError):  # it may be on its way to another moment
-                look.session.do(name, "joystick", "0")
+            with client:
+                deflect(0)
 
     def pressed(event: events.GenericEventArguments) -> None:
         if event.args["key"] in ARROWS and not event.args.get("repeat"):

@@ -15,7 +15,7 @@ from nicegui.events import GenericEventArguments, UploadEventArguments
 from axistwin.bench import FAMILIES, Controller, endpoints
 from axistwin.controllers.product import Listing, Order
 from axistwin.panel.drawings.listing import Lines
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.look import Look, Refresh, seldom
 from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
@@ -31,14 +31,13 @@ SELDOM = 4
 
 def program(look: Look, name: str) -> Refresh:
     """The programs of one controller."""
-    return _View(look, name).refresh
+    return seldom(look, SELDOM, _View(look, name).refresh)
 
 
 class _View:
     def __init__(self, look: Look, name: str) -> None:
         self.look, self.name = look, name
         self._orders: dict[str, ui.row] = {}
-        self._frames = 0
         with ui.element("section").classes("program"):
             with ui.element("div").classes("program-head"):
                 self._choice = ui.select([], label="program", on_change=self._chosen).props(_DENSE)
@@ -58,9 +57,6 @@ class _View:
 
     def refresh(self) -> None:
         """Lines, the running one, breaks."""
-        self._frames += 1
-        if self.look.session.running and self._frames % SELDOM:
-            return
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -200,8 +196,12 @@ class _Loading:
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()
             return
-        if self.look.touch(lambda: self.look.session.load(self.name, file, text)):
+
+        def load() -> None:
+            self.look.session.load(self.name, file, text)
             self._dialog.close()
+
+        self.look.touch(load)
 
 
 async def _read(file: FileUpload) -> str:

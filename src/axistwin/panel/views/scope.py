@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import events, run, ui
 
 from axistwin.errors import AxistwinError
+from axistwin.panel.acts import State
 from axistwin.panel.look import Look, Refresh
 from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
@@ -63,14 +64,14 @@ def scope(look: Look) -> Refresh:
     breathe()
     ui.context.client.on_delete(lambda: all_.go(screen))
     with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
-        return _Scope(screen, all_).refresh
+        return _Scope(look, screen, all_).refresh
 
 
 class _Scope:
     """The card."""
 
-    def __init__(self, screen: Screen, all_: Scopes) -> None:
-        self.screen, self._all = screen, all_
+    def __init__(self, look: Look, screen: Screen, all_: Scopes) -> None:
+        self._look, self.screen, self._all = look, screen, all_
         self._client = ui.context.client
         self._pixels, self._seen = screen.pixels, True
         self._drawn: object = None
@@ -111,7 +112,7 @@ class _Scope:
     @property
     def time_to_tell(self) -> bool:
         """Whether numbers are to be told in this frame."""
-        return self._frames % READOUT_EVERY == 0
+        return self._frames % READOUT_EVERY == 0 or self._look.acts.state is not State.RUNNING
 
     def attempt(self, act: Callable[[], object]) -> bool:
         """Do it; what is wrong is told.  Returns whether it was done."""

@@ -1,5 +1,7 @@
 """A terminal at each place where a host can be: what is said there, and what one says oneself."""
 
+from functools import partial
+
 from nicegui import events, ui
 
 from axistwin.bench import actions, endpoints
@@ -85,8 +87,12 @@ def _line(look: Look, name: str, whole: bool) -> None:
 
         def send() -> None:
             look.person.ending = ending.value
-            if look.touch(lambda: look.session.say(name, _bytes(look, name, box.value, whole, ending.value))):
-                history[:] = [*(line for line in history if line != box.value), box.value][-REMEMBERED:]
+            look.touch(partial(say, box.value))
+
+        def say(line: str) -> None:
+            look.session.say(name, _bytes(look, name, line, whole, ending.value))
+            history[:] = [*(each for each in history if each != line), line][-REMEMBERED:]
+            if box.value == line:
                 box.value = ""
 
         box.on("keydown.enter", send)
