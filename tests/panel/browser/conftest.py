@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from .using import PATIENCE_MS, quiet
+
 ROOT = Path(__file__).resolve().parents[3]
 ARTEFACTS = ROOT / "tests" / "artefacts"
 PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
@@ -18,7 +20,12 @@ FLAGS = [
     "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
 ]  # fmt: skip
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-PATIENCE_MS = 20_000
+STILL = """addEventListener("DOMContentLoaded", () => {
+  const style = document.createElement("style");
+  style.textContent = "*, ::before, ::after { transition-duration: 0s !important; animation-duration: 0s !important; }";
+  document.head.append(style);
+});"""
+"""Nothing on the page fades or slides."""
 PANEL = re.compile(r"panel on (http://\S+)")
 SCENES = ("drill", "winder", "cut-to-length")
 
@@ -75,12 +82,14 @@ class Visit:
         self.address = address
         self.context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
         self.context.set_default_timeout(PATIENCE_MS)
+        self.context.add_init_script(STILL)
         self.page = self.context.new_page()
         self.asked, self.wrong = set(), []
         self.page.on("request", lambda request: self.asked.add(request.url.split("/")[2]))
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
         self.page.on("console", lambda message: self.wrong.append(message.text) if message.type == "error" else None)
         self.page.goto(address)
+        quiet(self.page)
 
     def keep_picture(self, name):
         """A screenshot, as an artefact."""

@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from .using import Panel
+from .using import Panel, click
 
 WIDE = "document.scrollingElement.scrollWidth"
 UNREACHED = """() => {
@@ -33,7 +33,7 @@ def test_nothing_is_wider_than_the_screen(phone):
         expect(card.get_by_role("tab", name=tab)).to_have_attribute("aria-selected", "true")
         assert phone.page.evaluate(WIDE) <= 360, tab
         phone.visit.keep_picture(f"{phone.machine}-360-{tab}")
-    phone.region("faults").get_by_role("button", name="Put in a fault").click()
+    click(phone.region("faults").get_by_role("button", name="Put in a fault"))
     assert phone.page.evaluate(WIDE) <= 360
 
 

@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from .using import Panel
+from .using import Panel, click, strike
 
 NAME = "<img src=x onerror=window.wrong=1>"
 LETTER_BY_LETTER = "(field, text) => { field.value = text; field.dispatchEvent(new Event('input', {bubbles: true})) }"
@@ -37,15 +37,15 @@ RINGED = """() => {
 
 
 def test_names_are_words(machine, panel, visiting):
-    panel.button("you drive").click()
+    click(panel.button("you drive"))
     panel.say(panel.field("your name"), NAME)
-    panel.page.keyboard.press("Escape")
+    strike(panel.page, "Escape")
     with visiting(machine[1]) as visit:
         expect(Panel(machine[0], visit).button(f"{NAME[:30]} drives")).to_be_visible()
         assert visit.page.evaluate("window.wrong") is None
-    panel.button("you drive").click()
+    click(panel.button("you drive"))
     panel.say(panel.field("your name"), "visitor 1")
-    panel.page.keyboard.press("Escape")
+    strike(panel.page, "Escape")
 
 
 def test_tab_leads_into_a_terminal_and_out_again(panel):
@@ -93,11 +93,11 @@ def test_words_are_dark_enough_to_be_read(panel, name):
 
 def test_a_text_that_is_no_program_for_its_length_is_not_taken(panel):
     panel.begin()
-    panel.button("Load…", panel.tab(panel.facts.who, "Program")).click()
+    click(panel.button("Load…", panel.tab(panel.facts.who, "Program")))
     dialog = panel.page.get_by_role("dialog")
     panel.field("or its text", dialog).evaluate(LETTER_BY_LETTER, "' x\n" * 300_000)
-    panel.button("Load", dialog).click()
+    click(panel.button("Load", dialog))
     panel.message("no program has more than 262,144 characters")
     panel.visit.wrong.clear()  # NiceGUI has told the console that it did not send it
-    panel.button("Cancel", dialog).click()
+    click(panel.button("Cancel", dialog))
     expect(dialog).to_be_hidden()

@@ -5,6 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from .using import click
+
 
 def terminal(panel, who):
     tab = panel.tab(who, "Terminal")
@@ -45,7 +47,7 @@ def test_how_a_line_ends(panel):
     who, tab, said = ready(panel)
     panel.choose("ended by", "LF", tab)
     panel.field(f"say to {who}").fill("Q")
-    panel.button("Send", tab).click()
+    click(panel.button("Send", tab))
     panel.run()
     expect(said).to_contain_text("Q<LF>")
     panel.pause()
@@ -54,7 +56,7 @@ def test_how_a_line_ends(panel):
 
 def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     _, _, said = ready(panel)
-    said.click()
+    click(said)
     panel.page.keyboard.type("R")
     if panel.machine == "winder":
         panel.message("a board takes whole commands")
@@ -68,7 +70,7 @@ def test_break_lines_and_format(panel):
     if panel.machine == "winder":
         pytest.skip("a board on a bus has no serial line")
     _, tab, said = ready(panel)
-    panel.button("Break", tab).click()
+    click(panel.button("Break", tab))
     panel.run()
     expect(said).to_contain_text("<BREAK 0.25 s>")
     panel.pause()
@@ -78,7 +80,7 @@ def test_break_lines_and_format(panel):
     if panel.machine == "drill":
         for line in ("DTR", "RTS"):
             switch = tab.get_by_role("switch", name=line)
-            switch.click()
+            click(switch)
             expect(switch).not_to_be_checked()
-            switch.click()
+            click(switch)
             expect(switch).to_be_checked()

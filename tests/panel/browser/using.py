@@ -5,7 +5,42 @@ from dataclasses import dataclass
 
 from playwright.sync_api import expect
 
-expect.set_options(timeout=20_000)
+PATIENCE_MS = 20_000
+QUIET = """async ([states, patience]) => {
+  const began = performance.now();
+  do {
+    await new Promise(requestAnimationFrame);
+    if (performance.now() > began + patience) throw new Error(`the page is ${document.body.dataset.state}`);
+  } while (!states.includes(document.body.dataset.state));
+}"""
+
+expect.set_options(timeout=PATIENCE_MS)
+
+
+def quiet(page, *states):
+    """Wait until the page has handled all messages and shows the present state."""
+    page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS])
+
+
+def click(locator):
+    """Click it on a quiet page, and wait until the page is quiet again."""
+    quiet(locator.page)
+    locator.click()
+    quiet(locator.page)
+
+
+def press(locator, key):
+    """Press a key on it, as `click`."""
+    quiet(locator.page)
+    locator.press(key)
+    quiet(locator.page)
+
+
+def strike(page, key):
+    """Press a key where the focus is, as `click`."""
+    quiet(page)
+    page.keyboard.press(key)
+    quiet(page)
 
 
 @dataclass(frozen=True)
@@ -89,7 +124,7 @@ class Panel:
     def say(self, field, text):
         """Type it there, and Enter."""
         field.fill(text)
-        field.press("Enter")
+        press(field, "Enter")
 
     def region(self, name):
         """A controller's card, or another part of the page."""
@@ -98,13 +133,13 @@ class Panel:
     def tab(self, who, name):
         """What is behind this tab of a controller."""
         card = self.region(who)
-        card.get_by_role("tab", name=name, exact=True).click()
+        click(card.get_by_role("tab", name=name, exact=True))
         return card.get_by_role("tabpanel").last
 
     def choose(self, label, option, within=None):
         """Another value of a list that drops down."""
-        (within or self.page).get_by_role("combobox", name=label, exact=True).click()
-        self.page.get_by_role("option", name=option, exact=True).click()
+        click((within or self.page).get_by_role("combobox", name=label, exact=True))
+        click(self.page.get_by_role("option", name=option, exact=True))
 
     def message(self, words):
         """What has been told, somewhere on the page."""
@@ -117,15 +152,17 @@ class Panel:
         return float(self.clock.inner_text().removesuffix(" s"))
 
     def stands(self, why=""):
+        quiet(self.page, "quiet")
         expect(self.state).to_contain_text(f"stands{why}")
 
     def run(self):
-        self.button("Run", self.driving).click()
+        click(self.button("Run", self.driving))
         expect(self.state).to_contain_text("running")
 
     def pause(self):
+        quiet(self.page)
         if self.driving.get_by_role("button", name="Pause").is_visible():
-            self.button("Pause", self.driving).click()
+            click(self.button("Pause", self.driving))
         self.stands()
 
     def go_to(self, seconds):
@@ -145,15 +182,15 @@ class Panel:
 
     def begin(self):
         """At the beginning, where nothing has been recorded; it stands, and is quick when it does not."""
-        self.page.keyboard.press("Escape")
+        strike(self.page, "Escape")
         if self.button("you drive").is_hidden():  # after a test that has failed
-            self.page.get_by_role("button", name="drives").first.click()
-            self.button("Drive").click()
-            self.page.keyboard.press("Escape")
+            click(self.page.get_by_role("button", name="drives").first)
+            click(self.button("Drive"))
+            strike(self.page, "Escape")
         self.pause()
         if self.seconds > 0:
             self.go_to(0)
-            self.button("Live from here").click()
+            click(self.button("Live from here"))
             expect(self.state).to_have_text("stands")
         self.speed("max")
 
