@@ -30,17 +30,22 @@ PANEL = re.compile(r"panel on (http://\S+)")
 SCENES = ("drill", "winder", "cut-to-length")
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Tests in a browser come last.  The first one of a machine starts a program, which may take long.
-
-    On a busy machine a browser loses a click now and then while a page changes; the test has another try then.
-    """
+    """Put the tests in a browser last, machine by machine: the first one of a machine starts a program."""
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.timeout(300))
             item.add_marker(pytest.mark.xdist_group("browser"))  # one server and one browser for all of them
-    items.sort(key=lambda item: item.get_closest_marker("browser") is not None)
+    items.sort(key=_order)
+
+
+def _order(item):
+    parameters = item.callspec.params if hasattr(item, "callspec") else {}
+    if item.get_closest_marker("browser") is None:
+        return -1
+    return SCENES.index(parameters["machine"]) if "machine" in parameters else len(SCENES)
 
 
 @pytest.fixture(scope="package")

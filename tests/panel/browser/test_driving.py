@@ -9,15 +9,13 @@ from playwright.sync_api import expect
 
 from axistwin.cli.main import axistwin
 
-from .using import click, press, strike, thumb
+from .using import click, on, press, strike, thumb
 
 
-def test_it_is_marked_virtual(panel):
+@on("drill")
+def test_it_is_marked_virtual_runs_and_stands(panel):
     expect(panel.page.get_by_text("VIRTUAL", exact=True)).to_be_visible()
     assert panel.page.title().startswith("VIRTUAL")
-
-
-def test_it_runs_and_stands(panel):
     panel.begin()
     panel.speed("5")
     stood = panel.clock.inner_text()
@@ -38,11 +36,6 @@ def test_steps(panel):
     click(panel.button("move"))
     expect(panel.clock).not_to_have_text(stood)
     panel.stands()
-
-
-def test_a_step_to_the_next_line_of_a_program(panel):
-    panel.begin()
-    panel.run_until(panel.facts.moving)
     stood = panel.clock.inner_text()
     click(panel.button("statement"))
     if panel.machine == "winder":  # whose host streams: there is no program
@@ -52,6 +45,7 @@ def test_a_step_to_the_next_line_of_a_program(panel):
         panel.stands()
 
 
+@on("drill")
 def test_speed_by_the_field_and_by_the_slider(panel):
     panel.begin()
     panel.speed("fast")
@@ -63,6 +57,7 @@ def test_speed_by_the_field_and_by_the_slider(panel):
     expect(panel.field("times real time")).to_have_value("50")
 
 
+@on("drill")
 def test_keys(panel):
     panel.begin()
     panel.speed("1")
@@ -91,6 +86,7 @@ def test_keys(panel):
     expect(dialog).to_be_hidden()
 
 
+@on("drill")
 def test_keys_that_a_control_wants_itself_do_not_drive(panel):
     panel.begin()
     box = panel.field("run until")
@@ -103,6 +99,7 @@ def test_keys_that_a_control_wants_itself_do_not_drive(panel):
     expect(panel.clock).to_have_text("0.000000 s")
 
 
+@on("drill")
 def test_run_until(panel):
     panel.begin()
     panel.field("run until").fill(panel.facts.moving)
@@ -112,6 +109,7 @@ def test_run_until(panel):
     panel.message("nobody")
 
 
+@on("drill")
 def test_breaks(panel):
     panel.begin()
     click(panel.button("Breaks"))
@@ -131,6 +129,7 @@ def test_breaks(panel):
     expect(panel.button("Breaks")).to_be_visible()
 
 
+@on("drill")
 def test_back_in_time_and_on_from_there(panel):
     panel.begin()
     panel.run_until(panel.facts.moving)

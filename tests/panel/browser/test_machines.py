@@ -2,25 +2,19 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
 
-from .using import click, number, press, thumb
+from .using import click, number, on, press, thumb
 
 
-def only(panel, machine):
-    if panel.machine != machine:
-        pytest.skip(f"on the {machine} only")
-
-
-def on(panel):
+def moving(panel):
     """In the middle of a motion."""
     panel.begin()
     panel.run_until(panel.facts.moving)
 
 
 def test_what_moves_is_drawn_where_it_is(panel):
-    on(panel)
+    moving(panel)
     who, axis = panel.facts.moving.split()[0].split(".")
     place = panel.region(who).locator(".axis", has=panel.page.get_by_role("heading", name=axis, exact=True))
     expect(place.locator('[data-part="position"]').first).to_have_text("1\u2009000")
@@ -28,7 +22,7 @@ def test_what_moves_is_drawn_where_it_is(panel):
 
 
 def test_power(panel):
-    on(panel)
+    moving(panel)
     key = panel.button(f"power of {panel.facts.who}")
     expect(key).to_have_attribute("aria-pressed", "true")
     click(key)
@@ -39,7 +33,7 @@ def test_power(panel):
 
 
 def test_a_pin_is_driven_and_released(panel):
-    on(panel)
+    moving(panel)
     panel.tab(panel.facts.who, "Pins")
     name = f"{panel.facts.who}.{panel.facts.pin}"
     row = panel.page.get_by_role("group", name=name, exact=True)
@@ -53,11 +47,10 @@ def test_a_pin_is_driven_and_released(panel):
     expect(row).not_to_contain_text("driven")
 
 
+@on("drill", "cut-to-length")
 def test_the_host_lets_a_control_line_go(panel):
-    if panel.machine == "winder":
-        pytest.skip("a board on a bus has none")
     who = "feeder" if panel.machine == "cut-to-length" else panel.facts.who
-    on(panel)
+    moving(panel)
     panel.tab(who, "Pins")
     for line in ("dtr", "rts"):
         lamp = panel.page.get_by_role("group", name=f"{who} host's {line.upper()}").get_by_role("img")
@@ -67,9 +60,9 @@ def test_the_host_lets_a_control_line_go(panel):
         expect(lamp).to_have_attribute("aria-label", re.compile("on$"))
 
 
+@on("cut-to-length")
 def test_an_analog_pin_is_a_slider(panel):
-    only(panel, "cut-to-length")
-    on(panel)
+    moving(panel)
     panel.tab("knife", "Pins")
     row = panel.page.get_by_role("group", name="knife.E", exact=True)
     slider = row.get_by_role("slider", name="knife.E volts")
@@ -82,8 +75,8 @@ def test_an_analog_pin_is_a_slider(panel):
     expect(row).to_contain_text("5.00 V = 1023")
 
 
+@on("cut-to-length")
 def test_the_external_encoder_is_turned(panel):
-    only(panel, "cut-to-length")
     panel.begin()
     click(panel.button("event"))
     expect(panel.clock).not_to_have_text("0.000000 s")
@@ -97,9 +90,9 @@ def test_the_external_encoder_is_turned(panel):
     panel.pause()
 
 
+@on("cut-to-length")
 def test_the_temperature_around_a_motor(panel):
-    only(panel, "cut-to-length")
-    on(panel)
+    moving(panel)
     field = panel.region("knife").get_by_role("spinbutton", name="around it, °C")
     panel.say(field, "40")
     field.blur()
@@ -107,9 +100,9 @@ def test_the_temperature_around_a_motor(panel):
     expect(field).to_have_value("40")
 
 
+@on("winder")
 def test_the_joystick(panel):
-    only(panel, "winder")
-    on(panel)
+    moving(panel)
     panel.tab("traverse", "Pins")
     stick = panel.page.get_by_role("slider", name="joystick of traverse, by arrow keys")
     told = panel.page.get_by_text(re.compile("^joystick: "))
@@ -130,7 +123,7 @@ def test_the_joystick(panel):
 
 
 def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
-    on(panel)
+    moving(panel)
     faults = panel.region("faults")
     title = faults.get_by_role("button", name="Put in a fault")
     click(title)
@@ -149,7 +142,7 @@ def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
 
 
 def test_fronts_tell_what_they_mean_and_all_registers(panel):
-    on(panel)
+    moving(panel)
     card = panel.region(panel.facts.who)
     for title, shown in (("What it means", "dl.meaning"), ("All registers", ".registers")):
         drawer = card.get_by_role("button", name=title)
@@ -159,9 +152,9 @@ def test_fronts_tell_what_they_mean_and_all_registers(panel):
         expect(card.locator(shown).first).to_be_hidden()
 
 
+@on("drill")
 def test_a_table_from_above_its_tool_and_its_third_dimension(panel):
-    only(panel, "drill")
-    on(panel)
+    moving(panel)
     card = panel.region("table")
     above = card.get_by_role("img", name="X, Y from above")
     expect(above).to_contain_text("output1 low")
@@ -181,9 +174,9 @@ def test_a_table_from_above_its_tool_and_its_third_dimension(panel):
     expect(card.locator("canvas")).to_be_hidden()
 
 
+@on("cut-to-length")
 def test_a_shaft_tells_turns_and_speed(panel):
-    only(panel, "cut-to-length")
-    on(panel)
+    moving(panel)
     drawing = panel.region("feeder").locator(".shaft")
     expect(drawing.locator('[data-part="turns"]')).to_have_text("2 + 180.0°")
     assert number(drawing.locator('[data-part="rpm"]').inner_text().lstrip("+")) > 0

@@ -5,7 +5,9 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from .using import click, press, strike, thumb
+from .using import click, on, press, strike, thumb
+
+pytestmark = on("drill")
 
 
 @pytest.fixture
@@ -97,13 +99,10 @@ def test_pause_zoom_and_pan(panel, scope):
     panel.stands()
 
 
-def test_lanes_and_overlaid(panel, scope):
+def test_lanes_and_overlaid_and_what_cursors_measure(panel, scope):
     for word in ("Overlaid", "Lanes"):
         click(panel.button(word, scope))
         expect(panel.button(word, scope)).to_have_attribute("aria-pressed", "true")
-
-
-def test_cursors_measure(panel, scope):
     click(panel.button("all that is known", scope))
     plot, times = scope.get_by_test_id("scope-plot"), scope.locator(".scope-times")
     click(panel.button("Clear", scope))
@@ -123,12 +122,12 @@ def test_cursors_measure(panel, scope):
     panel.stands()
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".vcd", ".parquet", ".png", ".svg"])
-def test_saving(panel, scope, suffix):
+def test_saving(panel, scope):
     magic = {".csv": b"#", ".vcd": b"$", ".parquet": b"PAR1", ".png": b"\x89PNG", ".svg": b"<?xml"}
-    whole = "what is seen" if suffix in (".png", ".csv") else "all that is known"
-    click(panel.button("Save", scope))
-    with panel.page.expect_download() as download:
-        click(panel.page.get_by_role("menuitem", name=f"{whole}, {suffix}"))
-    assert download.value.suggested_filename == f"scope{suffix}"
-    assert download.value.path().read_bytes().startswith(magic[suffix])
+    for suffix, begins in magic.items():
+        whole = "what is seen" if suffix in (".png", ".csv") else "all that is known"
+        click(panel.button("Save", scope))
+        with panel.page.expect_download() as download:
+            click(panel.page.get_by_role("menuitem", name=f"{whole}, {suffix}"))
+        assert download.value.suggested_filename == f"scope{suffix}"
+        assert download.value.path().read_bytes().startswith(begins)

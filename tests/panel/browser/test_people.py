@@ -2,7 +2,7 @@
 
 from playwright.sync_api import expect
 
-from .using import Panel, click, strike
+from .using import Panel, click, on, strike
 
 
 def people(page):
@@ -11,6 +11,7 @@ def people(page):
     return page.get_by_role("textbox", name="your name")
 
 
+@on("drill")
 def test_one_drives_and_another_sees_who_and_takes_over(machine, panel, visiting):
     panel.begin()
     name = people(panel.page)

@@ -1,9 +1,8 @@
 """Stored programs: loaded, started, stopped; the line that runs, and breaks at lines."""
 
-import pytest
 from playwright.sync_api import expect
 
-from .using import click, press
+from .using import click, on, press
 
 
 def loaded(panel):
@@ -106,7 +105,7 @@ def test_off_and_on(panel):
     expect(panel.button(f"power of {panel.facts.who}")).to_have_text("power: on")
 
 
-@pytest.mark.parametrize("machine", ["cut-to-length"], indirect=True)
+@on("cut-to-length")
 def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
     """Line 15 of the knife's program waits for the feeder; about a dozen lines are in view."""
     panel.begin()

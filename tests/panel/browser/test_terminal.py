@@ -2,10 +2,9 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
 
-from .using import click
+from .using import click, on
 
 
 def terminal(panel, who):
@@ -41,9 +40,8 @@ def test_a_line_is_typed_and_answered(panel):
     expect(panel.field(f"say to {who}")).to_have_value("")
 
 
+@on("drill", "cut-to-length")
 def test_how_a_line_ends(panel):
-    if panel.machine == "winder":
-        pytest.skip("commands of a board have no end")
     who, tab, said = ready(panel)
     panel.choose("ended by", "LF", tab)
     panel.field(f"say to {who}").fill("Q")
@@ -66,9 +64,8 @@ def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     panel.pause()
 
 
+@on("drill", "cut-to-length")
 def test_break_lines_and_format(panel):
-    if panel.machine == "winder":
-        pytest.skip("a board on a bus has no serial line")
     _, tab, said = ready(panel)
     click(panel.button("Break", tab))
     panel.run()

@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 
+import pytest
 from playwright.sync_api import expect
 
 PATIENCE_MS = 20_000
@@ -15,6 +16,11 @@ QUIET = """async ([states, patience]) => {
 }"""
 
 expect.set_options(timeout=PATIENCE_MS)
+
+
+def on(*machines):
+    """Mark a test that uses these machines only."""
+    return pytest.mark.parametrize("machine", machines, indirect=True)
 
 
 def quiet(page, *states):
