@@ -248,7 +248,7 @@ class _Frames:
                 await asyncio.sleep(0)
                 began_s = perf_counter()
             if session.running:
-                session.pacer.look(view)
+                session.pacer.inspect(view)
             else:
                 view()
 
