@@ -1,1 +1,1 @@
-"""The oscilloscope without its page: what is recorded, how it is seen, measured and saved."""
+"""The oscilloscope without its page: recording, view, measurement and files."""
