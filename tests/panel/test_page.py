@@ -87,7 +87,7 @@ def test_a_line_that_motors_share_has_a_terminal_of_its_own():
 def test_who_drives_is_on_the_button_and_taking_over_is_told():
     def play(visit):
         told = []
-        visit.look.people.listen(told.append)
+        visit.look.people.subscribe(told.append)
         assert visit.found("people").text == "you drive"
         visit.choose("name", "Anna")
         visit.trigger("name", "keydown.enter")
@@ -176,6 +176,6 @@ def test_break_control_lines_and_format():
 
 def test_who_is_connected_from_outside_is_told():
     def play(visit):
-        assert visit.found("client-if1").text == "nobody is connected from outside"
+        assert visit.found("client-if1").text == "no client is connected"
 
     show(bench_of("if1"), at("if1"), play)

@@ -24,7 +24,7 @@ def test_the_first_to_come_drives_and_comes_back_as_the_driver():
 def test_taking_over_is_told_to_everybody_once():
     those, told = People(), []
     _, second = those["a"], those["b"]
-    end = those.listen(told.append)
+    end = those.subscribe(told.append)
     those.take_over(second)
     those.take_over(second)
     end()

@@ -141,7 +141,7 @@ def test_a_text_of_any_length_is_not_taken():
         visit.press("motor load")
         visit.choose("motor text", "' x\n" * 70_000)
         visit.press("motor loading")
-        assert visit.messages[-1].startswith("no program has more than 262,144 characters")
+        assert visit.messages[-1].startswith("the text is too long: expected at most 262,144 characters")
         assert visit.found("motor text").value == ""
         assert listing(visit).lines[0] == "a=1"
 

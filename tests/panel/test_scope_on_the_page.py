@@ -68,7 +68,7 @@ def test_pause_and_live():
         visit.run(1.0)
         assert screen_of(visit).edges == before
         assert visit.found("scope-pause").text == "Live"
-        assert visit.found("scope-state").text == "view paused; the bench goes on"
+        assert visit.found("scope-state").text == "view paused; the bench runs"
         visit.press("scope-pause")
         assert screen_of(visit).edges[1] == visit.bench.now
 

@@ -117,7 +117,7 @@ def refused(capsys):
 def test_a_place_that_is_none(refused, place):
     code, words = refused("if1", "--panel", place)
     assert code == 2
-    assert f"no place {place!r} for a panel: give a port such as 8080" in words
+    assert f"invalid panel address {place!r}: expected PORT or HOST:PORT, e.g. 8080" in words
 
 
 def test_without_its_extra_one_line_says_what_to_install():

@@ -1,4 +1,4 @@
-"""The panel: a bench in a browser, to be seen and touched.  An application on the public face, as all others.
+"""The panel: a bench in a browser, to watch and to operate.
 
-NiceGUI, the extra `[panel]`, is imported by what is in here and by nobody else.
+Only this package imports NiceGUI, the extra `[panel]`.
 """

@@ -1,4 +1,4 @@
-"""The page: which views there are and where, and the frames in which they are brought up to date."""
+"""The page: its views, their places, and the frames in which they are updated."""
 
 import asyncio
 import json
@@ -31,24 +31,24 @@ from axistwin.panel.views.terminal import terminal
 from axistwin.sessions.session import Session
 
 FRAME_S = 0.05
-"""At most so often is a page brought up to date."""
+"""Shortest interval between two frames of a page."""
 PATIENCE_S = 30.0
-"""A browser that has drawn nothing for so long is asked again."""
+"""Timeout of a browser for one frame; the frame is then repeated."""
 KEPT = 3
-"""So many pages without a browser are kept whole; of more, those that have been left for longest are emptied."""
+"""Number of pages without a browser that are kept; the oldest of more pages are emptied."""
 SCRIPTS = "keys.js", "scope.js", "state.js"
-"""Of views; a browser carries out only those that come with the page itself."""
+"""Scripts of views; a browser executes only scripts that are part of the page."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
-"""What cannot be touched yet is not to be seen."""
+"""The page is hidden until it is built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
 async def page(enter: Callable[[], Look]) -> None:
-    """The page for one visit.  `enter`: called when a browser has connected, for who comes in.
+    """Build the page for one visit.  `enter`: called when a browser has connected; returns its `Look`.
 
-    Before, there is but a shell: who only fetches the address is nobody, and costs next to nothing.  The views are
-    built in pieces, one page at a time, and the bench has its turn between two of them.
+    Before that, the page is empty: a program that only fetches the address is no user, and costs little.  The views are
+    built in pieces, one page at a time, and the bench runs between two pieces.
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
@@ -57,7 +57,7 @@ async def page(enter: Callable[[], Look]) -> None:
     ui.add_css(_text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # or until it is clear that it never will be
+    await client.connected()  # returns also if no browser connects
     if client.is_deleted:
         return
     look = enter()
@@ -71,17 +71,17 @@ async def page(enter: Callable[[], Look]) -> None:
 
 
 class Visits:
-    """All pages of a session.  Those whose browsers are gone keep what they have for a while, but not too many."""
+    """All pages of a session.  A limited number of pages without a browser are kept for a while."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
-        """Held while a page is built: one at a time."""
+        """Held while a page is built, one at a time."""
         self._left: dict[Client, None] = {}
         self._frames: dict[Client, asyncio.Task[None] | None] = {}
-        """Who brings each page up to date; None: it is being built."""
+        """Task that updates each page; None: the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
-        """This page is connected."""
+        """Add a page that is connected."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
         client.on_delete(lambda: self._forget(client))
@@ -89,7 +89,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """It is built, and brought up to date from now on."""
+        """Store the task that updates a page after it is built."""
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -120,12 +120,12 @@ class Visits:
 
 
 def _released(elements: list[ui.element]) -> None:
-    """Once they have been removed."""
+    """Free elements that have been removed from a page."""
     background_tasks.create(release(elements), name="panel")
 
 
 def rehearse(look: Look, request: Request) -> None:
-    """Build a page for nobody, so that what is done once, such as reading files, keeps no host waiting later."""
+    """Build a page without a browser, so that single actions such as reading files do not delay hosts later."""
     client = Client(ui.page(""), request=request)
     _built(client, look)
     client.build_response(request)
@@ -146,7 +146,7 @@ def _text(*place: str) -> str:
 
 
 def views(look: Look) -> Iterator[Refresh]:
-    """All of them, each when it is asked for."""
+    """Build all views, each when the iterator reaches it."""
     yield from _header(look)
     yield from _body(look)
 
@@ -179,7 +179,7 @@ def _body(look: Look) -> Iterator[Refresh]:
 
 
 def _machine(look: Look, name: str) -> Iterator[Refresh]:
-    """A controller and what hangs on it."""
+    """Build the views of a controller and its machine."""
     with ui.row().classes("machine-head"):
         ui.label(name).classes("machine-name")
         ui.label(look.bench[name].product.title).classes("quiet")
@@ -193,12 +193,12 @@ def _machine(look: Look, name: str) -> Iterator[Refresh]:
     yield tabs(look, name, kinds)
 
 
-def _called(partner: str, name: str) -> str:
-    return "Terminal" if partner == name else f"Terminal {partner.removeprefix(f'{name}.')}"
+def _called(endpoint: str, name: str) -> str:
+    return "Terminal" if endpoint == name else f"Terminal {endpoint.removeprefix(f'{name}.')}"
 
 
 def _reached(look: Look, name: str) -> list[str]:
-    """The partners at which a host talks to this controller only."""
+    """Return the endpoints at which a host communicates with this controller only."""
     return [each for each in endpoints.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
@@ -217,7 +217,7 @@ class _Frames:
     async def show(self) -> None:
         """Draw frame by frame until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
-        ends = self._look.people.listen(partial(_tell, client)), self._look.acts.subscribe(self._news.set)
+        ends = self._look.people.subscribe(partial(_tell, client)), self._look.acts.subscribe(self._news.set)
         try:
             with client:
                 await self._drawn(State.BUSY)  # terminals have their sizes after that

@@ -23,26 +23,26 @@ def test_it_is_marked_virtual_runs_and_stands(panel):
     expect(panel.state).to_have_text("running")
     expect(panel.clock).not_to_have_text(stood)
     click(panel.button("Pause", panel.driving))
-    panel.stands()
+    panel.paused()
 
 
 def test_steps(panel):
     panel.begin()
     click(panel.button("event"))
     expect(panel.clock).not_to_have_text("0.000000 s")
-    panel.stands()
+    panel.paused()
     panel.run_until(panel.facts.moving)
     stood = panel.clock.inner_text()
     click(panel.button("move"))
     expect(panel.clock).not_to_have_text(stood)
-    panel.stands()
+    panel.paused()
     stood = panel.clock.inner_text()
     click(panel.button("statement"))
     if panel.machine == "winder":  # whose host streams: there is no program
-        panel.message("nothing like that happens soon")
+        panel.message("no such event within 60 virtual seconds")
     else:
         expect(panel.clock).not_to_have_text(stood)
-        panel.stands()
+        panel.paused()
 
 
 @on("drill")
@@ -70,11 +70,11 @@ def test_keys(panel):
         stood = panel.clock.inner_text()
         strike(panel.page, key)
         expect(panel.clock).not_to_have_text(stood)
-        panel.stands()
+        panel.paused()
     strike(panel.page, " ")
     expect(panel.state).to_have_text("running")
     strike(panel.page, " ")
-    expect(panel.state).to_have_text("stands")
+    expect(panel.state).to_have_text("paused")
     strike(panel.page, "?")
     dialog = panel.page.get_by_role("dialog")
     expect(dialog).to_contain_text("step to the next event")
@@ -95,7 +95,7 @@ def test_keys_that_a_control_wants_itself_do_not_drive(panel):
     expect(box).to_have_value("e m")
     box.fill("")
     press(panel.region(panel.facts.who).get_by_role("tab", name="Pins"), " ")
-    expect(panel.state).to_have_text("stands")
+    expect(panel.state).to_have_text("paused")
     expect(panel.clock).to_have_text("0.000000 s")
 
 
@@ -104,7 +104,7 @@ def test_run_until(panel):
     panel.begin()
     panel.field("run until").fill(panel.facts.moving)
     click(panel.button("Until"))
-    panel.stands(f": {panel.facts.moving}")
+    panel.paused(f": {panel.facts.moving}")
     panel.say(panel.field("run until"), "nobody passes 1")
     panel.message("nobody")
 
@@ -118,7 +118,7 @@ def test_breaks(panel):
     expect(there).to_be_checked()
     strike(panel.page, "Escape")
     click(panel.button("Run"))
-    panel.stands(f": break: {panel.facts.moving}")
+    panel.paused(f": break: {panel.facts.moving}")
     click(panel.button("Breaks (1)"))
     expect(panel.page.get_by_text("once", exact=True)).to_be_visible()
     click(there)
@@ -135,7 +135,7 @@ def test_back_in_time_and_on_from_there(panel):
     panel.run_until(panel.facts.moving)
     there = panel.seconds
     panel.go_to(1.0)
-    expect(panel.state).to_have_text("stands, repeating what was recorded")
+    expect(panel.state).to_have_text("paused, replaying the recording")
     slider = panel.time.get_by_role("slider", name="moment, in seconds")
     expect(slider).to_have_attribute("aria-valuenow", "1")
     box = slider.bounding_box()
@@ -143,11 +143,11 @@ def test_back_in_time_and_on_from_there(panel):
     panel.near(there / 2, there / 20)
     panel.go_to(1.0)
     click(panel.button("Live from here"))
-    expect(panel.state).to_have_text("stands")
+    expect(panel.state).to_have_text("paused")
     panel.say(panel.field("go to this moment"), "1000000")
     panel.message("is not recorded")
     panel.say(panel.field("go to this moment"), "noon")
-    panel.message("'noon' is no number of seconds")
+    panel.message("invalid time 'noon'")
     panel.field("go to this moment").fill("")
 
 

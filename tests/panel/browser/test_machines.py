@@ -93,7 +93,7 @@ def test_the_external_encoder_is_turned(panel):
 @on("cut-to-length")
 def test_the_temperature_around_a_motor(panel):
     moving(panel)
-    field = panel.region("knife").get_by_role("spinbutton", name="around it, °C")
+    field = panel.region("knife").get_by_role("spinbutton", name="ambient, °C")
     panel.say(field, "40")
     field.blur()
     click(panel.button("event"))
@@ -125,7 +125,7 @@ def test_the_joystick(panel):
 def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
     moving(panel)
     faults = panel.region("faults")
-    title = faults.get_by_role("button", name="Put in a fault")
+    title = faults.get_by_role("button", name="Inject a fault")
     click(title)
     for kind, _, values in panel.facts.faults:
         click(faults.get_by_role("combobox", name="kind"))
@@ -133,7 +133,7 @@ def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
         for label, value in values.items():
             panel.field(label, faults).fill(value)
         panel.field("name", faults).fill(f"my-{kind}")
-        click(panel.button("Put it in"))
+        click(panel.button("Inject"))
         row = faults.get_by_role("listitem").filter(has_text=f"my-{kind}")
         expect(row).to_contain_text("on since")
         click(panel.button(f"mend my-{kind}"))

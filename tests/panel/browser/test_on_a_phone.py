@@ -34,7 +34,7 @@ def is_narrow(phone):
         expect(card.get_by_role("tab", name=tab)).to_have_attribute("aria-selected", "true")
         assert phone.page.evaluate(WIDE) <= 360, tab
         phone.visit.keep_picture(f"{phone.machine}-360-{tab}")
-    click(phone.region("faults").get_by_role("button", name="Put in a fault"))
+    click(phone.region("faults").get_by_role("button", name="Inject a fault"))
     assert phone.page.evaluate(WIDE) <= 360
 
 

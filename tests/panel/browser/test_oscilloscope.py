@@ -43,7 +43,7 @@ def test_a_trigger(panel, scope):
     for word in ("high", "low", "high"):
         click(panel.button(f"{word} {name}"))
         click(panel.button("event"))
-        panel.stands()
+        panel.paused()
     panel.speed("1")
     panel.run()
     expect(scope.get_by_role("status")).to_contain_text("view paused")
@@ -72,8 +72,8 @@ def test_signals_are_chosen_from_a_list(panel, scope):
 def test_pause_zoom_and_pan(panel, scope):
     expect(span(scope)).to_have_text(re.compile("s$"))
     click(panel.button("Pause", scope))
-    expect(scope.get_by_role("status")).to_contain_text("view paused; the bench goes on")
-    for control in ("shorter time", "longer time", "all that is known"):
+    expect(scope.get_by_role("status")).to_contain_text("view paused; the bench runs")
+    for control in ("shorter time", "longer time", "complete record"):
         before = span(scope).inner_text()
         click(panel.button(control, scope))
         expect(span(scope)).not_to_have_text(before)
@@ -96,14 +96,14 @@ def test_pause_zoom_and_pan(panel, scope):
     panel.page.mouse.up()
     click(panel.button("Live", scope))
     expect(scope.get_by_role("status")).to_have_text("")
-    panel.stands()
+    panel.paused()
 
 
 def test_lanes_and_overlaid_and_what_cursors_measure(panel, scope):
     for word in ("Overlaid", "Lanes"):
         click(panel.button(word, scope))
         expect(panel.button(word, scope)).to_have_attribute("aria-pressed", "true")
-    click(panel.button("all that is known", scope))
+    click(panel.button("complete record", scope))
     plot, times = scope.get_by_test_id("scope-plot"), scope.locator(".scope-times")
     click(panel.button("Clear", scope))
     expect(times).to_contain_text("no cursors")
@@ -119,13 +119,13 @@ def test_lanes_and_overlaid_and_what_cursors_measure(panel, scope):
     click(scope.get_by_role("switch", name="to edges"))
     press(plot, "Escape")
     expect(times).to_contain_text("no cursors")
-    panel.stands()
+    panel.paused()
 
 
 def test_saving(panel, scope):
     magic = {".csv": b"#", ".vcd": b"$", ".parquet": b"PAR1", ".png": b"\x89PNG", ".svg": b"<?xml"}
     for suffix, begins in magic.items():
-        whole = "what is seen" if suffix in (".png", ".csv") else "all that is known"
+        whole = "visible window" if suffix in (".png", ".csv") else "complete record"
         click(panel.button("Save", scope))
         with panel.page.expect_download() as download:
             click(panel.page.get_by_role("menuitem", name=f"{whole}, {suffix}"))

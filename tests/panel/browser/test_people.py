@@ -23,7 +23,7 @@ def test_one_drives_and_another_sees_who_and_takes_over(machine, panel, visiting
         expect(second.button("Anna drives")).to_be_visible()
         click(second.button("Run"))
         second.message("Anna drives: press Drive to take over")
-        expect(second.state).to_have_text("stands")
+        expect(second.state).to_have_text("paused")
         click(second.button("Anna drives"))
         click(second.button("Drive", visit.page))
         strike(visit.page, "Escape")

@@ -15,7 +15,7 @@ def loaded(panel):
     else:
         click(panel.button("event"))
         expect(panel.clock).not_to_have_text("0.000000 s")
-        panel.stands()
+        panel.paused()
     program = panel.tab(panel.facts.who, "Program")
     click(panel.button("Load…", program))
     dialog = panel.page.get_by_role("dialog")
@@ -45,7 +45,7 @@ def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(
         expect(lines(panel)).to_have_count(2)
         panel.say(panel.field("run until"), sentence)
         click(panel.button(panel.facts.start, program))
-        panel.stands(f": {sentence}")
+        panel.paused(f": {sentence}")
     else:  # it begins by itself
         panel.run_until(sentence)
     running = panel.page.get_by_test_id(f"listing {panel.facts.who}").locator("li.running")

@@ -101,7 +101,7 @@ def test_a_text_that_is_no_program_for_its_length_is_not_taken(panel):
     dialog = panel.page.get_by_role("dialog")
     panel.field("or its text", dialog).evaluate(LETTER_BY_LETTER, ("x" * 1000 + "\n") * 1200)
     click(panel.button("Load", dialog))
-    panel.message("no program has more than 262,144 characters")
+    panel.message("the text is too long: expected at most 262,144 characters")
     panel.visit.wrong.clear()  # NiceGUI has told the console that it did not send it
     click(panel.button("Cancel", dialog))
     expect(dialog).to_be_hidden()

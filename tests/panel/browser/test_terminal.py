@@ -18,7 +18,7 @@ def ready(panel):
     panel.begin()
     panel.run_until(panel.facts.moving)
     tab, said = terminal(panel, who)
-    expect(tab).to_contain_text("nobody is connected from outside")
+    expect(tab).to_contain_text("no client is connected")
     return who, tab, said
 
 
@@ -57,7 +57,7 @@ def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     click(said)
     panel.page.keyboard.type("R")
     if panel.machine == "winder":
-        panel.message("a board takes whole commands")
+        panel.message("a board accepts whole commands only")
         return
     panel.run()
     expect(said).to_contain_text("> R")

@@ -157,9 +157,9 @@ class Panel:
     def seconds(self):
         return float(self.clock.inner_text().removesuffix(" s"))
 
-    def stands(self, why=""):
+    def paused(self, why=""):
         quiet(self.page, "quiet")
-        expect(self.state).to_contain_text(f"stands{why}")
+        expect(self.state).to_contain_text(f"paused{why}")
 
     def run(self):
         click(self.button("Run", self.driving))
@@ -169,18 +169,18 @@ class Panel:
         quiet(self.page)
         if self.driving.get_by_role("button", name="Pause").is_visible():
             click(self.button("Pause", self.driving))
-        self.stands()
+        self.paused()
 
     def go_to(self, seconds):
         self.say(self.field("go to this moment"), f"{seconds}")
         expect(self.clock).to_have_text(f"{seconds:.6f} s")
-        self.stands()
+        self.paused()
 
     def near(self, seconds, within):
         """It comes to stand about there."""
         near = "([clock, at, within]) => Math.abs(parseFloat(clock.innerText) - at) <= within"
         self.page.wait_for_function(near, arg=[self.clock.element_handle(), seconds, within])
-        self.stands()
+        self.paused()
 
     def later_than(self, seconds):
         later = "([clock, at]) => parseFloat(clock.innerText) >= at"
@@ -197,7 +197,7 @@ class Panel:
         if self.seconds > 0:
             self.go_to(0)
             click(self.button("Live from here"))
-            expect(self.state).to_have_text("stands")
+            expect(self.state).to_have_text("paused")
         self.speed("max")
 
     def speed(self, text):
@@ -205,7 +205,7 @@ class Panel:
 
     def run_until(self, sentence):
         self.say(self.field("run until"), sentence)
-        self.stands(f": {sentence}")
+        self.paused(f": {sentence}")
 
 
 def number(text):

@@ -51,7 +51,7 @@ def _states(controller: Controller, name: str) -> Iterator[str]:
     pin = controller.product.drive_fault_pins.get(name)
     if pin is not None and not controller.pins[pin].level:
         yield "drive fault"
-    assert controller.bench is not None, "it stands on one"
+    assert controller.bench is not None, "a controller is on a bench"
     for fault in controller.bench.faults:
         if fault.on and fault.spot.axis is axis:
             yield f"fault: {fault.name}"

@@ -85,7 +85,7 @@ class Shaft:
             self._show_wheel(controller.bench, master, smooth=smooth)
 
     def _show_wheel(self, bench: Bench | None, master: Master, *, smooth: bool) -> None:
-        assert bench is not None, "it stands on one"
+        assert bench is not None, "a controller is on a bench"
         drawing, edges, count = self.drawing, _edges_per_turn(master), master.count
         drawing.place("tyre", f"rotate({360 * count / edges:.1f}deg)", smooth=smooth)
         drawing.write("edges", grouped(count))

@@ -1,4 +1,4 @@
-"""Driving: run, pause, step, speed, go to a moment, run until something happens, stop whenever it happens; save."""
+"""Control of virtual time: run, pause, step, speed, go to a time, run until a sentence, breakpoints; save."""
 
 import io
 import zipfile
@@ -16,7 +16,7 @@ from axistwin.panel.views.keys import keys
 from axistwin.sessions.breaks import Break
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
-"""What the slider chooses from; any other number can be typed."""
+"""Positions of the slider; the field accepts any number."""
 STEPS = {
     "event": "something can be seen",
     "statement": "a line of a program begins",
@@ -26,11 +26,11 @@ STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
 """Sends the act that the button shows at the time of the click."""
 SELDOM = 10
-"""What need not be smooth is brought up to date in one frame of so many."""
+"""Interval in frames of slow updates."""
 
 
 def driving(look: Look) -> Refresh:
-    """The bar with which one drives."""
+    """Build the two toolbars."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
         button, show_button = _run(look)
         views = [show_button, *_made(look, _speed, _state)]
@@ -82,7 +82,7 @@ def _drive(look: Look, shown: object, button: ui.button) -> None:
 def _step(look: Look, kind: str) -> Awaitable[None] | None:
     def done(found: object) -> None:
         if found is False:
-            ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
+            ui.notify(f"no such event within 60 virtual seconds: {STEPS[kind]}", type="warning")
 
     return look.move(lambda: look.session.step(kind), done)
 
@@ -116,7 +116,7 @@ def _speed(look: Look) -> Refresh:
 
     def wish(act: Callable[[], object]) -> None:
         look.touch(act, now=True)
-        show()  # at once: in the next frame somebody may be typing again
+        show()  # at once: in the next frame the user may be typing again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))
@@ -133,7 +133,7 @@ def _said(speed: float | None) -> str:
 
 
 def _nearest(speed: float | None) -> int:
-    """The place of a speed on the slider."""
+    """Return the slider's position nearest to a speed."""
     if speed is None:
         return len(SPEEDS) - 1
     return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
@@ -152,11 +152,11 @@ def _change_speed(look: Look, by: int) -> None:
     look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]), now=True)
 
 
-# How it is
+# State
 
 
 def _state(look: Look) -> Refresh:
-    """In words, also for those who hear the page."""
+    """Show the state as text, also for screen readers."""
     words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
     late = ui.label().classes("quiet").mark("late")
 
@@ -172,13 +172,13 @@ def _state(look: Look) -> Refresh:
 def _in_words(look: Look) -> str:
     session = look.session
     if session.progress is not None:
-        return f"repeating the run: {session.progress:.0%}"
+        return f"replaying the run: {session.progress:.0%}"
     if session.busy:
-        return "on its way"
-    repeating = ", repeating what was recorded" if session.repeating else ""
+        return "moving"
+    repeating = ", replaying the recording" if session.repeating else ""
     if session.running:
         return f"running{repeating}"
-    return f"stands{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
+    return f"paused{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
 
 
 # Time
@@ -227,10 +227,10 @@ def _seconds(moment: float | str) -> float:
     try:
         return real(str(moment))
     except NumberError:
-        raise UsageError(f"{shortened(str(moment))} is no number of seconds") from None
+        raise UsageError(f"invalid time {shortened(str(moment))}: expected seconds, e.g. 1.5") from None
 
 
-# Until, and whenever
+# Sentences
 
 
 def _until(look: Look) -> Refresh:

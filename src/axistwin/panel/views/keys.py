@@ -1,4 +1,4 @@
-"""Driving by keys, and a dialog that tells them."""
+"""Keys for the control of virtual time, and a dialog with all keys."""
 
 from collections.abc import Callable
 
