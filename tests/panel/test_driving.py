@@ -5,6 +5,7 @@ import zipfile
 
 from nicegui import ui
 
+from axistwin.panel.acts import State
 from axistwin.panel.views.driving import SPEEDS, driving
 
 from .showing import bench_of, show
@@ -90,6 +91,54 @@ def test_back_in_time_and_live_from_there():
         type_into(visit, "moment", "tomorrow")
         await visit.until(lambda: visit.messages)
         assert visit.messages == ["invalid time 'tomorrow': expected seconds, e.g. 1.5"]
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_acts_during_a_move_are_performed_after_it_in_their_order():
+    async def play(visit):
+        session, acts = visit.look.session, visit.look.acts
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: acts.state is State.QUIET)
+        type_into(visit, "moment", "0.25")
+        assert (acts.state, visit.found("run").text) == (State.BUSY, "Stop")
+        visit.press("step-event")
+        visit.trigger("run", "click", "Run")  # the browser still shows Run
+        assert not session.running
+        await visit.until(lambda: session.running)
+        assert session.seconds >= 1.0  # the step has been before
+        visit.trigger("run", "click", "Pause")
+        assert (state(visit), acts.state, visit.messages) == ("paused", State.QUIET, [])
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_stop_drops_the_acts_that_wait():
+    async def play(visit):
+        session, acts = visit.look.session, visit.look.acts
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: acts.state is State.QUIET)
+        type_into(visit, "moment", "0.5")
+        visit.press("step-event")
+        visit.trigger("run", "click", "Run")
+        visit.trigger("run", "click", "Stop")
+        await visit.until(lambda: acts.state is State.QUIET)
+        assert (session.running, session.busy, visit.messages) == (False, False, [])
+        assert session.seconds <= 0.5  # neither the step nor the run has been
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_an_error_of_an_act_that_has_waited_is_shown():
+    async def play(visit):
+        acts = visit.look.acts
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: acts.state is State.QUIET)
+        type_into(visit, "moment", "0.5")
+        type_into(visit, "new-break", "nobody falls")
+        assert visit.messages == []
+        await visit.until(lambda: visit.messages)
+        assert "nobody" in visit.messages[0]
 
     show(bench_of("if1"), driving, play)
 
