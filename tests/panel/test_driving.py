@@ -1,4 +1,4 @@
-"""The bar with which one drives."""
+"""The toolbars that control virtual time."""
 
 import io
 import zipfile
@@ -16,7 +16,7 @@ def state(visit):
 
 
 def type_into(visit, mark, text):
-    """Text and Enter."""
+    """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
 

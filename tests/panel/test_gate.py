@@ -1,4 +1,4 @@
-"""Who may come in."""
+"""Access control."""
 
 import asyncio
 
@@ -14,7 +14,7 @@ async def page(scope, receive, send):
 
 
 def asked(token, *requests, base="http://127.0.0.1:8080"):
-    """What one browser is answered, with its cookies."""
+    """Return the answer to one browser, with its cookies."""
 
     async def ask():
         transport = httpx.ASGITransport(Gate(page, token))

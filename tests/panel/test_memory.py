@@ -1,4 +1,4 @@
-"""Pages that are left are freed without a search for garbage, and such searches pass over pages."""
+"""Deleted pages are freed without garbage collection, and garbage collection skips pages."""
 
 import asyncio
 import gc
@@ -15,7 +15,7 @@ from .showing import bench_of, show, stage
 
 
 def test_a_page_that_is_deleted_is_freed_by_counting_references():
-    """Of its elements hardly any is left, although nothing has been collected."""
+    """Few elements remain, although no garbage collection has run."""
     people, common = People(), Common(Session(bench_of("if1"), None))
     left = []
 

@@ -1,4 +1,4 @@
-"""The page as a whole: tabs, people, terminals; a controller that no panel has heard of."""
+"""The complete page: tabs, users, terminals; a controller that is unknown to the panel."""
 
 from dataclasses import replace
 
@@ -21,13 +21,13 @@ def whole(look):
 
 
 def said(visit):
-    """By the host of an if1."""
+    """Return the data that the host of an if1 has sent."""
     events = visit.look.common(Talk).since("if1", 0)[1]
     return b"".join(event.data for event in events if isinstance(event, Said))
 
 
 def type_into(visit, mark, text):
-    """Text and Enter."""
+    """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
 

@@ -1,4 +1,4 @@
-"""Panels in one process, one after the other, as whoever embeds them has them."""
+"""Several panels in one process, one after the other, as in an embedding program."""
 
 import asyncio
 

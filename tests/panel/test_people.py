@@ -1,4 +1,4 @@
-"""Who drives."""
+"""Users and the driver."""
 
 import asyncio
 from functools import partial
@@ -102,7 +102,7 @@ def test_of_very_many_who_left_the_latest_are_remembered(monkeypatch):
 
 
 class Visited:
-    """A page for one visit after the other, of people with these keys."""
+    """Build a page for each visit, of users with these keys."""
 
     def __init__(self, keys):
         self.session, self.people, self._keys = Session(bench_of("if1"), None), People(), iter(keys)
@@ -126,7 +126,7 @@ async def disconnect(client):
 
 
 def test_somebody_is_there_as_long_as_a_page_is_connected():
-    """A page that has lost its connection waits for it for a while; its visitor is away at once."""
+    """A page without a connection is kept for a while; its user is absent at once."""
     visited = Visited("a")
 
     async def play(user):

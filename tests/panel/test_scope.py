@@ -1,4 +1,4 @@
-"""The oscilloscope without its page: recorded from a bench, triggered, measured, sent and saved."""
+"""The oscilloscope without its page: recording, trigger, measurement, frames and files."""
 
 from base64 import b64decode
 from math import isnan
@@ -25,7 +25,7 @@ SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says"
 
 @pytest.fixture
 def bench():
-    """An IF1 that has been initialised."""
+    """Return a bench with an IF1 that is initialised."""
     bench = Bench()
     if1 = bench.add("if1")
     bench.run(1.5)
@@ -50,7 +50,7 @@ def screen(recorder):
 
 
 def pulse(bench, seconds=0.01):
-    """Input 1 is high for a while."""
+    """Set input 1 high for a while."""
     bench["if1"].pins["input1"].drive(True)
     bench.run(seconds)
     bench["if1"].pins["input1"].drive(False)

@@ -1,4 +1,4 @@
-"""The oscilloscope on the page, in NiceGUI's simulation of one: each of its controls, used once."""
+"""The oscilloscope on a simulated page of NiceGUI: each of its controls is used once."""
 
 import json
 
@@ -19,7 +19,7 @@ def screen_of(visit) -> Screen:
 
 
 def tell(visit, **what):
-    """What the page's own script tells of wheel, fingers and keys."""
+    """Send a message of the page's script about wheel, fingers or keys."""
     layout = visit.user.client.layout
     (listener,) = (listener for listener in layout._event_listeners.values() if listener.type == "scope")
     visit.user.client.handle_event({"id": layout.id, "listener_id": listener.id, "args": [json.dumps(what)]})
@@ -27,7 +27,7 @@ def tell(visit, **what):
 
 
 def played(play, *models):
-    """`play(visit)` with the oscilloscope of a bench that has been on for 1.5 s."""
+    """Call `play(visit)` with the oscilloscope of a bench after 1.5 s."""
 
     def begin(visit):
         visit.run(1.5)

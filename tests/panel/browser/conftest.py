@@ -25,7 +25,7 @@ STILL = """addEventListener("DOMContentLoaded", () => {
   style.textContent = "*, ::before, ::after { transition-duration: 0s !important; animation-duration: 0s !important; }";
   document.head.append(style);
 });"""
-"""Nothing on the page fades or slides."""
+"""Disables transitions on the page."""
 PANEL = re.compile(r"panel on (http://\S+)")
 SCENES = ("drill", "winder", "cut-to-length")
 
@@ -50,7 +50,7 @@ def _order(item):
 
 @pytest.fixture(scope="package")
 def browser():
-    """Debian's chromium, or whatever is called so."""
+    """Start chromium."""
     path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if path is None:
         pytest.skip("there is no browser here: install Debian's package chromium to test the panel in one")
@@ -64,7 +64,7 @@ def browser():
 
 @contextmanager
 def _shown(scene, *options, told=None):
-    """The address of the panel of a scene (a path, or a model's name).  `told`: a list of what it then says."""
+    """Serve a scene (a path or a model's name), and yield the panel's address.  `told`: receives stderr."""
     words = [*PROGRAM, str(scene), "--panel", "0", *options]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as program:
         try:
@@ -81,7 +81,7 @@ def _shown(scene, *options, told=None):
 
 
 class Visit:
-    """One browser at a panel.  Whatever it asks of other hosts, and whatever goes wrong in it, is remembered."""
+    """One browser at a panel.  Its requests to other hosts and its errors are recorded."""
 
     def __init__(self, browser, address, width=1280, height=900):
         self.address = address
@@ -97,12 +97,12 @@ class Visit:
         quiet(self.page)
 
     def keep_picture(self, name):
-        """A screenshot, as an artefact."""
+        """Save a screenshot as an artefact."""
         ARTEFACTS.mkdir(exist_ok=True)
         self.page.screenshot(path=ARTEFACTS / f"{name}.png", full_page=True)
 
     def close(self):
-        """Leave; nothing has been asked of anybody else."""
+        """Close the page, and check that it has sent no requests to other hosts."""
         self.context.close()
         assert self.asked <= {self.address.split("/")[2], ""}, self.asked
         assert not self.wrong, self.wrong
@@ -110,13 +110,13 @@ class Visit:
 
 @pytest.fixture(scope="package")
 def shown(browser):  # without one nothing need be served
-    """`with shown(SCENE) as address:` serves it with a panel meanwhile."""
+    """Return a context manager: `with shown(SCENE) as address:` serves a scene with a panel."""
     return _shown
 
 
 @pytest.fixture(scope="package")
 def visiting(browser):
-    """`with visiting(address) as visit:` is a browser there, of any size."""
+    """Return a context manager: `with visiting(address) as visit:` opens a page of any size."""
 
     @contextmanager
     def visit(address, **size):
@@ -134,14 +134,14 @@ def visiting(browser):
 
 @pytest.fixture(scope="package", params=SCENES)
 def machine(request, shown):
-    """One of the examples, served with a panel: its name and its address."""
+    """Serve an example with a panel, and yield its name and its address."""
     with shown(f"examples/{request.param}/scene.toml", "--speed", "5") as address:
         yield request.param, address
 
 
 @pytest.fixture(scope="package")
 def driver(machine, visiting):
-    """Somebody who drives it, with one page for all tests."""
+    """Open the driver's page for all tests of a machine."""
     with visiting(machine[1]) as visit:
         visit.page.get_by_text("you drive").wait_for()
         yield visit
@@ -149,7 +149,7 @@ def driver(machine, visiting):
 
 @pytest.fixture
 def panel(machine, driver):
-    """That page, as `Panel`."""
+    """Return the driver's page as `Panel`."""
     from .using import Panel
 
     return Panel(machine[0], driver)

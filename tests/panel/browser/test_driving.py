@@ -1,4 +1,4 @@
-"""Running, standing, steps, speed, breaks, time, keys; a session that is saved and run again."""
+"""Run, pause, steps, speed, breakpoints, time, keys; a session that is saved and run again."""
 
 import io
 import re

@@ -8,7 +8,7 @@ from .using import click, number, on, press, thumb
 
 
 def moving(panel):
-    """In the middle of a motion."""
+    """Run to the middle of a motion."""
     panel.begin()
     panel.run_until(panel.facts.moving)
 

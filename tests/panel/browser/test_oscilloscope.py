@@ -12,7 +12,7 @@ pytestmark = on("drill")
 
 @pytest.fixture
 def scope(panel):
-    """Of a machine that has just begun to move; it shows an axis and a pin."""
+    """Return the card of a machine that has started to move; the card shows an axis and a pin."""
     panel.begin()
     panel.run_until(panel.facts.moving)
     card = panel.region("oscilloscope")

@@ -1,4 +1,4 @@
-"""Several people: who drives, who watches, and what is as it was after a reload."""
+"""Several users: the driver, other users, and a reload."""
 
 from playwright.sync_api import expect
 
@@ -6,7 +6,7 @@ from .using import Panel, click, on, strike
 
 
 def people(page):
-    """The menu that tells who is there."""
+    """Open the menu of users."""
     click(page.get_by_role("button", name="drive").first)
     return page.get_by_role("textbox", name="your name")
 

@@ -1,4 +1,4 @@
-"""Stored programs: loaded, started, stopped; the line that runs, and breaks at lines."""
+"""Stored programs: loading, start, stop, the running line, and breakpoints at lines."""
 
 from playwright.sync_api import expect
 
@@ -6,7 +6,7 @@ from .using import click, on, press
 
 
 def loaded(panel):
-    """A program of its own has been loaded; what is behind the tab."""
+    """Load a program, and return the panel of the Program tab."""
     panel.begin()
     if panel.machine == "winder":  # whose own host goes on for so long
         panel.run()

@@ -1,4 +1,4 @@
-"""What people do to a page that nobody has thought of, and for whom it is nevertheless."""
+"""Unusual input, and accessibility: focus, contrast, keyboard."""
 
 from playwright.sync_api import expect
 

@@ -1,4 +1,4 @@
-"""What `serve` writes while somebody looks on."""
+"""Files and messages of `serve` with an open page."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Terminals: what is said, and saying something oneself."""
+"""Terminals: messages of host and controller, and input."""
 
 import re
 
@@ -13,7 +13,7 @@ def terminal(panel, who):
 
 
 def ready(panel):
-    """Somebody who can be talked to."""
+    """Return a controller in motion with its terminal."""
     who = panel.facts.terminal
     panel.begin()
     panel.run_until(panel.facts.moving)

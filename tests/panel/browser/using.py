@@ -1,4 +1,4 @@
-"""A panel as people use it: by the words on its controls, and what it then says."""
+"""A panel as users see it: controls are found by their labels."""
 
 import re
 from dataclasses import dataclass
@@ -51,27 +51,27 @@ def strike(page, key):
 
 @dataclass(frozen=True)
 class Facts:
-    """What is on one of the example machines."""
+    """Facts about one example machine."""
 
     who: str
     """A controller with a program."""
     axis: str
     moving: str
-    """A sentence that comes true in the middle of a motion."""
+    """Sentence that comes true in the middle of a motion."""
     pin: str
-    """An input that nothing is wired to."""
+    """An unconnected input."""
     says: str
-    """What a controller is asked, at its terminal, and `answer`."""
+    """Command that is typed at a terminal, and its `answer`."""
     answer: str
     program: tuple[str, str]
-    """The name of a file that can be loaded, and its text; `line`: one that begins when it runs."""
+    """Name and text of a program file; `line`: a line that the program reaches."""
     line: str
     start: str
     stop: str
     faults: tuple[tuple[str, str, dict[str, str]], ...]
-    """Of each kind of place one: the kind, on what, parameters."""
+    """One fault for each kind of place: kind, place, parameters."""
     talker: str = ""
-    """A controller to talk to, if it is another."""
+    """Controller whose terminal is used, if different."""
 
     @property
     def terminal(self):
@@ -111,7 +111,7 @@ FACTS = {
 
 
 class Panel:
-    """One page, and the machine that is on it."""
+    """One page and its machine."""
 
     def __init__(self, machine, visit):
         self.machine, self.facts = machine, FACTS[machine]
@@ -128,27 +128,27 @@ class Panel:
         return (within or self.page).get_by_role("textbox", name=name, exact=True)
 
     def say(self, field, text):
-        """Type it there, and Enter."""
+        """Type a text and Enter."""
         field.fill(text)
         press(field, "Enter")
 
     def region(self, name):
-        """A controller's card, or another part of the page."""
+        """Return a controller's card, or another part of the page."""
         return self.page.get_by_role("region", name=name, exact=True)
 
     def tab(self, who, name):
-        """What is behind this tab of a controller."""
+        """Open a tab of a controller, and return its panel."""
         card = self.region(who)
         click(card.get_by_role("tab", name=name, exact=True))
         return card.get_by_role("tabpanel").last
 
     def choose(self, label, option, within=None):
-        """Another value of a list that drops down."""
+        """Select a value of a drop-down list."""
         click((within or self.page).get_by_role("combobox", name=label, exact=True))
         click(self.page.get_by_role("option", name=option, exact=True))
 
     def message(self, words):
-        """What has been told, somewhere on the page."""
+        """Wait for a message on the page."""
         expect(self.page.get_by_role("alert").filter(has_text=words).last).to_be_visible()
 
     # Time
@@ -177,7 +177,7 @@ class Panel:
         self.paused()
 
     def near(self, seconds, within):
-        """It comes to stand about there."""
+        """Wait until virtual time is paused near a time."""
         near = "([clock, at, within]) => Math.abs(parseFloat(clock.innerText) - at) <= within"
         self.page.wait_for_function(near, arg=[self.clock.element_handle(), seconds, within])
         self.paused()
@@ -187,7 +187,7 @@ class Panel:
         self.page.wait_for_function(later, arg=[self.clock.element_handle(), seconds])
 
     def begin(self):
-        """At the beginning, where nothing has been recorded; it stands, and is quick when it does not."""
+        """Go to time 0 without a recording, paused, at full speed."""
         strike(self.page, "Escape")
         if self.button("you drive").is_hidden():  # after a test that has failed
             click(self.page.get_by_role("button", name="drives").first)
@@ -209,11 +209,11 @@ class Panel:
 
 
 def number(text):
-    """The first number in a text, with thin spaces and a true minus."""
+    """Return the first number in a text, with thin spaces and a minus sign."""
     found = re.search(r"[−-]?\d[\d\u2009]*(\.\d+)?", text)
     return float(found[0].replace("\u2009", "").replace("−", "-"))
 
 
 def thumb(slider):
-    """The part of a slider that can have the focus."""
+    """Return the part of a slider that can have the focus."""
     return slider.locator("[tabindex='0']")
