@@ -12,8 +12,7 @@ from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Bench
-from axistwin.panel.look import Common, Look
-from axistwin.panel.people import People
+from axistwin.panel import Common, Look, People
 from axistwin.sessions.session import Session
 
 

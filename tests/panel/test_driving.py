@@ -5,7 +5,7 @@ import zipfile
 
 from nicegui import ui
 
-from axistwin.panel.acts import State
+from axistwin.panel import State
 from axistwin.panel.views.driving import SPEEDS, driving
 
 from .showing import bench_of, show

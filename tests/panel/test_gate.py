@@ -5,7 +5,7 @@ import asyncio
 import httpx
 import pytest
 
-from axistwin.panel.gate import PERSON, Gate, is_loopback
+from axistwin.panel import PERSON, Gate, is_loopback
 
 
 async def page(scope, receive, send):

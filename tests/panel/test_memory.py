@@ -5,10 +5,8 @@ import gc
 import weakref
 from functools import partial
 
-from axistwin.panel.look import Common, Look
-from axistwin.panel.memory import AT_A_TIME, Memory, release
+from axistwin.panel import AT_A_TIME, Common, Look, Memory, People, release
 from axistwin.panel.page import Visits, page, views
-from axistwin.panel.people import People
 from axistwin.sessions.session import Session
 
 from .showing import bench_of, show, stage

@@ -6,9 +6,8 @@ import pytest
 
 from axistwin.bench import FAMILIES, Bench
 from axistwin.bench.events import Broke, Said
-from axistwin.panel.look import together
+from axistwin.panel import Talk, together
 from axistwin.panel.page import views
-from axistwin.panel.talk import Talk
 from axistwin.panel.views.people import people
 from axistwin.panel.views.tabs import tabs
 from axistwin.panel.views.terminal import terminal

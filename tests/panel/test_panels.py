@@ -5,7 +5,7 @@ import asyncio
 import httpx
 
 from axistwin import Bench
-from axistwin.panel.web import Address, Panel
+from axistwin.panel import Address, Panel
 from axistwin.sessions.session import Session
 
 from .showing import stage

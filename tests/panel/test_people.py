@@ -3,11 +3,9 @@
 import asyncio
 from functools import partial
 
+from axistwin.panel import Common, Look, People, people
 from axistwin.panel import page as page_module
-from axistwin.panel import people
-from axistwin.panel.look import Common, Look
 from axistwin.panel.page import Visits, page
-from axistwin.panel.people import People
 from axistwin.sessions.session import Session
 
 from .showing import bench_of, stage

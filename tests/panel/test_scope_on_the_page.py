@@ -4,9 +4,8 @@ import json
 
 import pytest
 
-from axistwin.panel.look import Common, Look
-from axistwin.panel.people import People
-from axistwin.panel.scope.screen import Screen
+from axistwin.panel import Common, Look, People
+from axistwin.panel.scope import Screen
 from axistwin.panel.views.scope import Scopes, scope
 from axistwin.sessions.session import Session
 from axistwin.units import S

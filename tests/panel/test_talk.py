@@ -4,7 +4,7 @@ import re
 
 from axistwin import Bench
 from axistwin.bench import endpoints
-from axistwin.panel.talk import KEPT, Printer, Talk
+from axistwin.panel import KEPT, Printer, Talk
 from axistwin.sessions.session import Session
 
 COLOURS = re.compile(r"\x1b\[\d*m")

@@ -7,10 +7,8 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import FAMILIES
-from axistwin.panel import turns
-from axistwin.panel.look import careful, together
+from axistwin.panel import breathe, careful, in_turns, together, turns
 from axistwin.panel.page import views
-from axistwin.panel.turns import breathe, in_turns
 
 from .showing import bench_of, show
 
