@@ -29,7 +29,7 @@ def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goe
 
 def test_it_ends_without_a_word_also_while_somebody_looks_on(shown, browser):
     told = []
-    with shown("if1", told=told) as address:
+    with shown("if1", "--speed", "max", told=told) as address:  # in real time, it may report delays
         visit = Visit(browser, address)
         expect(visit.page.get_by_test_id("clock")).to_have_text(re.compile(r"^[1-9]"))
     visit.context.close()
