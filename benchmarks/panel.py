@@ -24,8 +24,8 @@ import tracing
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.panel import Address, Panel
 from axistwin.panel.views import scope
-from axistwin.panel.web import Address, Panel
 from axistwin.sessions.session import Session
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
