@@ -5,7 +5,6 @@ from functools import partial
 
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
-from axistwin.controllers.digiplan.chapters.initialise import State
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
@@ -18,6 +17,7 @@ from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.rules import RULES
+from axistwin.controllers.digiplan.state import Stage
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
@@ -75,7 +75,7 @@ class Card:
     @property
     def busy(self) -> bool:
         """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
-        return self._interface is not None and (self._interface.busy or self._interface.deaf)
+        return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     @property
     def procedures(self) -> Sequence[Process]:
@@ -88,7 +88,7 @@ class Card:
             self._interface = Interface(
                 self.clock, self.uart, self.lines, self.pins, self._outputs, self.axes, self.options, self.store
             )
-            self._interface.on_trouble = self._tell_trouble
+            self._interface.on_hint = self._tell_trouble
             self._interface.faults.on_fault = self.alarms.tell
             self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
@@ -103,7 +103,7 @@ class Card:
 
     def trouble(self) -> str:
         """Why it takes no commands, while it waits for the baud rate or the data format and drops what comes."""
-        return "" if self._interface is None else self._interface.trouble
+        return "" if self._interface is None else self._interface.hint
 
     def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` when there is something to tell.  Returns what ends it."""
@@ -140,7 +140,7 @@ class Card:
             return lambda: "off" if self._interface is None else read(self._interface)
 
         return {
-            "state": Register(told(lambda interface: interface.state.value), text=True),
+            "state": Register(told(lambda interface: interface.stage.value), text=True),
             "E": Register(told(_busy_status), text=True),
             "K": Register(kept(lambda interface: int(interface.faults.status()))),
             "F": Register(kept(communication_bits)),
@@ -154,7 +154,7 @@ class Card:
 
 def _busy_status(interface: Interface) -> str:
     """The letter of E, once the interface answers."""
-    return busy_letter(interface) if interface.state is State.READY else ""
+    return busy_letter(interface) if interface.stage is Stage.READY else ""
 
 
 class _Wiring:

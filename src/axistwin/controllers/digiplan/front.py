@@ -4,13 +4,13 @@ Chapters Configuring the interface, Installation, The RS232C control lines, Repo
 conditions.
 """
 
-from axistwin.controllers.digiplan.chapters.initialise import State
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
+from axistwin.controllers.digiplan.state import Stage
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 OFF = "off"
-STATES = {state.value: state.value for state in State} | {OFF: "no power"}
+STATES = {stage.value: stage.value for stage in Stage} | {OFF: "no power"}
 BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", "": "no answer yet", OFF: "off"}
 CONFIGURING, INSTALLATION, LINES = "Configuring the interface", "Installation", "The RS232C control lines"
 CLOSED = "Normally closed: it must be held at +24 V."

@@ -5,7 +5,9 @@
 
 from collections.abc import Callable, Mapping
 from enum import IntFlag
+from typing import Literal
 
+from axistwin.controllers.digiplan.chapters.motion import RampGenerator
 from axistwin.sim.pins import Pin
 
 
@@ -123,3 +125,56 @@ class Faults:
             self.raise_motion(MotionFault.LIMIT)
             return True
         return False
+
+
+class StopInputs:
+    """Emergency stop, limit switches and drive faults: a change of these inputs raises a fault and stops motion.
+
+    `limits`: the motion that a limit switch stops when it opens.
+    """
+
+    def __init__(
+        self,
+        pins: Mapping[str, Pin],
+        faults: Faults,
+        motion: RampGenerator,
+        cancel: Callable[[], None],
+        limits: Literal["any motion", "motion ahead"],
+    ) -> None:
+        self._pins, self._faults, self._motion, self._cancel, self._limits = pins, faults, motion, cancel, limits
+        self._leaving: frozenset[str] = frozenset()
+        self._unwatch = [pins[name].watch(self._changed) for name in CLOSED]
+
+    def close(self) -> None:
+        """Unsubscribe from the inputs."""
+        for unwatch in self._unwatch:
+            unwatch()
+
+    def may_move(self, directions: Mapping[str, int]) -> bool:
+        """False if a fault or an open limit switch in one of these directions inhibits the motion.
+
+        A limit switch that is open when a motion away from it begins does not stop that motion.
+        """
+        self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
+        return not self._faults.blocked(directions)
+
+    def _changed(self, pin: Pin) -> None:
+        if pin.level:
+            self._faults.show()
+        elif pin.name in LIMITS:
+            self._limit_opened(pin.name)
+        elif pin.name in DRIVES:  # the axis itself has no time to decelerate
+            self._faults.raise_motion(MotionFault.DRIVE)
+            self._motion.drop(DRIVES[pin.name])
+            self._cancel()
+        else:
+            self._faults.raise_motion(MotionFault.EMERGENCY_STOP)
+            self._cancel()
+
+    def _limit_opened(self, name: str) -> None:
+        """Stop motion towards the limit, and other motion too unless that motion leaves the limit."""
+        self._faults.raise_motion(MotionFault.LIMIT)
+        ahead = LIMITS[name] in self._motion.directions.values()
+        behind = self._limits == "any motion" and name not in self._leaving
+        if self._motion.running and (ahead or behind):
+            self._cancel()

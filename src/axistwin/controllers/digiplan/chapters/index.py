@@ -1,15 +1,11 @@
 """Chapters Index mode instructions and Backlash correction: moves of a given length."""
 
-from typing import TYPE_CHECKING
-
 from axistwin.controllers.digiplan.chapters.speed import actual_start_stop, ramp
+from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
 from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
-
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
 
 REVERSAL_NS = 3 * MS
 """Pause before the motor reverses: "at least 3mS"."""
@@ -41,7 +37,7 @@ def backlash(step: Step, distance: int | None) -> str | None:
     return None if step.major else "the axis is missing before B"
 
 
-def index(interface: "Interface", step: Step) -> Procedure:
+def index(state: State, step: Step) -> Procedure:
     """Run all axes of the step by the distance, up and down the ramp; return when they are at rest.
 
     With correction, a move against the backlash direction goes further by the backlash distance and comes back by it
@@ -49,16 +45,16 @@ def index(interface: "Interface", step: Step) -> Procedure:
     limit switch.  That direction is the same for all
     axes: of several that go different ways some end in a wrong place, as the manual warns.
     """
-    parameters, generator = interface.in_force, interface.motion
+    parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
     back = abs(parameters.backlash) if _overshoots(parameters, step) else 0
     generator.begin(table.index(parameters.distance + back), table, step.major)
     yield generator.ended
     if back:
-        yield interface.clock.timeout(REVERSAL_NS)
+        yield state.clock.timeout(REVERSAL_NS)
         rate = actual_start_stop(parameters.speed_range, parameters.start_stop)
         reverse = dict.fromkeys(step.major, 1 if parameters.backlash > 0 else -1)
-        if not interface.may_move(reverse):
+        if not state.stops.may_move(reverse):
             raise EndOfWork
         generator.begin(Profile([Segment(rate, back / rate)]), table, reverse, further=True)
         yield generator.ended
@@ -70,9 +66,9 @@ def _overshoots(parameters: Parameters, step: Step) -> bool:
     return step.corrected and against and parameters.distance > 0
 
 
-def cancel(interface: "Interface") -> None:
+def cancel(state: State) -> None:
     """Command #: stop every axis with deceleration, end a sequence, a wait or a pulse; the rest of the index is lost.
 
     What was typed before it is thrown away.  Chapter Index mode instructions.
     """
-    interface.cancel()
+    state.work.cancel()

@@ -1,15 +1,12 @@
 """Chapter Linear interpolation mode: a long and a short index that begin and end together."""
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters.speed import ramp, too_fast
 from axistwin.controllers.digiplan.rules import CONSTRAINT
+from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
-
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
 
 MOST_SPEED = 10_000  # steps/s
 LEAST_ACCELERATION = 5  # x 1000 steps/s²
@@ -62,9 +59,9 @@ def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 
-def interpolate(interface: "Interface", step: Step) -> Procedure:
+def interpolate(state: State, step: Step) -> Procedure:
     """Run major and minor axes by their distances; return when they are at rest, both on their counts."""
-    parameters, generator = interface.in_force, interface.motion
+    parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
     ratio = Fraction(parameters.minor_distance, parameters.distance) if parameters.distance else Fraction(0)
     profile = table.index(parameters.distance)

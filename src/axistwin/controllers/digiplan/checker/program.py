@@ -10,9 +10,9 @@ from dataclasses import replace
 
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose
 from axistwin.controllers.digiplan import rules
+from axistwin.controllers.digiplan.chapters.data_format import CR, LF, Frame
 from axistwin.controllers.digiplan.chapters.initialise import BAUD_DETECT, ERASE, FormatReader
 from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
-from axistwin.controllers.digiplan.chapters.serial_data import CR, LF, Frame
 from axistwin.controllers.digiplan.chapters.speed import too_fast
 from axistwin.controllers.digiplan.checker import fixes
 from axistwin.controllers.digiplan.checker.sequence import Finding, follow

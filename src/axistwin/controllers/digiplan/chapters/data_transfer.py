@@ -6,14 +6,14 @@ Out: one character after the other, each after the programmed delay, and only wh
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from simpy import Interrupt
 
+from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
-from axistwin.sim.frames import LineError, Parity, UartFormat
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
@@ -23,55 +23,7 @@ NEARLY_FULL = 52  # 80 %: the host is asked to stop
 NEARLY_EMPTY = 12  # 20 %: the host may go on
 OVERFLOW = 61  # 95 %: a data fault, and everything in the buffer is lost
 X_ON, X_OFF = 0x11, 0x13
-CR, LF = 0x0D, 0x0A
 DELAY_UNIT_NS = 10 * MS
-
-PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A data format: terminator `U` or `V`, x1 (frame) 1 to 8, x2 (parity, echo, X-on/X-off) 1 to 9."""
-
-    terminator: str = "U"
-    x1: int = 6
-    x2: int = 1
-
-    @property
-    def uart(self) -> tuple[int, Parity, int]:
-        """Data bits, parity and stop bits."""
-        return (7 if self.x1 <= 2 else 8), PARITIES[self.x2], (1 if self.x1 % 2 else 2)
-
-    @property
-    def echo(self) -> bool:
-        """Whether each character is sent back once it has been processed."""
-        return self.x2 in (2, 5, 6)
-
-    @property
-    def x_on_x_off(self) -> bool:
-        """Whether the filling of the buffer is told by X-off and X-on."""
-        return self.x2 >= 7
-
-    def answer(self, text: bytes) -> bytes:
-        """A text as it is sent to the host, with what ends it."""
-        end = b"\r" if self.terminator == "U" else b"\r\n"
-        return bytes(self.text(byte) for byte in text + end)
-
-    @property
-    def ends_message(self) -> int:
-        """The character that ends a message from the host."""
-        return CR if self.terminator == "U" else LF
-
-    def raw(self, byte: int) -> int:
-        """A byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits there is none.
-
-        The quick status needs all eight bits: where bit 8 is fixed at 1 it is sent as it is.
-        """
-        return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
-
-    def text(self, byte: int) -> int:
-        """A character of a text as it is sent."""
-        return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
 class LinePins(Protocol):
@@ -306,8 +258,3 @@ class Transmitter:
         self.uart.send(data)
         if not self.uart.sending:
             self.lines.rts.set(False)
-
-
-def uart_format(baudrate: int, frame: Frame) -> UartFormat:
-    """What the UART is set to."""
-    return UartFormat(baudrate, *frame.uart)
