@@ -8,7 +8,20 @@ import pytest
 from axistwin.sim.frames import LineError
 from axistwin.units import MS, S
 
-from .talking import BITS_7_OR_8, PARITY, ask, each_character, faults, find, heard, host_format, ready, tell
+from .talking import (
+    BITS_7_OR_8,
+    PARITY,
+    arrivals,
+    ask,
+    command,
+    detect,
+    each_character,
+    faults,
+    host_format,
+    ready,
+    send,
+    write,
+)
 
 FORMATS = [(frame, parity) for frame in range(1, 9) for parity in range(1, 10)]
 
@@ -22,8 +35,8 @@ def bits_of(frame: int, parity: int) -> int:
 def test_a_character_takes_all_its_bits(bench, frame, parity):
     """Serial data format: start bit, 7 or 8 data bits, perhaps a parity bit, 1 or 2 stop bits, back to back."""
     if1 = ready(bench, f"U{frame}{parity}", line="2400 8N2")
-    received = heard(bench, if1)
-    tell(if1, "I")
+    received = arrivals(bench, if1)
+    write(if1, "I")
     bench.run(0.2)
     answer = received[-4:]  # 200 CR; an echo may stand before it
     assert bytes(byte & 0x7F for _, byte, _ in answer) == b"200\r"
@@ -37,9 +50,9 @@ def test_a_character_takes_all_its_bits(bench, frame, parity):
 def test_a_host_in_the_same_format_finds_no_error(bench, frame, parity):
     """Parity: "the total number of bits at logic 1 (ignoring start and stop bits) should be odd"; bit 8 counts."""
     if1 = ready(bench, f"U{frame}{parity}", line="2400 8N2")
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     for message in "KFINE":
-        tell(if1, message)
+        write(if1, message)
         bench.run(0.1)
     assert [errors for _, _, errors in received] == [LineError.NONE] * len(received)
     assert bytes(byte & 0x7F for _, byte, _ in received if byte & 0x70 == 0x30) == b"002000"
@@ -96,8 +109,7 @@ def test_a_host_that_has_7_bits_can_initialise(bench, own):
     if1.serial.write(b"(")
     bench.run(0.1)
     if1.serial.read()  # perhaps with a parity error at the host: bit 8 of `U` and CR is 0
-    tell(if1, message)
-    bench.run(1.3)
+    command(bench, if1, message, seconds=1.3)
     assert ask(bench, if1, "E") == b"C\r"
     assert ask(bench, if1, "F") == b"0\r"
 
@@ -105,7 +117,7 @@ def test_a_host_that_has_7_bits_can_initialise(bench, own):
 def test_12_bits_at_1200_baud_are_100_characters_per_second(bench):
     """Baud rate: "assuming 12 bits per character ... this is equivalent to 100 characters per second"."""
     if1 = ready(bench, "U64", line="1200 8N2")  # 8 data bits, even parity, 2 stop bits
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     begin = bench.now
     if1.serial.write(b"I\r" * 50)  # 100 characters
     bench.run_until(lambda: not if1.serial.pending, 10)
@@ -119,8 +131,8 @@ def test_12_bits_at_1200_baud_are_100_characters_per_second(bench):
 def test_11_bit_characters_at_every_baud_rate(bench, baud):
     """Baud rate: bits per second; a 8N2 character has 11 bits."""
     if1 = ready(bench, line=f"{baud} 8N2")
-    received = heard(bench, if1)
-    tell(if1, "I")
+    received = arrivals(bench, if1)
+    write(if1, "I")
     bench.run(1)
     times = [time for time, _, _ in received]
     assert [byte for _, byte, _ in received] == list(b"200\r")
@@ -134,8 +146,7 @@ def test_wrong_parity_is_a_parity_error_and_the_characters_are_dropped(bench):
     """Parity error: "this is set when a parity error is detected".  R33: the character is dropped."""
     if1 = ready(bench, "U63")
     if1.serial.host.parity = "E"
-    tell(if1, "X5$")
-    bench.run(0.2)
+    command(bench, if1, "X5$")
     if1.serial.host.parity = "O"
     assert if1.axes["X"].position == 0
     assert faults(bench, if1) == (b"128\r", b"1\r")
@@ -187,7 +198,7 @@ def test_every_7_bit_character_with_the_wrong_parity_is_found(bench):
 def test_8e1_to_an_8n2_receiver_where_the_parity_bits_are_1(bench, if1):
     """E = 45h and CR = 0Dh have three 1's each, so even parity sends a 1 where the first stop bit is expected."""
     if1.serial.host.parity, if1.serial.host.stopbits = "E", 1
-    tell(if1, "E")
+    write(if1, "E")
     bench.run(0.01)
     if1.serial.host.parity, if1.serial.host.stopbits = "N", 2
     bench.run(0.1)
@@ -198,8 +209,7 @@ def test_8e1_to_an_8n2_receiver_where_the_parity_bits_are_1(bench, if1):
 def test_8e1_to_an_8n2_receiver_where_a_parity_bit_is_0(bench, if1):
     """K = 4Bh has four 1's: a 0 where the first stop bit is expected, "a valid stop bit is not detected"."""
     if1.serial.host.parity, if1.serial.host.stopbits = "E", 1
-    tell(if1, "K")
-    bench.run(0.1)
+    command(bench, if1, "K", seconds=0.1)
     if1.serial.host.parity, if1.serial.host.stopbits = "N", 2
     assert if1.serial.read() == b""
     assert faults(bench, if1) == (b"128\r", b"4\r")
@@ -208,8 +218,7 @@ def test_8e1_to_an_8n2_receiver_where_a_parity_bit_is_0(bench, if1):
 def test_8o1_to_an_8n2_receiver(bench, if1):
     """Odd parity of E and CR (three 1's) is 0: two framing errors, and nothing left of the message."""
     if1.serial.host.parity, if1.serial.host.stopbits = "O", 1
-    tell(if1, "E")
-    bench.run(0.1)
+    command(bench, if1, "E", seconds=0.1)
     if1.serial.host.parity, if1.serial.host.stopbits = "N", 2
     assert if1.serial.read() == b""
     assert ask(bench, if1, "F") == b"4\r"
@@ -221,9 +230,7 @@ def test_8n2_to_a_7e1_receiver(bench):
     if1 = ready(bench, "U14")
     host = if1.serial.host
     host.bytesize, host.parity, host.stopbits = 8, "N", 2
-    tell(if1, "K")
-    bench.run(0.1)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "K", seconds=0.1) == b""
     host_format(if1, "U14")
     assert ask(bench, if1, "") == b"128\r"  # the K was only waiting for its CR
     assert ask(bench, if1, "F") == b"1\r"
@@ -234,8 +241,7 @@ def test_8n2_to_a_7n1_receiver(bench):
     if1 = ready(bench, "U11", line="2400 8N2")
     host = if1.serial.host
     host.bytesize, host.stopbits = 8, 2
-    tell(if1, "X5$")
-    bench.run(0.2)
+    command(bench, if1, "X5$")
     assert if1.axes["X"].position == 0
     if1.serial.write(bytes(byte | 0x80 for byte in b"X7$\r"))
     bench.run(0.2)
@@ -248,12 +254,9 @@ def test_7n1_back_to_back_to_an_8n2_receiver(bench, if1):
     """The next start bit lies where the stop bit is expected."""
     host = if1.serial.host
     host.bytesize, host.stopbits = 7, 1
-    tell(if1, "E")
-    bench.run(0.1)
+    command(bench, if1, "E", seconds=0.1)
     host_format(if1, "U61")
-    tell(if1, "#")
-    bench.run(0.1)
-    if1.serial.read()
+    send(bench, if1, "#", seconds=0.1)
     assert int(ask(bench, if1, "F")) & 4
 
 
@@ -274,8 +277,7 @@ def test_half_the_baud_rate(bench, if1):
     if1.serial.write(b"\r")
     bench.run(0.1)
     if1.serial.host.baudrate = 9600
-    tell(if1, "")
-    bench.run(0.1)
+    command(bench, if1, "", seconds=0.1)
     assert faults(bench, if1) == (b"128\r", b"8\r")
 
 
@@ -283,7 +285,7 @@ def test_what_a_host_at_twice_the_baud_rate_reads(bench):
     """`U` CR at 4800, each bit sampled twice: 66h without a stop bit, then E6h, E6h, 80h, worked out on paper."""
     if1 = bench.add("if1", line="4800 8N2")
     bench.run(1.5)
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     if1.serial.write(b"(")
     if1.serial.host.baudrate = 9600
     bench.run(0.2)
@@ -309,8 +311,7 @@ def test_a_break_within_a_message_is_not_part_of_it(bench, if1):
     """R33: a character with a framing error is dropped, the message goes on."""
     if1.serial.write(b"X1")
     if1.serial.send_break(0.05)
-    tell(if1, "2$")
-    bench.run(1)
+    command(bench, if1, "2$", seconds=1)
     assert if1.axes["X"].position == 12
     assert ask(bench, if1, "F") == b"4\r"
 
@@ -358,8 +359,7 @@ def test_a_cut_line_is_silent_until_it_is_mended(bench, if1):
 
 def test_a_line_cut_in_the_middle_of_a_character_reads_as_mark_from_there(bench, if1):
     """E = 1,0,1,0,0,0,1,0 cut within its third bit: 1,0,1,1,1,1,1,1 = FDh, which no command is."""
-    tell(if1, "E", "")
-    bench.run(3.5 / 9600)  # start bit, two bits and half of the third
+    command(bench, if1, "E", seconds=3.5 / 9600, end="")  # start bit, two bits and half of the third
     if1.serial.to_device.cut()
     bench.run(0.01)
     if1.serial.to_device.mend()
@@ -434,9 +434,9 @@ def test_the_other_formats_do_not_echo(bench, parity):
 def test_the_echo_comes_when_the_character_has_been_taken(bench, baud):
     """Connection methods: "echo-back only occurs after a character has been processed": within a strobe, when idle."""
     if1 = ready(bench, "U62", line=f"{baud} 8N2")
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     begin = bench.now
-    tell(if1, " ", "")
+    write(if1, " ", end="")
     bench.run(1)
     there_and_back = 2 * 10 * S // baud  # to the end of the first stop bit, twice
     assert there_and_back <= received[0][0] - begin <= there_and_back + 2 * MS
@@ -445,12 +445,8 @@ def test_the_echo_comes_when_the_character_has_been_taken(bench, baud):
 def test_no_echo_during_the_ramp_calculation(bench):
     """Acceleration rate: "it will not respond during this period"; the echo follows."""
     if1 = ready(bench, "U62")
-    tell(if1, "^7")
-    bench.run(0.05)
-    assert if1.serial.read() == b"^7\r"
-    tell(if1, "E")
-    bench.run(0.9)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "^7", seconds=0.05) == b"^7\r"
+    assert send(bench, if1, "E", seconds=0.9) == b""
     bench.run(0.1)
     assert if1.serial.read() == b"E\rC\r"
 
@@ -479,8 +475,7 @@ def test_lower_case_is_not_understood(bench, if1):
     """Initialisation: "note that all alpha characters are upper case"; R32: `k` in an example is K."""
     assert ask(bench, if1, "k") == b""
     assert faults(bench, if1) == (b"128\r", b"8\r")
-    tell(if1, "x5$")
-    bench.run(0.2)
+    command(bench, if1, "x5$")
     assert if1.axes["X"].position == 0
 
 
@@ -490,4 +485,4 @@ def test_the_format_stays_until_power_off(bench, if1):
         assert ask(bench, if1, "#") == b""
         assert ask(bench, if1, "E") == b"C\r"
     if1.power_cycle()
-    find(bench, if1)
+    detect(bench, if1)

@@ -4,7 +4,6 @@ Three procedures run side by side: `_live` reads the input buffer character by c
 carries out a move, a run or a sequence; the `RampGenerator` gives pulses to the axes by itself.
 """
 
-from collections.abc import Mapping
 from functools import lru_cache
 
 from axistwin.controllers.commandset import Command
@@ -12,21 +11,15 @@ from axistwin.controllers.digiplan.chapters import initialise
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.breaking_in import BreakIn
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF, uart_format
-from axistwin.controllers.digiplan.chapters.data_transfer import LinePins
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
-from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.chapters.sequence import perform, sequence
 from axistwin.controllers.digiplan.chapters.speed import too_fast
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
-from axistwin.controllers.digiplan.options import Options
-from axistwin.controllers.digiplan.state import Stage, State
+from axistwin.controllers.digiplan.state import Hardware, Stage, State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Step
-from axistwin.controllers.product import PulseAxis, Store
-from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
-from axistwin.sim.pins import Pin
-from axistwin.sim.serial import Uart
+from axistwin.sim.clock import Event, Procedure, Process, kill
 from axistwin.units import to_ns
 
 MOST_CHARACTERS = 2048  # of a message; 63 of the longest steps fit
@@ -48,27 +41,17 @@ def _is_request(text: str) -> bool:
 class Interface(State):
     """An IF1 or IF2 that has power."""
 
-    def __init__(
-        self,
-        clock: Clock,
-        uart: Uart,
-        lines: LinePins,
-        pins: Mapping[str, Pin],
-        outputs: Outputs,
-        axes: Mapping[str, PulseAxis],
-        options: Options,
-        store: Store,
-    ) -> None:
-        self._kept = Retained.recall(store)
-        super().__init__(clock, uart, lines, pins, outputs, axes, options, store)
+    def __init__(self, card: Hardware) -> None:
+        self._kept = Retained.recall(card.store)
+        super().__init__(card)
         self._break_in = BreakIn(self)
         self.buffer.on_full = self._report_full
         self.buffer.on_cancel = self._cancel_at_once
         self._text: list[str] = []
-        self._eighth: list[bool] = []  # bit 8 of each character of `_text`
-        pins["led"].set(True)
-        lines.dtr.set(True)
-        self._live_process = clock.process(self._live())
+        self._eighth: list[bool] = []  # bit 8 of each character of the text
+        self.pins["led"].set(True)
+        self.lines.dtr.set(True)
+        self._live_process = self.clock.process(self._live())
 
     # Power
 
@@ -104,8 +87,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        if self.sequence:  # the lock has kept it
-            self._begin_sequence()
+        self._begin_sequence()  # that the lock has kept
 
     def _obey_until_broken_in(self) -> Procedure:
         """Obey until a `(` begins the initialisation again."""
@@ -126,8 +108,7 @@ class Interface(State):
     @property
     def procedures(self) -> list[Process]:
         """The procedures in progress."""
-        all_of_them = (self._live_process, self.work.process, self.transmitter.urgent)
-        return [process for process in all_of_them if process is not None]
+        return [process for process in (self._live_process, self.work.process, self.transmitter.urgent) if process]
 
     # Battery backup
 
@@ -199,7 +180,7 @@ class Interface(State):
 
     def _cancel_at_once(self) -> None:
         """Obey a received `# <CR>`, also after a message that is held or an answer that cannot be sent."""
-        if self.work.queueing:
+        if self.work.turn is not None:
             self.buffer.drop_before_cancel()
             self.work.drop_held()
         elif self.transmitter.waiting and not self.locked:
@@ -222,7 +203,7 @@ class Interface(State):
             return None
         if command is not None and Accept.REQUEST in command.accepted:
             return self._answer(command)  # at any time
-        return self._carry_out_later(message) if self.work.holding else self._carry_out(message)
+        return self._carry_out_later(message) if self.work.held is not None else self._carry_out(message)
 
     def _answer(self, command: Command) -> Procedure | None:
         assert command.handler is not None
@@ -247,8 +228,8 @@ class Interface(State):
 
         Status requests that come in after the message are answered meanwhile.
         """
-        while self.work.holding:
-            turn = self.work.turn()
+        while self.work.held is not None:
+            turn = self.work.turn = self.work.turn or self.clock.event()
             yield from self._answer_requests()
             if not turn.triggered:
                 yield turn | self.buffer.arrival()
@@ -296,18 +277,18 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.host_has_control:  # the host may send moves now, but no sequence
+        if self.work.control is not None:  # the host may send moves now, but no sequence
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
             return
         if message.steps:
             self.sequence = message.text
-        if self.sequence:
-            self._begin_sequence()
+        self._begin_sequence()
 
     def _begin_sequence(self) -> None:
-        self.work.begin(sequence(self, read(self.sequence).steps))
+        if self.sequence:
+            self.work.begin(sequence(self, read(self.sequence).steps))
 
     def _give_control_back(self) -> Procedure:
         """Obey a `%` from the host: the sequence continues."""

@@ -2,10 +2,10 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum
 
-from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat, uart_format
+from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
 from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, LinePins, Transmitter
 from axistwin.controllers.digiplan.chapters.faults import Faults, StopInputs
 from axistwin.controllers.digiplan.chapters.motion import RampGenerator
@@ -29,22 +29,27 @@ class Stage(Enum):
     READY = "ready"
 
 
+@dataclass(frozen=True)
+class Hardware:
+    """The parts of a card that exist with and without power."""
+
+    clock: Clock
+    uart: Uart
+    lines: LinePins
+    pins: Mapping[str, Pin]
+    outputs: Outputs
+    axes: Mapping[str, PulseAxis]
+    options: Options
+    store: Store
+
+
 class State(ABC):
     """Parts, settings and status of an interface."""
 
-    def __init__(
-        self,
-        clock: Clock,
-        uart: Uart,
-        lines: LinePins,
-        pins: Mapping[str, Pin],
-        outputs: Outputs,
-        axes: Mapping[str, PulseAxis],
-        options: Options,
-        store: Store,
-    ) -> None:
+    def __init__(self, card: Hardware) -> None:
+        clock, uart, lines, pins, options = card.clock, card.uart, card.lines, card.pins, card.options
         self.clock, self.uart, self.lines, self.pins = clock, uart, lines, pins
-        self.outputs, self.options, self.store = outputs, options, store
+        self.outputs, self.options, self.store = card.outputs, options, card.store
         self.stage = Stage.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.lock: MessageFormat | None = None
@@ -68,12 +73,12 @@ class State(ABC):
         self._ramp_before: Parameters | None = None
         """While a new ramp is still to be calculated: the parameters before the new ramp data."""
         self._muted_until_ns = 0
-        self.motion = RampGenerator(clock, axes, pins)
+        self.motion = RampGenerator(clock, card.axes, pins)
         self.faults = Faults(pins, self._show_fault)
         self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
         self.transmitter = Transmitter(clock, uart, lines)
         self.work = Work(clock, self.motion, self._calculate_new_ramp)
-        self.stops = StopInputs(pins, self.faults, self.motion, self.work.cancel, options.limits)
+        self.stops = StopInputs(self.faults, self.motion, self.work.cancel, options.limits)
         self.buffer.on_fault = self.faults.raise_line
 
     @abstractmethod
@@ -107,10 +112,8 @@ class State(ABC):
     @property
     def message_format(self) -> MessageFormat:
         """Format of the message in progress."""
-        line = uart_format(self.baudrate, self.frame)
-        return MessageFormat(
-            line.baudrate, line.bytesize, line.parity, (any(self.eighth[:-1]), *self.eighth[-1:])
-        )  # fmt: skip
+        bytesize, parity, _ = self.frame.uart
+        return MessageFormat(self.baudrate, bytesize, parity, (any(self.eighth[:-1]), *self.eighth[-1:]))
 
     def _show_fault(self, on: bool) -> None:
         if self.stage is Stage.READY:

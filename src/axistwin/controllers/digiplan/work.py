@@ -16,35 +16,23 @@ class Work:
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
         self.process: Process | None = None
-        self._control: Event | None = None
-        self._held: Process | None = None  # procedure of the message that is held
+        self.control: Event | None = None
+        """While the host has control: the event that continues the sequence."""
+        self.held: Process | None = None
+        """Procedure of the message that is held."""
+        self.turn: Event | None = None
+        """Event that ends the wait of the message after the held one; True: that message was cancelled."""
         self._freed: Event | None = None
-        self._turn: Event | None = None  # ends the wait of the message after the held one
 
     @property
     def occupied(self) -> bool:
         """True while a procedure is in progress and the host does not have control."""
-        return self.process is not None and self._control is None
+        return self.process is not None and self.control is None
 
     @property
     def busy(self) -> bool:
         """True while occupied, or while a message is held."""
-        return self.occupied or self._held is not None
-
-    @property
-    def holding(self) -> bool:
-        """True while a message is held."""
-        return self._held is not None
-
-    @property
-    def queueing(self) -> bool:
-        """True while another message waits until the held one has begun."""
-        return self._turn is not None
-
-    @property
-    def host_has_control(self) -> bool:
-        """True while a sequence has given control to the host."""
-        return self._control is not None
+        return self.occupied or self.held is not None
 
     # The procedure in progress
 
@@ -62,7 +50,7 @@ class Work:
                 yield self.motion.ended
             except Interrupt:
                 self.motion.decelerate()
-        self.process = self._control = None
+        self.process = self.control = None
         self._free()
 
     def _free(self) -> None:
@@ -76,7 +64,7 @@ class Work:
         self.drop_held()
         self.motion.decelerate()
         if self.process is not None:
-            self._control = None
+            self.control = None
             if self.process is self.clock.active_process:  # an output that it switches is wired to a fault input
                 self.clock.soon(partial(interrupt, self.process))
             else:
@@ -84,7 +72,7 @@ class Work:
 
     def stop(self) -> None:
         """End everything at once, as a power cut does."""
-        for process in (self._held, self.process):
+        for process in (self.held, self.process):
             if process is not None:
                 kill(process)
 
@@ -92,13 +80,13 @@ class Work:
 
     def give_control(self) -> Event:
         """Give control to the host; the event brings a step to carry out, or None when control is given back."""
-        self._control = self.clock.event()
+        self.control = self.clock.event()
         self._free()
-        return self._control
+        return self.control
 
     def take_control(self) -> Event | None:
         """Return the event that continues the sequence, if the host has control."""
-        control, self._control = self._control, None
+        control, self.control = self.control, None
         return control
 
     # The held message
@@ -107,7 +95,7 @@ class Work:
         """Return `begin` if nothing is in progress; otherwise hold it until then."""
         if not self.occupied:
             return begin
-        self._held = self.clock.process(self._hold(begin))
+        self.held = self.clock.process(self._hold(begin))
         return None
 
     def _hold(self, begin: Procedure) -> Procedure:
@@ -117,20 +105,14 @@ class Work:
         yield from begin
         self._release(cancelled=False)
 
-    def turn(self) -> Event:
-        """Return an event for the moment when no message is held; its value is True if the message was cancelled."""
-        if self._turn is None:
-            self._turn = self.clock.event()
-        return self._turn
-
     def drop_held(self) -> None:
         """Drop the held message and the one that waits after it."""
-        if self._held is not None:
-            kill(self._held)
+        if self.held is not None:
+            kill(self.held)
             self._release(cancelled=True)
 
     def _release(self, *, cancelled: bool) -> None:
-        self._held = None
-        if self._turn is not None:
-            turn, self._turn = self._turn, None
+        self.held = None
+        if self.turn is not None:
+            turn, self.turn = self.turn, None
             turn.succeed(cancelled)

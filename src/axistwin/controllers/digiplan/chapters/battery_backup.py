@@ -1,4 +1,4 @@
-"""Chapter Using the battery backup (IF2 only): what an interface that is locked keeps without power."""
+"""Chapter Using the battery backup (IF2 only): the data that a locked interface keeps without power."""
 
 import json
 from dataclasses import asdict, dataclass, field
@@ -14,7 +14,7 @@ from axistwin.storage import excerpt
 
 @dataclass(frozen=True)
 class Retained:
-    """What the battery keeps while the interface is locked; unlocked, nothing is kept."""
+    """Data that the battery keeps while the interface is locked; unlocked, nothing is kept."""
 
     locked: bool = False
     baudrate: int = 9600
@@ -25,12 +25,12 @@ class Retained:
     """Format of the lock command; None: any."""
 
     def save(self, store: Store) -> None:
-        """Keep it, readable for people."""
+        """Store the data as JSON text."""
         store.save(json.dumps(asdict(self), indent=1).encode())
 
     @classmethod
     def recall(cls, store: Store) -> "Retained":
-        """What was kept, or the defaults.  Raises UsageError if somebody has spoilt the file."""
+        """Return the stored data, or the defaults.  Raises UsageError if the file is damaged."""
         contents = store.load()
         if contents is None:
             return cls()
@@ -46,7 +46,7 @@ class Retained:
         return retained
 
     def check(self) -> None:
-        """Raise ValueError if this is nothing that an interface could have kept."""
+        """Raise ValueError if no interface can have stored these data."""
         parameters = asdict(self.parameters)
         for name, (low, high) in RANGES.items():
             _require(type(parameters[name]) is int and low <= parameters[name] <= high, name)

@@ -12,9 +12,9 @@ REVERSAL_NS = 3 * MS
 
 
 def axis(name: str, step: Step, direction: int, distance: int | None) -> str | None:
-    """Commands X Y Z: an axis, its direction (nothing is +) and perhaps the distance, 0 to 999,999,999 steps.
+    """Commands X Y Z: an axis, its direction (default +) and optionally the distance, 0 to 999,999,999 steps.
 
-    Several axes share one distance, the last one said; it is kept for later indexes, the direction is not.
+    Several axes share one distance, the last one stated; it is kept for later indexes, the direction is not.
     After `/` they are the minor axes, with a distance of their own.  Chapter Index mode instructions.
     """
     if name in step.major or name in step.minor:
@@ -42,8 +42,8 @@ def index(state: State, step: Step) -> Procedure:
 
     With correction, a move against the backlash direction goes further by the backlash distance and comes back by it
     at the start/stop speed, so that it always finishes in the same direction.  It does not come back towards an open
-    limit switch.  That direction is the same for all
-    axes: of several that go different ways some end in a wrong place, as the manual warns.
+    limit switch.  The direction is the same for all axes: with different directions, some axes end in a wrong place,
+    as the manual warns.
     """
     parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
@@ -61,7 +61,7 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """Whether the index goes against the backlash direction and is to be corrected; one of no length goes nowhere."""
+    """True if the index is corrected: it has a length and goes against the backlash direction."""
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 
@@ -69,6 +69,6 @@ def _overshoots(parameters: Parameters, step: Step) -> bool:
 def cancel(state: State) -> None:
     """Command #: stop every axis with deceleration, end a sequence, a wait or a pulse; the rest of the index is lost.
 
-    What was typed before it is thrown away.  Chapter Index mode instructions.
+    Characters before it in the message are dropped.  Chapter Index mode instructions.
     """
     state.work.cancel()

@@ -22,15 +22,15 @@ REINITIALISE_NS = 5 * MS  # of the UART, after the data format
 
 
 def baud_rate(low_ns: Fraction) -> int | None:
-    """The baud rate at which `(` keeps the line low for so long."""
-    low, per = low_ns.numerator, low_ns.denominator  # in integers: a host may be sending anything, very fast
+    """Return the baud rate at which `(` holds the line low for this time."""
+    low, per = low_ns.numerator, low_ns.denominator  # in integers, which are faster
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
 
 
 def detect_baud_rate(state: State) -> Procedure:
-    """Wait for the first `(` and take over its baud rate; anything else is not heard."""
+    """Wait for the first `(` and set its baud rate; other characters are dropped."""
     uart, detected = state.uart, state.clock.event()
     measured: UartFormat | None = None
 
@@ -79,11 +79,11 @@ def set_data_format(state: State) -> Procedure:
 
 
 def _data_format(state: State) -> Procedure:
-    """Wait for a good `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
+    """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
 
-    Characters with framing errors are taken, so that a host may keep its own format from the beginning.
-    `(` is answered `U <CR>` again, as often as wanted, and `*` too after it has erased the memory.  A wrong message is
-    dropped without a word, and the whole of it is sent again.
+    Characters with framing errors are accepted, so that a host can use its own format from the beginning.
+    Each `(` is answered `U <CR>`, and so is `*` after it has erased the memory.  A wrong message is dropped without an
+    answer; the host must repeat the whole message.
     """
     reader = FormatReader()
     while True:
@@ -104,12 +104,12 @@ class FormatReader:
 
     def __init__(self) -> None:
         self.text = ""
-        """What has come of it; a message that is none is dropped."""
+        """Characters received so far; a wrong message is dropped."""
         self.dropped = False
-        """True: the last character ended a message that is no data format."""
+        """True: the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
-        """The data format, once the message has been ended as it should be."""
+        """Return the data format if this character ends a valid message."""
         self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):
@@ -123,9 +123,9 @@ class FormatReader:
 
 
 def only_at_initialisation(_: Step) -> str:
-    """Commands ( * U V: baud rate detection, erasing, data format.  Heard while the interface is being initialised.
+    """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
 
-    Once it is ready they are a data fault.  While it is locked, `(` begins the initialisation again if DSR is held and
+    Afterwards they are a data fault.  While it is locked, `(` begins the initialisation again if DSR is held and
     nothing moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

@@ -12,7 +12,7 @@ OUTPUTS = range(1, 6)
 
 
 class Outputs:
-    """The five opto-isolated outputs: what is programmed, and their transistors, which need the 24 V supply.
+    """The five opto-isolated outputs: their programmed states, and their transistors, which need the 24 V supply.
 
     `follow_led`: link 3 of the card in position b; output 5 follows the LED and cannot be programmed.
     """
@@ -31,12 +31,12 @@ class Outputs:
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
-        """Turn an output on or off; output 0 and the fault output are left alone."""
+        """Turn an output on or off; output 0 and the fault output do not change."""
         if number in self._on and not (number == 5 and self._follow_led):
             self._set(number, on)
 
     def reset(self) -> None:
-        """The power is gone."""
+        """Turn all outputs off: the power is off."""
         for number in OUTPUTS:
             self._set(number, False)
 
@@ -70,7 +70,7 @@ def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
 
 
 def pulse_output(step: Step, output: int, length: int | None) -> None:
-    """Command P with output 1 to 5 and length 1 to 99 x 10 ms: invert it for so long; output 0 is a mere delay.
+    """Command P with output 1 to 5, length 1 to 99 x 10 ms: invert the output for this time; output 0 is only a delay.
 
     The length is kept.  Chapters Output switching commands, Adding time delays.
     """

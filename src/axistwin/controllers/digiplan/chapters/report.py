@@ -1,4 +1,4 @@
-"""Chapter Report-back functions: what the interface answers.  None of it disturbs a motion."""
+"""Chapter Report-back functions: answers to status requests.  They do not disturb a motion."""
 
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.digiplan.state import State
@@ -6,11 +6,11 @@ from axistwin.controllers.digiplan.state import State
 IN_MOTION, AT_SPEED, ACCELERATING, DECELERATING = 1, 2, 4, 8
 COUNTER = 1 << 32
 SHORT_COUNTER = 1 << 16
-COARSE = 256  # steps: what the position is rounded down to above the start/stop speed
+COARSE = 256  # steps: resolution of the position above the start/stop speed
 
 
 def motion_bits(state: State) -> int:
-    """The bits of K and Q."""
+    """Return the bits of K and Q."""
     motion = state.motion
     status = int(state.faults.status())
     if motion.running:
@@ -58,7 +58,7 @@ def communication_status(state: State) -> bytes:
 
 
 def communication_bits(state: State) -> int:
-    """The bits of F."""
+    """Return the bits of F."""
     return state.faults.line.value | (LineFault.LOCKED.value if state.locked else 0)
 
 
@@ -68,7 +68,7 @@ def input_status(state: State) -> bytes:
 
 
 def sequence_status(state: State) -> bytes:
-    """Command O: the step of the sequence, 1 to 63; 0 before there was one.  Chapter Sequence status."""
+    """Command O: the step of the sequence, 1 to 63; 0 before the first step.  Chapter Sequence status."""
     return _number(state, state.step_number)
 
 
@@ -78,7 +78,7 @@ def busy_status(state: State) -> bytes:
 
 
 def busy_letter(state: State) -> str:
-    """The letter of E."""
+    """Return the letter of E."""
     if state.locked:
         return "["
     if state.faults.status():
@@ -97,7 +97,7 @@ def position(state: State) -> bytes:
 
 
 def steps(state: State) -> int:
-    """The number of N."""
+    """Return the number of N."""
     motion = state.motion
     made, levels = motion.steps, motion.levels
     if motion.running and levels and motion.rate > levels[0]:

@@ -1,4 +1,4 @@
-"""Chapters Run mode instructions and Aborting a run-mode move in a sequence: moves that go on until stopped."""
+"""Chapters Run mode instructions and Aborting a run-mode move in a sequence: moves that continue until stopped."""
 
 from fractions import Fraction
 
@@ -27,19 +27,18 @@ def abort(step: Step) -> None:
 
 
 def run(state: State, step: Step) -> None:
-    """Begin the run; it goes on while the next step of a sequence is carried out.  The index length is lost."""
+    """Begin a run, which continues during the next steps of a sequence.  The index length is lost."""
     parameters = state.in_force
     table = ramp(parameters)
+    minor = None
     if step.interpolated:
-        ratio = Fraction(parameters.minor_distance, parameters.distance)
-        state.motion.begin_interpolated(table.run(), table, step.major, step.minor, ratio)
-    else:
-        state.motion.begin(table.run(), table, step.major)
+        minor = dict.fromkeys(step.minor, Fraction(parameters.minor_distance, parameters.distance))
+    state.motion.begin(table.run(), table, {**step.major, **step.minor}, minor)
     state.parameters = state.parameters.without_index()
 
 
 def stop_run(state: State) -> Procedure:
-    """Decelerate what runs and wait until it is at rest."""
+    """Decelerate the run, and wait until the axes are at rest."""
     state.motion.decelerate()
     while state.motion.running:
         yield state.motion.ended

@@ -11,7 +11,7 @@ from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
 CYCLE_NS = 1 * MS
-"""A step that has nothing to wait for takes the interface one cycle of about 1 ms."""
+"""A step without a wait takes one cycle of about 1 ms."""
 
 
 def repeat(step: Step, times: int, first: int) -> None:
@@ -23,15 +23,15 @@ def repeat(step: Step, times: int, first: int) -> None:
 
 
 def hand_over(step: Step) -> None:
-    """Command %: in a sequence, give control to the host until it sends % in its turn.
+    """Command %: in a sequence, give control to the host until the host sends %.
 
-    The interface says so with % and its terminator.  Chapter Controller intervention in a sequence.
+    The interface reports this by % and its terminator.  Chapter Controller intervention in a sequence.
     """
     step.hand_over = True
 
 
 def sequence(state: State, steps: Sequence[Step]) -> Procedure:
-    """Carry out the steps.  A repeat inside another one starts afresh on each pass of the outer one."""
+    """Carry out the steps.  An inner repeat starts again on each pass of the outer one."""
     left: dict[int, int] = {}
     number = 1
     try:
@@ -91,7 +91,7 @@ def _move(state: State, step: Step) -> Procedure:
 
 
 def _intervention(state: State) -> Procedure:
-    """Tell the host that it has control, and carry out what it sends until it gives control back."""
+    """Report to the host that it has control, and carry out its steps until it gives control back."""
     yield from state.transmit(state.frame.answer(b"%"))
     while (step := (yield state.work.give_control())) is not None:
         yield from perform(state, step)
