@@ -90,7 +90,7 @@ def each_character(bench: Bench, controller: Controller, text: str, act: Callabl
 def arrivals(bench: Bench, controller: Controller) -> list[tuple[int, int, LineError]]:
     """Return a list that grows with (time in ns, byte, errors) of each character that the host receives."""
     characters: list[tuple[int, int, LineError]] = []
-    controller.serial.hear(lambda byte, errors: characters.append((bench.now, byte, errors)))
+    controller.serial.subscribe_received(lambda byte, errors: characters.append((bench.now, byte, errors)))
     return characters
 
 
@@ -143,9 +143,7 @@ def positions(controller: Controller) -> tuple[int, int, int]:
 
 def moves(axis: StepperAxis) -> list[int]:
     """Return the moves of an axis as signed numbers of pulses, without those of no pulse."""
-    lengths = [
-        stroke.direction * stroke.profile.pulses_by(axis.clock.now - stroke.start_ns) for stroke in axis.train.strokes
-    ]
+    lengths = [move.direction * move.profile.pulses_by(axis.clock.now - move.start_ns) for move in axis.train.moves]
     return [length for length in lengths if length]
 
 
@@ -161,12 +159,12 @@ def gaps(times_ns: Iterable[int]) -> list[int]:
 
 def start_ns(axis: StepperAxis) -> int:
     """Return the time at which the latest motion began."""
-    return axis.train.stroke.start_ns
+    return axis.train.move.start_ns
 
 
 def since_start(axis: StepperAxis, nth: int = -1) -> list[int]:
     """Return the pulse times of the latest motion, or of the nth, in nanoseconds from its start."""
-    starts = [*(stroke.start_ns for stroke in axis.train.strokes), axis.clock.now + 1]
+    starts = [*(move.start_ns for move in axis.train.moves), axis.clock.now + 1]
     begin, end = starts[nth - 1 if nth < 0 else nth], starts[nth if nth < 0 else nth + 1]
     return [int(time) - begin for time in axis.pulse_times(begin, end)]
 
@@ -181,7 +179,7 @@ def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
 def edges(pin: Pin) -> list[tuple[int, bool]]:
     """Return a list that grows with (nanoseconds, level) of each change of the pin."""
     seen: list[tuple[int, bool]] = []
-    pin.watch(lambda changed: seen.append((changed.clock.now, changed.level)))
+    pin.subscribe(lambda changed: seen.append((changed.clock.now, changed.level)))
     return seen
 
 

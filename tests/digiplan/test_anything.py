@@ -96,13 +96,11 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
     received: list[tuple[int, int, LineError]] = arrivals(bench, it)
     changes: list[tuple[int, str, bool]] = []
     for name, pin in it.pins.items():
-        pin.watch(lambda pin, name=name: changes.append((bench.now, name, pin.level)))
+        pin.subscribe(lambda pin, name=name: changes.append((bench.now, name, pin.level)))
     for happening in happenings:
         happening.does(bench, it)
     bench.run(3)
-    motion = [
-        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.strokes
-    ]
+    motion = [(move.start_ns, move.direction, move.origin) for axis in it.axes.values() for move in axis.train.moves]
     first = [axis.pulse_times(0, 5_000_000_000).tolist()[:50] for axis in it.axes.values()]
     return received, changes, motion, first, [axis.position for axis in it.axes.values()], bench.now
 
@@ -174,7 +172,7 @@ def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
     whole, bit_by_bit = Bench(), Bench()
     text = "".join(message + "\r" for message in said)
     first = ready(whole, form, line="2400 8N2")
-    first.serial.dtr_line.watch(lambda pin: setattr(first.serial, "held", not pin.level))
+    first.serial.dtr_line.subscribe(lambda pin: setattr(first.serial, "held", not pin.level))
     write(first, text, end="")
     second = ready(bit_by_bit, form, line="2400 8N2")
     each_character(bit_by_bit, second, text, lambda n: bit_by_bit.run(pause))

@@ -13,8 +13,8 @@ from .talking import ask, command, constant, faults, moves, moving, pulse_times_
 
 
 def pause_ns(axis) -> int:
-    """From the last pulse of one stroke to the beginning of the next."""
-    before, after = list(axis.train.strokes)[-2:]
+    """From the last pulse of one move to the beginning of the next."""
+    before, after = list(axis.train.moves)[-2:]
     last = int(axis.pulse_times(before.start_ns, after.start_ns)[-1])
     return after.start_ns - last
 

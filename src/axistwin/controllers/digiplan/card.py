@@ -25,6 +25,7 @@ from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import CalculatedPin, Pin, connect
 from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
@@ -63,7 +64,7 @@ class Card:
         self._hardware = Hardware(clock, self.uart, self.lines, self.pins, outputs, axes, options, store)
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
-        self._trouble_watchers: list[Callable[[str], None]] = []
+        self._hints: Signal[[str]] = Signal()
         self._interface: Interface | None = None
 
     def _clock_output(self, axis: str) -> Pin:
@@ -86,9 +87,9 @@ class Card:
         """Switch the card on or off."""
         if on and self._interface is None:
             self._interface = Interface(self._hardware)
-            self._interface.on_hint = self._tell_trouble
-            self._interface.faults.on_fault = self.alarms.tell
-            self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
+            self._interface.on_hint = self._hints.emit
+            self._interface.faults.on_fault = self.alarms.report
+            self._interface.on_step = lambda number: self._progress.report(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
@@ -99,18 +100,13 @@ class Card:
                 self.pins[name].set(True)
             self._hardware.outputs.reset()
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """Return why commands are dropped while the baud rate or the data format is unknown; otherwise ""."""
         return "" if self._interface is None else self._interface.hint
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` for each new hint.  Return an unsubscribe function."""
-        self._trouble_watchers.append(watcher)
-        return lambda: self._trouble_watchers.remove(watcher)
-
-    def _tell_trouble(self, line: str) -> None:
-        for watcher in tuple(self._trouble_watchers):
-            watcher(line)
+    def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
+        """Call `callback(hint)` for each new hint.  Return an unsubscribe function."""
+        return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:
         """Return the stored sequence, steps 1 to 63, with the step in progress."""
@@ -120,9 +116,9 @@ class Card:
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher` for each step when the step begins."""
-        return self._progress.watch(watcher, only)
+        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """Return faults and status, named after the commands that report them; K without the motion bits, Q with them.

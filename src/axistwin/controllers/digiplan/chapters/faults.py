@@ -116,7 +116,7 @@ class StopInputs:
     def __init__(self, faults: Faults, motion: RampGenerator, cancel: Callable[[], None], limits: Limits) -> None:
         self._pins, self._faults, self._motion, self._cancel, self._limits = faults.pins, faults, motion, cancel, limits
         self._leaving: frozenset[str] = frozenset()
-        self._unwatch = [self._pins[name].watch(self._changed) for name in CLOSED]
+        self._unwatch = [self._pins[name].subscribe(self._changed) for name in CLOSED]
 
     def close(self) -> None:
         """Unsubscribe from the inputs."""

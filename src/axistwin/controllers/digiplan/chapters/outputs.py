@@ -22,9 +22,9 @@ class Outputs:
         self._supply, self._follow_led = pins["supply"], follow_led
         self.clock = self._supply.clock
         self._on = dict.fromkeys(OUTPUTS, False)
-        self._supply.watch(lambda _: self._update())
+        self._supply.subscribe(lambda _: self._update())
         if follow_led:
-            pins["led"].watch(lambda led: self._set(5, led.level))
+            pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
         """True if this output is turned on, with or without the supply; output 0 never is."""
