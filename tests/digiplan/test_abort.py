@@ -141,8 +141,7 @@ def test_abort_with_nothing_running_does_nothing(bench, if1):
     """Aborting a run when there is none: the sequence goes on."""
     write(if1, ":A:X10@400:A:Y10:$")
     until_idle(bench, if1)
-    assert positions(if1) == (10, 10, 0)
-    assert number(bench, if1, "F") == 0
+    assert (positions(if1), number(bench, if1, "F")) == ((10, 10, 0), 0)
 
 
 def test_abort_is_no_direct_command(bench, if1):

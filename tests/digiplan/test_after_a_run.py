@@ -19,9 +19,5 @@ def test_each_index_length_is_zero_until_it_is_said_again(bench, if1, run):
         return [axis.position - then for axis, then in zip(if1.axes.values(), before, strict=True)]
 
     assert at["X"] > 200
-    assert moved("Z-$") == [0, 0, 0]
-    assert moved("X/Y$") == [0, 0, 0]
-    assert moved("X50/Y$") == [50, 0, 0]
-    assert moved("X/Y25$") == [50, 25, 0]
-    assert moved("Z$") == [0, 0, 50]
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (moved("Z-$"), moved("X/Y$"), moved("X50/Y$")) == ([0, 0, 0], [0, 0, 0], [50, 0, 0])
+    assert (moved("X/Y25$"), moved("Z$"), ask(bench, if1, "F")) == ([50, 25, 0], [0, 0, 50], b"0\r")

@@ -274,8 +274,7 @@ def test_odd_orders(bench, if1, message):
     ask(bench, if1, "K")
     if1.serial.read()
     command(bench, if1, "Y9@400$", seconds=0.5)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert if1.axes["Y"].position == 9
+    assert (ask(bench, if1, "E"), if1.axes["Y"].position) == (b"C\r", 9)
 
 
 def test_a_flood_does_no_harm_and_leaves_no_trace_after_cancel(bench, if1):

@@ -66,8 +66,7 @@ def test_the_stored_sequence_starts_at_power_up_with_dsr_low(bench):
     assert (number(bench, if2, "O"), status(bench, if2, "E")) == (1, "[")
     if2.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
-    assert number(bench, if2, "O") == 3
+    assert (positions(if2), number(bench, if2, "O")) == ((100, 50, 0), 3)
 
 
 def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
@@ -95,10 +94,7 @@ def test_without_the_lock_command_the_sequence_is_lost(bench, model):
     power_up(bench, card, dsr=False)
     card.pins["input1"].drive(True)
     bench.run(5.0)
-    assert positions(card) == (0, 0, 0)
-    card.serial.write(b"(")
-    bench.run(0.1)
-    assert card.serial.read() == b"U\r"
+    assert (positions(card), send(bench, card, "(", seconds=0.1, end="")) == ((0, 0, 0), b"U\r")
 
 
 def test_an_if1_keeps_nothing_even_when_locked(bench):
@@ -221,8 +217,7 @@ def test_3_wire_with_dsr_linked_to_cts_and_rts_counts_as_low(bench):
     bench.run(1.05)
     if2.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
-    assert ask(bench, if2, "E") == b"[\r"
+    assert (positions(if2), ask(bench, if2, "E")) == ((100, 50, 0), b"[\r")
 
 
 def test_5_wire_with_dsr_low_answers_only_when_it_is_set(bench):
@@ -291,11 +286,8 @@ def test_unlocked_and_switched_off_all_is_lost(bench):
     power_up(bench, if2, dsr=False)
     if2.pins["input1"].drive(True)
     bench.run(2.0)
-    assert positions(if2) == (0, 0, 0)
-    assert ask(bench, if2, "E") == b""
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert (positions(if2), ask(bench, if2, "E")) == ((0, 0, 0), b"")
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"
 
 
 def test_an_emergency_stop_is_reset_by_removing_the_power(bench):
@@ -333,16 +325,13 @@ def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wir
     assert positions(if2) == before
     assert ask(bench, if2, "E") == b""
     if2.serial.host.baudrate = 1200
-    if2.serial.write(b"(")
-    bench.run(0.2)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", end="") == b"U\r"
     assert positions(if2) == before
     command(bench, if2, "V62", seconds=3.0, end="\r\n")
     assert tuple(b - a for a, b in zip(before, positions(if2), strict=True)) == (100, 50, 0)
     assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"  # still locked
     # Changing: `]` "at same baud rate and data format as the previous lock command", which was 9600 and no other
-    assert ask(bench, if2, "]", 0.5, "\n") == b"]\n"
-    assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"
+    assert (ask(bench, if2, "]", 0.5, "\n"), ask(bench, if2, "E", 0.5, "\n")) == (b"]\n", b"E\n[\r\n")
 
 
 def test_the_unlock_command_in_the_new_format_where_that_is_asked_for(bench):
@@ -380,12 +369,8 @@ def test_the_bracket_breaks_in_without_a_power_cycle_while_dsr_is_held(bench, ba
     power_up(bench, if2, dsr=False)
     assert status(bench, if2, "E") == "["  # it runs the stored sequence, and waits for input 1
     if2.serial.host.baudrate = baudrate
-    if2.serial.write(b"(")
-    bench.run(0.5)
-    assert if2.serial.read() == b"U\r"
-    if2.serial.write(b"*")
-    bench.run(0.5)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", seconds=0.5, end="") == b"U\r"
+    assert send(bench, if2, "*", seconds=0.5, end="") == b"U\r"
     command(bench, if2, "U61", seconds=3.0)
     if2.pins["input1"].drive(True)
     assert ask(bench, if2, "E", 1.0) == b"C\r"
@@ -434,9 +419,7 @@ def test_breaking_in_and_the_data_format_in_one_go(bench):
     """Changing: the sequence that was waiting has ended when it starts again, though no time has passed."""
     if2 = stored(bench, line="instant")
     power_up(bench, if2, dsr=False)
-    if2.serial.write(b"(U61\r")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(U61", seconds=0.1) == b"U\r"
     assert if2.busy
     if2.pins["input1"].drive(True)
     bench.run(1.0)
@@ -501,8 +484,7 @@ def test_the_format_set_after_breaking_in_starts_the_stored_sequence(bench):
     bench.run(0.1)
     write(if2, "V61", end="\n")
     bench.run(1.0)
-    assert positions(if2) == (200, 100, 0)
-    assert ask(bench, if2, "E", end="\n")[-3:] == b"[\r\n"
+    assert (positions(if2), ask(bench, if2, "E", end="\n")[-3:]) == ((200, 100, 0), b"[\r\n")
 
 
 def test_no_breaking_in_while_a_move_is_in_progress(bench):
@@ -515,9 +497,7 @@ def test_no_breaking_in_while_a_move_is_in_progress(bench):
         command(bench, if2, "(")
     bench.run(3.0)
     assert if2.serial.read() == b"" and positions(if2)[0] >= 1000
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"
 
 
 @pytest.mark.parametrize("baudrate", [1200, 9600])
@@ -538,9 +518,7 @@ def test_breaking_in_waits_for_no_terminator_and_forgets_what_was_typed_before(b
     """Breaking in: "(" alone; sample 6 sends the erase command on its own too."""
     if1 = ready(bench)
     write(if1, "[")
-    if1.serial.write(b"X10(")
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "X10(", seconds=0.1, end="") == b"U\r"
     send(bench, if1, "*", "U61", seconds=1.5)
     assert (status(bench, if1, "E"), number(bench, if1, "F")) == ("C", 0)
 
@@ -555,9 +533,7 @@ def test_breaking_into_a_locked_interface(bench, erase):
     bench.run(3.0)
     before = positions(if2)
     power_up(bench, if2, dsr=True)
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"
     if2.serial.write(erase.encode())
     bench.run(0.1)
     assert if2.serial.read() in ((b"U\r", b"U\rU\r") if erase == "**" else (b"U\r",))
@@ -584,18 +560,14 @@ def test_what_has_been_erased_does_not_come_back(bench):
     if2.pins["input1"].drive(True)
     bench.run(3.0)
     assert positions(if2) == (0, 0, 0)
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"  # as fresh from the factory: it waits for this
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"  # as fresh from the factory: it waits for this
 
 
 def test_installing_a_sequence_as_sample_6_does(bench):
     """Sample 6: `(`, the answer, `*`, the answer, `V61`, E until not E, the sequence (R30), `[`; CR LF after each."""
     if2 = bench.add("if2", line="2400 8N2")
     bench.run(1.5)
-    if2.serial.write(b"(")
-    bench.run(0.2)
-    if2.serial.read()
+    send(bench, if2, "(", end="")
     assert send(bench, if2, "*", end="\r\n") == b"U\r"
     assert send(bench, if2, "V61", "E", seconds=1.5, end="\r\n") == b"C\r\n"
     if2.serial.write(b":R12345:H1:X1000@1000S1:X-S2:YS3:Y-S4:ZS5:Z-R5:")
@@ -644,8 +616,7 @@ def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
     bench.run(0.1)
     if2.serial.read()
     power_up(bench, if2, dsr=False)
-    assert if2.serial.read() == b""
-    assert [status(bench, if2, letter) for letter in "EF"] == ["[", "32"]
+    assert (if2.serial.read(), [status(bench, if2, letter) for letter in "EF"]) == (b"", ["[", "32"])
 
 
 def test_power_on_and_off_twice_is_no_different_from_once(bench):
@@ -669,8 +640,7 @@ def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
     if2.power(False)
     power_up(bench, if2, dsr=False)
     bench.run(2.0)
-    assert positions(if2) == (60, 0, 0)
-    assert status(bench, if2, "E") == "["
+    assert (positions(if2), status(bench, if2, "E")) == ((60, 0, 0), "[")
     write(if2, "]", "Y$")
     until_idle(bench, if2)
     assert positions(if2) == (60, 60, 0)

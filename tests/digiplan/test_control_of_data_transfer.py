@@ -60,8 +60,7 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
 def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
     """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
     setattr(if1.serial.host, line, False)
-    assert ask(bench, if1, "E", 5) == b""
-    assert ask(bench, if1, "K", 5) == b""
+    assert (ask(bench, if1, "E", 5), ask(bench, if1, "K", 5)) == (b"", b"")
     setattr(if1.serial.host, line, True)
     bench.run(0.1)
     assert if1.serial.read() == b"C\r0\r"
@@ -197,8 +196,7 @@ def test_60_characters_are_not_lost(bench):
     if1 = calculating(bench)
     fill(bench, if1, "X7$\r" + " " * 56)
     bench.run(1.5)
-    assert if1.axes["X"].position == 7
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (if1.axes["X"].position, ask(bench, if1, "F")) == (7, b"0\r")
 
 
 def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
@@ -207,8 +205,7 @@ def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
     fill(bench, if1, "X7$\r" + " " * 57)
     assert if1.serial.dtr  # it is empty
     bench.run(1.5)
-    assert if1.axes["X"].position == 0
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"8\r"))
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
@@ -361,9 +358,7 @@ def test_a_slower_strobe_loses_11_bit_characters_too(bench):
     assert distinct_slots(25, 11, 12) == 23
     if1.serial.write(b"ABCDEFGHIJKLMNOPQRSTUVWXY")
     bench.run(0.2)
-    assert len(if1.serial.read()) == 23
-    assert ask(bench, if1, "#") == b"#\r"
-    assert ask(bench, if1, "F") == b"F\r2\r"
+    assert (len(if1.serial.read()), ask(bench, if1, "#"), ask(bench, if1, "F")) == (23, b"#\r", b"F\r2\r")
 
 
 def test_echo_back_makes_9600_baud_safe(bench):
@@ -471,8 +466,7 @@ def test_a_host_that_waits_for_the_echo_loses_nothing(bench, baud):
     obedient_echo_host(bench, if1, LONG)
     bench.run(1)
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F") == b"F\r0\r"
-    assert changes == []
+    assert (ask(bench, if1, "F"), changes) == (b"F\r0\r", [])
 
 
 @settings(max_examples=15, deadline=None)

@@ -136,8 +136,7 @@ def test_without_the_lock_everything_is_back_to_default_after_power_off(bench, m
     write(card, "P1$")
     until_idle(bench, card)
     assert seen[1][0] - seen[0][0] == 100 * MS
-    assert number(bench, card, "O") == 0
-    assert number(bench, card, "N") == 1000
+    assert (number(bench, card, "O"), number(bench, card, "N")) == (0, 1000)
 
 
 def number_after_delay(bench, card) -> int:

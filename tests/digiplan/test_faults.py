@@ -13,6 +13,7 @@ from .talking import (
     number,
     positions,
     ready,
+    send,
     status,
     status_word,
     times,
@@ -32,12 +33,10 @@ def test_emergency_stop_is_read_twice_before_it_is_gone(bench, if1):
     """Clearing: "32 <CR>"; once removed again "32 <CR>" "but this time the fault bit will be cleared"."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert ask(bench, if1, "K") == b"32\r"
-    assert ask(bench, if1, "K") == b"32\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "K")) == (b"32\r", b"32\r")
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert ask(bench, if1, "K") == b"32\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "K")) == (b"32\r", b"0\r")
 
 
 def test_an_emergency_stop_removed_before_it_is_read_needs_one_request(bench, if1):
@@ -91,8 +90,7 @@ def test_no_movement_before_the_emergency_stop_has_been_read(bench, if1):
     for text in ("X100@400$", "Y-100$", "X@200G$", ":Z10:$"):
         write(if1, text)
     bench.run(2.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 32
+    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
     bench.run(2.0)
     assert positions(if1) == (0, 0, 0)  # refused, not saved up
     write(if1, "X100$")
@@ -115,12 +113,9 @@ def test_an_emergency_stop_there_at_power_up_inhibits_movement(bench):
     if1 = bench.add("if1")
     if1.pins["estop"].drive(False)
     bench.run(1.5)
-    if1.serial.write(b"(U61\r")
-    bench.run(1.5)
-    if1.serial.read()
+    send(bench, if1, "(U61", seconds=1.5)
     command(bench, if1, "X100$", seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 32
+    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
     if1.pins["estop"].drive(True)
     bench.run(0.1)
     assert status_word(bench, if1) == 32
@@ -145,8 +140,7 @@ def test_a_drive_fault_is_cleared_by_a_request_once_the_drive_is_well(bench, if1
     """Clearing: "provided the fault is no longer present"."""
     break_drive(if1, "x_fault")
     bench.run(0.1)
-    assert [status_word(bench, if1) for _ in range(3)] == [16, 16, 16]
-    assert number(bench, if1, "I") == 202
+    assert ([status_word(bench, if1) for _ in range(3)], number(bench, if1, "I")) == ([16, 16, 16], 202)
     if1.pins["x_fault"].release()
     bench.run(0.1)
     assert [status_word(bench, if1) for _ in range(3)] == [16, 0, 0]
@@ -157,9 +151,7 @@ def test_a_missing_fault_link_is_a_drive_fault_for_ever(bench):
     if1 = bench.add("if1")
     break_drive(if1, "y_fault")
     bench.run(1.5)
-    if1.serial.write(b"(U61\r")
-    bench.run(1.5)
-    if1.serial.read()
+    send(bench, if1, "(U61", seconds=1.5)
     for text in ("X100$", "Z100$"):
         assert status_word(bench, if1) == 16
         command(bench, if1, text, seconds=1.0)
@@ -200,14 +192,12 @@ def test_two_faults_at_once_are_cleared_each_by_its_own_rule(bench, if1):
     bench.run(0.1)
     assert status_word(bench, if1) == 16 + 32 + 128
     assert status_word(bench, if1) == 16 + 128
-    assert number(bench, if1, "F") == 8
-    assert status_word(bench, if1) == 16
+    assert (number(bench, if1, "F"), status_word(bench, if1)) == (8, 16)
     command(bench, if1, "X100$", seconds=0.5)
     assert positions(if1) == (0, 0, 0)
     if1.pins["x_fault"].release()
     bench.run(0.1)
-    assert status_word(bench, if1) == 16
-    assert status_word(bench, if1) == 0
+    assert (status_word(bench, if1), status_word(bench, if1)) == (16, 0)
 
 
 def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
@@ -222,9 +212,7 @@ def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
     bench.run(5.0)
     x = times(if1.axes["X"])
     # up 12190 and down 12190 steps at this ramp, all at 400 at the end
-    assert x[-1] - x[-2] == 2_500_000
-    assert status_word(bench, if1) == 32
-    assert status_word(bench, if1) == 0
+    assert (x[-1] - x[-2], status_word(bench, if1), status_word(bench, if1)) == (2_500_000, 32, 0)
 
 
 def test_a_drive_fault_during_a_deceleration_ends_it(bench, if1):
@@ -298,8 +286,7 @@ def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
     status_word(bench, if1)
     if1.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), status(bench, if1, "E")) == ((0, 0, 0), "C")
 
 
 def test_a_very_short_emergency_stop_is_seen(bench, if1):

@@ -69,8 +69,7 @@ def test_three_axes_at_once(bench, if1, message):
     command(bench, if1, message, seconds=1)
     moved = [axis.position for axis in if1.axes.values()]
     if message == "XYZ@400 70$":  # spaces are ignored, so this is a speed of 40070: out of range
-        assert moved == [0, 0, 0]
-        assert faults(bench, if1) == (b"128\r", b"16\r")
+        assert (moved, faults(bench, if1)) == ([0, 0, 0], (b"128\r", b"16\r"))
     else:
         assert moved == [70, 70, 70]
 
@@ -105,16 +104,14 @@ def test_without_the_initialise_command_nothing_moves(bench, if1):
 def test_index_length_0_is_no_pulse(bench, if1):
     """Default values: "Index Length 0 steps": done at once."""
     command(bench, if1, "X$", "XYZ0$", seconds=0.1)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "N") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "N")) == (b"C\r", b"0\r")
     assert [len(axis.pulse_times()) for axis in if1.axes.values()] == [0, 0, 0]
 
 
 def test_the_longest_index_is_999999999_steps(bench, if1):
     """Index mode: "The maximum programmable distance is 9 decades, i.e. 999,999,999 steps"."""
     command(bench, if1, "X999999999@25000^500$", seconds=40_010)
-    assert if1.axes["X"].position == 999_999_999
-    assert ask(bench, if1, "N") == b"999999999\r"
+    assert (if1.axes["X"].position, ask(bench, if1, "N")) == (999_999_999, b"999999999\r")
     command(bench, if1, "X-$", seconds=40_010)
     assert if1.axes["X"].position == 0
 
@@ -247,13 +244,11 @@ def test_cancel_at_speed_decelerates_along_the_ramp(bench, if1):
     write(if1, "#")
     assert bench.run_until(lambda: axis.velocity < 1000, 0.1)
     begin, before = bench.now, axis.position
-    assert axis.velocity == 900
-    assert ask(bench, if1, "K", 0.02) == b"9\r"
+    assert (axis.velocity, ask(bench, if1, "K", 0.02)) == (900, b"9\r")
     bench.run(1)
     assert axis.position == before + 39
     assert begin + 59 * MS <= int(axis.pulse_times()[-1]) <= begin + 60 * MS
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"C\r", b"0\r")
     assert ask(bench, if1, "N") == b"%d\r" % axis.position
 
 

@@ -38,9 +38,7 @@ def test_nothing_is_heard_during_the_self_test(bench):
         bench.run(0.1)
     bench.run(1)
     assert if1.serial.read() == b"" and not if1.pins["led"].flashing
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "(", seconds=0.1, end="") == b"U\r"
 
 
 def test_the_self_test_may_take_another_time(bench):
@@ -49,9 +47,7 @@ def test_the_self_test_may_take_another_time(bench):
     led = edges(if1.pins["led"])
     bench.run(0.3)
     assert led == [(250 * MS, False)]
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "(", seconds=0.1, end="") == b"U\r"
 
 
 @pytest.mark.parametrize("baud", BAUD_RATES)
@@ -71,8 +67,7 @@ def test_the_bracket_tells_the_baud_rate_and_u_comes_back_at_it(bench, baud):
 def test_it_works_at_every_baud_rate(bench, baud):
     """Baud rate: "110, 300, 600, 1200, 2400, 4800 or 9600 bits per second"."""
     if1 = ready(bench, line=f"{baud} 8N2")
-    assert ask(bench, if1, "K", 1) == b"0\r"
-    assert ask(bench, if1, "F", 1) == b"0\r"
+    assert (ask(bench, if1, "K", 1), ask(bench, if1, "F", 1)) == (b"0\r", b"0\r")
     command(bench, if1, "X12$", seconds=1.5)
     assert if1.axes["X"].position == 12
 
@@ -96,13 +91,9 @@ def test_missing_the_u_costs_nothing_but_another_bracket(bench):
     if1 = bench.add("if1")
     bench.run(1.5)
     if1.serial.from_device.lose(2)
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "(", seconds=0.1, end="") == b""
     for _ in range(20):
-        if1.serial.write(b"(")
-        bench.run(0.1)
-        assert if1.serial.read() == b"U\r"
+        assert send(bench, if1, "(", seconds=0.1, end="") == b"U\r"
 
 
 def test_the_baud_rate_is_measured_on_the_first_bracket_only(bench):
@@ -110,13 +101,9 @@ def test_the_baud_rate_is_measured_on_the_first_bracket_only(bench):
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
     if1.serial.host.baudrate = 4800
-    if1.serial.write(b"(")
-    bench.run(0.5)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "(", seconds=0.5, end="") == b""
     if1.serial.host.baudrate = 9600
-    if1.serial.write(b"\r(")
-    bench.run(0.5)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "\r(", seconds=0.5, end="") == b"U\r"
 
 
 @pytest.mark.parametrize("character", [b"U", b"X", b"\r", b"\n", b"\x00", b"\xff", b"H", b"V61\r"])
@@ -128,9 +115,7 @@ def test_only_the_bracket_is_understood_before_the_baud_rate_is_known(bench, cha
     bench.run(0.2)
     assert if1.serial.read() == b"" and not if1.pins["led"].flashing
     if1.serial.host.baudrate = 9600
-    if1.serial.write(b"(")
-    bench.run(0.2)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "(", end="") == b"U\r"
 
 
 def test_the_led_flashes_twice_per_second_from_the_bracket_on(bench):
@@ -156,8 +141,7 @@ def test_the_led_ceases_flashing_on_the_data_format_message(bench):
 def test_u_format_messages_end_with_carriage_return_both_ways(bench):
     """Initialisation: "the interface expects only <CR> to terminate all subsequent messages"."""
     if1 = ready(bench, "U61")
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"C\r", b"0\r")
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
@@ -166,15 +150,13 @@ def test_v_format_messages_end_with_line_feed_and_replies_with_both(bench, end):
     if1 = bench.add("if1")
     detect(bench, if1)
     command(bench, if1, "V61", seconds=1.2, end=end)
-    assert ask(bench, if1, "E", end=end) == b"C\r\n"
-    assert ask(bench, if1, "F", end=end) == b"0\r\n"
+    assert (ask(bench, if1, "E", end=end), ask(bench, if1, "F", end=end)) == (b"C\r\n", b"0\r\n")
 
 
 def test_in_v_format_carriage_return_alone_ends_nothing(bench):
     """Initialisation: "all following instructions must be terminated by <LF>"."""
     if1 = ready(bench, "V61")
-    assert ask(bench, if1, "E", end="\r") == b""
-    assert ask(bench, if1, "", end="\n") == b"C\r\n"
+    assert (ask(bench, if1, "E", end="\r"), ask(bench, if1, "", end="\n")) == (b"", b"C\r\n")
 
 
 def test_the_answer_to_the_bracket_ends_in_carriage_return_alone_whatever_comes_later(bench):
@@ -191,8 +173,7 @@ def test_stray_terminators_and_spaces_before_the_format_message_do_no_harm(bench
     detect(bench, if1)
     write(if1, stray, end="")
     command(bench, if1, "U61", seconds=1.2)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"C\r", b"0\r")
 
 
 def test_the_format_message_may_hold_spaces(bench):
@@ -218,15 +199,13 @@ def test_a_wrong_format_message_is_dropped_and_may_be_sent_again(bench, wrong):
     assert if1.serial.read() == b"" and if1.pins["led"].flashing
     command(bench, if1, "U61", seconds=1.3)
     assert not if1.pins["led"].flashing
-    assert ask(bench, if1, "K") == b"0\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (b"0\r", b"0\r")
 
 
 def test_the_order_of_the_format_message_is_fixed(bench):
     """Initialisation: the characters "MUST be sent in the ordered sequence shown": U13 is not U31."""
     if1 = ready(bench, "U13")  # 7 data bits, odd parity, 1 stop bit
-    assert ask(bench, if1, "K") == b"0\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (b"0\r", b"0\r")
 
 
 @pytest.mark.parametrize("frame", FRAMES)
@@ -252,9 +231,7 @@ def test_the_first_characters_after_the_format_message_are_heard(bench):
     """R2: "allow a delay of at least 5mS"; a host that does not wait is heard all the same, and answered later."""
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
-    if1.serial.write(b"U61\rE\r")
-    bench.run(1.3)
-    assert if1.serial.read() == b"C\r"
+    assert send(bench, if1, "U61\rE", seconds=1.3) == b"C\r"
 
 
 def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench):
@@ -263,8 +240,7 @@ def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench):
     detect(bench, if1)
     if1.serial.write(b"U61\rE\r")  # E and CR arrive 1.1 and 2.3 ms after the format message
     bench.run(1.3)
-    assert if1.serial.read() == b""
-    assert ask(bench, if1, "E") == b"C\r"
+    assert (if1.serial.read(), ask(bench, if1, "E")) == (b"", b"C\r")
 
 
 def test_in_the_strict_mode_a_host_that_waits_is_heard(bench):
@@ -281,9 +257,7 @@ def test_a_line_feed_directly_after_the_u_message_is_swallowed(bench):
     """R2: sample 1 sends `U62` CR LF with echo on, and its first echo must be the `X` of its first command."""
     if1 = bench.add("if1", line="9600 8N2")
     detect(bench, if1)
-    if1.serial.write(b"U62\r\nX")
-    bench.run(1.3)
-    assert if1.serial.read() == b"X"
+    assert send(bench, if1, "U62\r\nX", seconds=1.3, end="") == b"X"
 
 
 def test_the_message_that_turns_echo_on_is_not_echoed(bench):
@@ -307,8 +281,7 @@ def test_the_first_ramp_is_calculated_after_the_format_message(bench):
 
 def test_a_bracket_once_it_is_ready_is_a_data_fault(bench, if1):
     """R5: the baud rate is measured only once; the samples tell the user to power down before a second run."""
-    assert send(bench, if1, "(", seconds=0.1) == b""
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert (send(bench, if1, "(", seconds=0.1), faults(bench, if1)) == (b"", (b"128\r", b"8\r"))
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
@@ -316,8 +289,7 @@ def test_a_bracket_once_it_is_ready_is_a_data_fault(bench, if1):
 def test_a_format_message_once_it_is_ready_is_a_data_fault(bench, if1, message):
     """R5: only power-up brings the data format back."""
     command(bench, if1, message, seconds=0.1)
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    assert ask(bench, if1, "E") == b"C\r"
+    assert (faults(bench, if1), ask(bench, if1, "E")) == ((b"128\r", b"8\r"), b"C\r")
 
 
 @pytest.mark.parametrize("moment", [0.2, 1.2, 1.6, 2.0, 4.0])

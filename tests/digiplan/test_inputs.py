@@ -115,9 +115,7 @@ def test_h1_l23_and_a_pulse_at_the_end(bench, if1):
 def test_waiting_is_busy_and_not_in_motion(bench, if1):
     """Busy status: "waiting for inputs"; "In this respect it is different from the "in motion" status"."""
     write(if1, "H1X1000$")
-    assert ask(bench, if1, "E") == b"E\r"
-    assert ask(bench, if1, "K") == b"0\r"
-    assert ask(bench, if1, "N") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K"), ask(bench, if1, "N")) == (b"E\r", b"0\r", b"0\r")
 
 
 def test_cancel_ends_the_waiting(bench, if1):
@@ -175,8 +173,7 @@ def test_the_remainder_must_be_sent_in_the_order_shown(bench, if1, message):
     command(bench, if1, message, seconds=0.3)
     assert if1.axes["X"].position == 0
     assert not any(if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5))
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    assert ask(bench, if1, "E") == b"C\r"
+    assert (faults(bench, if1), ask(bench, if1, "E")) == ((b"128\r", b"8\r"), b"C\r")
 
 
 @pytest.mark.parametrize("message", ["H4X10$", "L0X10$", "H14X10$", "HX10$", "LX10$", "H,1X10$", "H9X10$"])
@@ -196,8 +193,7 @@ def test_any_stages_may_be_left_out(bench, if1, message):
     """Combining: "Not all the stages shown above need be included"."""
     switch(if1, input1=True)
     command(bench, if1, message, seconds=0.5)
-    assert if1.axes["X"].position == 10
-    assert faults(bench, if1) == (b"0\r", b"0\r")
+    assert (if1.axes["X"].position, faults(bench, if1)) == (10, (b"0\r", b"0\r"))
 
 
 def test_outputs_change_when_the_slowest_part_of_the_move_is_over(bench, if1):

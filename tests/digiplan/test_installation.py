@@ -29,8 +29,7 @@ def test_after_an_emergency_stop_motion_status_must_be_read(bench, if1):
     bench.run(0.1)
     if1.pins["estop"].release()
     command(bench, if1, "X10$", seconds=1)
-    assert if1.axes["X"].position == 0
-    assert motion_status(bench, if1) == 32
+    assert (if1.axes["X"].position, motion_status(bench, if1)) == (0, 32)
     command(bench, if1, "X10$", seconds=1)
     assert if1.axes["X"].position == 10
 
@@ -39,13 +38,11 @@ def test_the_first_request_with_the_button_still_in_clears_nothing(bench, if1):
     """Clearing faults: 32, then "a further status request will again give "32 <CR>"", then 0."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert motion_status(bench, if1) == 32
-    assert motion_status(bench, if1) == 32
+    assert (motion_status(bench, if1), motion_status(bench, if1)) == (32, 32)
     if1.pins["estop"].release()
     bench.run(0.1)
     command(bench, if1, "X10$", seconds=0.1)
-    assert if1.axes["X"].position == 0
-    assert [motion_status(bench, if1) for _ in range(3)] == [32, 0, 0]
+    assert (if1.axes["X"].position, [motion_status(bench, if1) for _ in range(3)]) == (0, [32, 0, 0])
 
 
 def test_an_emergency_stop_in_motion_decelerates(bench, if1):
@@ -106,8 +103,7 @@ def test_quick_status_serves_as_well(bench, if1):
     bench.run(0.1)
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert ask(bench, if1, "Q") == b"\x20"
-    assert ask(bench, if1, "Q") == b"\x00"
+    assert (ask(bench, if1, "Q"), ask(bench, if1, "Q")) == (b"\x20", b"\x00")
     assert not if1.pins["led"].level
 
 
@@ -129,8 +125,7 @@ def test_an_emergency_stop_button_in_at_power_on(bench):
     assert ask(bench, if1, "(", end="") == b"U\r"
     command(bench, if1, "U61", seconds=1.2)
     command(bench, if1, "X10$", seconds=0.5)
-    assert if1.axes["X"].position == 0
-    assert motion_status(bench, if1) == 32
+    assert (if1.axes["X"].position, motion_status(bench, if1)) == (0, 32)
     if1.pins["estop"].release()
     assert motion_status(bench, if1) == 32
     command(bench, if1, "X10$", seconds=0.5)
@@ -374,9 +369,7 @@ def test_a_fault_does_not_keep_status_from_being_answered(bench, if1):
     """Report-back: "The interface can be interrogated to establish its status at any time"."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert ask(bench, if1, "E") == b"F\r"
-    assert ask(bench, if1, "N") == b"0\r"
-    assert faults(bench, if1) == (b"32\r", b"0\r")
+    assert (ask(bench, if1, "E"), ask(bench, if1, "N"), faults(bench, if1)) == (b"F\r", b"0\r", (b"32\r", b"0\r"))
 
 
 def test_outputs_can_be_switched_in_an_emergency(bench, if1):

@@ -61,8 +61,7 @@ def test_more_than_250_ms_is_out_of_range(bench, if1, n):
 def test_without_a_number_it_is_a_data_fault(bench, if1, message):
     """R7: a missing number, or something else in its place."""
     write(if1, message)
-    assert ask(bench, if1, "E", 0.05) == b"F\r"
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert (ask(bench, if1, "E", 0.05), faults(bench, if1)) == (b"F\r", (b"128\r", b"8\r"))
 
 
 def test_echoes_are_delayed_too(bench):

@@ -131,13 +131,10 @@ def test_what_does_not_comply_is_flagged_and_ignored(bench, if1, parameters, mov
     if parameters:
         command(bench, if1, parameters, seconds=1.2)
     command(bench, if1, move, seconds=2.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 128
-    assert status(bench, if1, "E") == "F"
+    assert (positions(if1), status_word(bench, if1), status(bench, if1, "E")) == ((0, 0, 0), 128, "F")
     assert number(bench, if1, "F") == 16
     assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 0)
-    assert status(bench, if1, "E") == "C"
-    assert out == []
+    assert (status(bench, if1, "E"), out) == ("C", [])
 
 
 @pytest.mark.parametrize(
@@ -159,8 +156,7 @@ def test_the_very_limits_of_the_constraints_comply(bench, if1, parameters, move,
 def test_a_minor_axis_longer_than_the_major_one_is_out_of_range(bench, if1):
     """R16: the multiplier is below 1: a "short index (the minor axis)"."""
     command(bench, if1, "X500/Y501@1000$", seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert faults(bench, if1) == (b"128\r", b"16\r")
+    assert (positions(if1), faults(bench, if1)) == ((0, 0, 0), (b"128\r", b"16\r"))
 
 
 @pytest.mark.parametrize(
@@ -199,8 +195,7 @@ def test_a_sequence_faults_out_where_the_constraints_are_not_kept(bench, if1):
     command(bench, if1, ":Z100@400:X1000/Y200@6000:Z50:$", seconds=3.0)
     assert positions(if1) == (0, 0, 100)
     assert (status_word(bench, if1), status(bench, if1, "E")) == (128, "F")
-    assert number(bench, if1, "F") == 16
-    assert status(bench, if1, "E") == "C"
+    assert (number(bench, if1, "F"), status(bench, if1, "E")) == (16, "C")
 
     command(bench, if1, "^10", seconds=1.2)
     write(if1, ":$")

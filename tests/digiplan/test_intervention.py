@@ -23,8 +23,7 @@ def test_the_sequence_hands_over_and_resumes(bench, if1):
     """Intervention: after Y 400 it "transmits "% <CR>"" and "resumes with the negative Y move when "% <CR>""."""
     assert send(bench, if1, ": Y 400 @ 200 : % : Y- : $", seconds=1.9) == b""
     bench.run(0.2)
-    assert if1.serial.read() == b"%\r"
-    assert positions(if1) == (0, 400, 0)
+    assert (if1.serial.read(), positions(if1)) == (b"%\r", (0, 400, 0))
 
     command(bench, if1, "X150@400$", seconds=60.0)
     assert positions(if1) == (150, 400, 0)
@@ -84,8 +83,7 @@ def test_parameters_alone_are_taken_too(bench, if1):
     bench.run(1.0)
     write(if1, "%")
     until_idle(bench, if1)
-    assert positions(if1) == (25, 0, 25)
-    assert set(gaps(times(if1.axes["X"]))) == {10_000_000}
+    assert (positions(if1), set(gaps(times(if1.axes["X"])))) == ((25, 0, 25), {10_000_000})
 
 
 def test_a_handed_over_interface_is_clear(bench, if1):
@@ -130,9 +128,7 @@ def test_two_hand_overs_in_a_row(bench, if1):
     """Intervention: each `%` of the sequence needs a `%` of its own."""
     write(if1, ":%:%:X10@400:$")
     bench.run(0.2)
-    assert ask(bench, if1, "%") == b"%\r%\r"
-    assert positions(if1) == (0, 0, 0)
-    assert ask(bench, if1, "%") == b""
+    assert (ask(bench, if1, "%"), positions(if1), ask(bench, if1, "%")) == (b"%\r%\r", (0, 0, 0), b"")
     assert positions(if1) == (10, 0, 0)
 
 
@@ -172,9 +168,7 @@ def test_percent_where_no_sequence_waits_moves_nothing(bench, if1):
     command(bench, if1, ":X100@400:P0,50:Y10:$", seconds=0.1)
     command(bench, if1, "%")
     command(bench, if1, "%", seconds=2.0)
-    assert positions(if1) == (100, 10, 0)
-    assert number(bench, if1, "F") == 8
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), number(bench, if1, "F"), status(bench, if1, "E")) == ((100, 10, 0), 8, "C")
 
 
 @pytest.mark.parametrize("text", ["X10%$", "%X10$", "%$", "%%", "S1%"])
@@ -201,8 +195,7 @@ def test_the_prompt_waits_for_the_handshake_and_the_sequence_with_it(bench, if1)
 def test_with_echo_the_prompt_is_not_mixed_up_with_the_echo(bench):
     """Echo back: "each character is returned to the controller"; the prompt is sent, not echoed."""
     if1 = ready(bench, "U62")
-    assert ask(bench, if1, ":X10@400:%:Y10:$") == b":X10@400:%:Y10:$\r%\r"
-    assert ask(bench, if1, "Z5$") == b"Z5$\r"
+    assert (ask(bench, if1, ":X10@400:%:Y10:$"), ask(bench, if1, "Z5$")) == (b":X10@400:%:Y10:$\r%\r", b"Z5$\r")
     assert ask(bench, if1, "%") == b"%\r"
     bench.run(0.5)
     assert positions(if1) == (10, 10, 5)
@@ -237,8 +230,7 @@ def test_a_sequence_sent_in_a_hand_over_is_a_data_fault(bench, if1):
     bench.run(0.1)
     write(if1, ":Y5@400:Z5:$", ":$")
     bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert number(bench, if1, "F") == 8
+    assert (positions(if1), number(bench, if1, "F")) == ((0, 0, 0), 8)
     command(bench, if1, "%", seconds=1.0)
     assert positions(if1) == (10, 0, 0)
 

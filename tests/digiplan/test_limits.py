@@ -4,7 +4,20 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import command, edges, moves, number, positions, ready, status, status_word, times, until_idle, write
+from .talking import (
+    command,
+    edges,
+    moves,
+    number,
+    positions,
+    ready,
+    send,
+    status,
+    status_word,
+    times,
+    until_idle,
+    write,
+)
 
 TRAVEL = {"limits": (-100, 2000)}
 """The minus switch opens below -100, the plus switch above 2000."""
@@ -16,8 +29,7 @@ def test_the_limit_switch_stops_a_slow_move_where_it_opens(bench):
     command(bench, if1, "X9000@400$", seconds=10.0)
     assert positions(if1) == (2001, 0, 0)
     assert number(bench, if1, "I") == 200 + 16
-    assert number(bench, if1, "N") == 2001
-    assert status_word(bench, if1) == 64
+    assert (number(bench, if1, "N"), status_word(bench, if1)) == (2001, 64)
 
 
 def test_the_negative_limit_stops_a_negative_move(bench):
@@ -46,8 +58,7 @@ def test_the_wrong_direction_is_refused_before_and_after_the_request(bench):
     if1 = ready(bench, X=TRAVEL)
     command(bench, if1, "X9000@400$", seconds=8.0)
     command(bench, if1, "X10$", seconds=0.5)
-    assert positions(if1) == (2001, 0, 0)
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), status_word(bench, if1)) == ((2001, 0, 0), 64)
     command(bench, if1, "X10$", seconds=0.5)
     command(bench, if1, "X@200G$", seconds=0.5)
     assert positions(if1) == (2001, 0, 0)
@@ -63,8 +74,7 @@ def test_the_system_can_be_driven_off_the_limit_after_the_request(bench):
     assert positions(if1) == (1501, 0, 0)
     write(if1, "X100$")
     until_idle(bench, if1)
-    assert positions(if1) == (1601, 0, 0)
-    assert status_word(bench, if1) == 0
+    assert (positions(if1), status_word(bench, if1)) == ((1601, 0, 0), 0)
 
 
 def test_no_movement_before_the_limit_has_been_read(bench):
@@ -72,8 +82,7 @@ def test_no_movement_before_the_limit_has_been_read(bench):
     if1 = ready(bench, X=TRAVEL)
     command(bench, if1, "X9000@400$", seconds=8.0)
     command(bench, if1, "X-500$", "Z-5$", seconds=2.0)
-    assert positions(if1) == (2001, 0, 0)
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), status_word(bench, if1)) == ((2001, 0, 0), 64)
     bench.run(2.0)
     assert positions(if1) == (2001, 0, 0)
 
@@ -82,8 +91,7 @@ def test_one_request_clears_the_limit_though_the_switch_is_still_open(bench):
     """Clearing: "a status request will be necessary ... and this will serve to reset the fault bit"."""
     if1 = ready(bench, X=TRAVEL)
     command(bench, if1, "X9000@400$", seconds=8.0)
-    assert [status_word(bench, if1) for _ in range(3)] == [64, 0, 0]
-    assert status(bench, if1, "E") == "C"
+    assert ([status_word(bench, if1) for _ in range(3)], status(bench, if1, "E")) == ([64, 0, 0], "C")
     assert number(bench, if1, "I") == 216
     assert if1.pins["led"].level
 
@@ -104,8 +112,7 @@ def test_the_limits_are_common_to_all_axes(bench):
     """Limit inputs: "Where more than one axis is used, connect the limit switches in series"."""
     if1 = ready(bench, X=TRAVEL, Y={"limits": (-50, 50)})
     command(bench, if1, "Y90@400$", seconds=1.0)
-    assert positions(if1) == (0, 51, 0)
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), status_word(bench, if1)) == ((0, 51, 0), 64)
     for text in ("X10$", "Z10$", "XY10$", "X-Z10$"):
         command(bench, if1, text, seconds=0.5)
         status_word(bench, if1)
@@ -165,12 +172,9 @@ def test_a_limit_open_at_power_up(bench):
     if1 = bench.add("if1")
     if1.pins["limit_minus"].drive(False)
     bench.run(1.5)
-    if1.serial.write(b"(U61\r")
-    bench.run(1.5)
-    if1.serial.read()
+    send(bench, if1, "(U61", seconds=1.5)
     command(bench, if1, "X-10$", seconds=0.5)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 64)
     write(if1, "X10$")
     until_idle(bench, if1)
     assert positions(if1) == (10, 0, 0)
@@ -183,8 +187,7 @@ def test_a_run_is_stopped_by_a_limit(bench):
     assert positions(if1) == (2001, 0, 0)
     assert (status_word(bench, if1), status_word(bench, if1)) == (64, 0)
     command(bench, if1, "X-G$", seconds=10.0)
-    assert positions(if1) == (-101, 0, 0)
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), status_word(bench, if1)) == ((-101, 0, 0), 64)
 
 
 def test_a_limit_stops_both_axes_of_an_interpolated_move(bench):
@@ -205,8 +208,7 @@ def test_a_sequence_ends_at_a_limit(bench):
     assert if1.pins["output1"].level
     assert status_word(bench, if1) == 64
     bench.run(5.0)
-    assert positions(if1) == (2001, 0, 0)
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), status(bench, if1, "E")) == ((2001, 0, 0), "C")
     write(if1, "X-1901$")
     until_idle(bench, if1)
     command(bench, if1, ":$", seconds=6.0)
@@ -217,9 +219,7 @@ def test_a_backlash_correction_away_from_the_limit_that_the_move_found(bench):
     """Backlash and limit: the overshoot opens the switch; there is no correction after a fault."""
     if1 = ready(bench, X={"limits": (-100, 105)})
     command(bench, if1, "B-20", "X100@400B$", seconds=2.0)
-    assert positions(if1) == (106, 0, 0)
-    assert moves(if1.axes["X"]) == [106]
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), moves(if1.axes["X"]), status_word(bench, if1)) == ((106, 0, 0), [106], 64)
 
 
 def test_a_limit_touched_at_rest_is_told_and_lights_the_led(bench, if1):
@@ -248,8 +248,7 @@ def test_emergency_stop_and_limit_at_once(bench, if1):
     if1.pins["estop"].drive(False)
     if1.pins["limit_plus"].drive(False)
     bench.run(0.5)
-    assert status_word(bench, if1) == 96
-    assert status_word(bench, if1) == 32
+    assert (status_word(bench, if1), status_word(bench, if1)) == (96, 32)
     if1.pins["estop"].release()
     bench.run(0.1)
     assert [status_word(bench, if1) for _ in range(2)] == [32, 0]
@@ -267,8 +266,7 @@ def test_a_limit_that_opens_behind_the_motion_stops_it(bench, if1, text):
     bench.run(0.101)  # 40 pulses at 400 steps/s
     if1.pins["limit_plus"].drive(False)
     bench.run(1.0)
-    assert positions(if1)[0] == -40
-    assert status_word(bench, if1) == 64
+    assert (positions(if1)[0], status_word(bench, if1)) == (-40, 64)
     write(if1, "X-10$")  # away from the open switch
     until_idle(bench, if1)
     assert positions(if1)[0] == -50
@@ -306,8 +304,7 @@ def test_a_backlash_correction_comes_back_once_the_limit_has_closed(bench, if1):
     command(bench, if1, "X100B$", seconds=0.1)
     if1.pins["limit_minus"].release()
     until_idle(bench, if1)
-    assert positions(if1) == (100, 0, 0)
-    assert status_word(bench, if1) == 0
+    assert (positions(if1), status_word(bench, if1)) == ((100, 0, 0), 0)
 
 
 def test_a_limit_that_opens_in_the_pause_of_a_backlash_correction_stops_it(bench, if1):
@@ -318,8 +315,7 @@ def test_a_limit_that_opens_in_the_pause_of_a_backlash_correction_stops_it(bench
     bench.run(0.001)
     if1.pins["limit_minus"].drive(False)
     bench.run(1.0)
-    assert positions(if1) == (120, 0, 0)
-    assert status_word(bench, if1) == 64
+    assert (positions(if1), status_word(bench, if1)) == ((120, 0, 0), 64)
 
 
 WAITING = pytest.mark.parametrize("text", ["H1X100@400$", ":H1X100@400:$", ":H1:X100@400:$", ":P0,20:H1X100@400:$"])
@@ -334,9 +330,7 @@ def test_a_limit_touched_at_rest_and_not_read_refuses_what_is_waiting(bench, if1
     if1.pins["limit_minus"].release()
     if1.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 64
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), status_word(bench, if1), status(bench, if1, "E")) == ((0, 0, 0), 64, "C")
 
 
 @WAITING

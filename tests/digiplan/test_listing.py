@@ -211,8 +211,7 @@ def test_the_host_in_control_leaves_the_step_running(bench, if1):
     bench.run(0.2)
     write(if1, "X10$")
     bench.run(1.0)
-    assert [step for _, step in found] == [1]
-    assert running(if1) == 1
+    assert ([step for _, step in found], running(if1)) == ([1], 1)
     write(if1, "%")
     bench.run(0.1)
     assert [step for _, step in found] == [1, 2]
@@ -241,8 +240,7 @@ def test_a_fault_ends_it(bench, if1, pin):
     bench.run(0)
     assert running(if1) is None
     bench.run(1.0)
-    assert [step for _, step in found] == [1]
-    assert stored(if1) == ("X99999@1000", "Y")
+    assert ([step for _, step in found], stored(if1)) == ([1], ("X99999@1000", "Y"))
 
 
 def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
@@ -285,8 +283,7 @@ def test_an_if2_that_is_locked_keeps_it(bench):
     bench.run(0.9)
     assert (stored(if2), running(if2)) == (("H1", "X100"), None), "the LED is on: it tests itself"
     bench.run(0.2)
-    assert running(if2) == 1
-    assert found == [(0, 1)]
+    assert (running(if2), found) == (1, [(0, 1)])
     if2.power(False)
     assert running(if2) is None
 

@@ -15,8 +15,7 @@ def test_a_locked_interface_receives_no_further_instructions(bench, if1):
     assert not if1.pins["output1"].level
     write(if1, "]", "X100$")
     until_idle(bench, if1)
-    assert positions(if1) == (100, 0, 0)
-    assert number(bench, if1, "F") == 0
+    assert (positions(if1), number(bench, if1, "F")) == ((100, 0, 0), 0)
 
 
 def test_what_was_sent_while_locked_has_left_no_trace(bench, if1):
@@ -39,11 +38,9 @@ def test_status_requests_are_answered_while_locked(bench, if1):
 def test_e_answers_the_bracket_and_f_tells_32_while_locked(bench, if1):
     """Busy status: "[<CR>" if it is in the battery backup mode"; R31: an IF1 has it too."""
     write(if1, "[")
-    assert ask(bench, if1, "E") == b"[\r"
-    assert ask(bench, if1, "F") == b"32\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"[\r", b"32\r")
     write(if1, "]")
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"C\r", b"0\r")
 
 
 def test_spurious_data_raises_no_fault_while_locked(bench, if1):
@@ -81,8 +78,7 @@ def test_error_checking_is_operative_again_after_unlocking(bench, if1):
 def test_a_fault_from_before_is_kept_while_locked(bench, if1):
     """Motion status: "any communication fault bits are only cleared when the "F" command is sent"."""
     command(bench, if1, "!", "[", seconds=0.1)
-    assert number(bench, if1, "F") == 40
-    assert number(bench, if1, "F") == 32
+    assert (number(bench, if1, "F"), number(bench, if1, "F")) == (40, 32)
 
 
 def test_motion_goes_on_when_the_interface_is_locked(bench, if1):
@@ -154,16 +150,14 @@ def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, i
 def test_only_the_unlock_command_alone_unlocks(bench, if1, text):
     """Lockout: "]" <CR>"."""
     command(bench, if1, "[", text, seconds=0.1)
-    assert status(bench, if1, "E") == "["
-    assert positions(if1) == (0, 0, 0)
+    assert (status(bench, if1, "E"), positions(if1)) == ("[", (0, 0, 0))
 
 
 @pytest.mark.parametrize("text", ["[$", "X10[", "[X10$", "[[", "]]"])
 def test_the_lock_command_stands_alone(bench, if1, text):
     """Lockout: "[ <CR>"; R7 for anything else."""
     command(bench, if1, text)
-    assert number(bench, if1, "F") == 8
-    assert positions(if1) == (0, 0, 0)
+    assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
 def test_unlocking_what_is_not_locked_does_nothing(bench, if1):
@@ -193,9 +187,7 @@ def test_locking_in_a_hand_over_keeps_the_sequence_waiting(bench, if1):
 def test_a_locked_interface_echoes_as_before(bench):
     """Echo-back: the data format is not changed by the lock; nothing is executed."""
     if1 = ready(bench, "U62")
-    assert ask(bench, if1, "[") == b"[\r"
-    assert ask(bench, if1, "E") == b"E\r[\r"
-    assert ask(bench, if1, "]") == b"]\r"
+    assert (ask(bench, if1, "["), ask(bench, if1, "E"), ask(bench, if1, "]")) == (b"[\r", b"E\r[\r", b"]\r")
     assert ask(bench, if1, "E") == b"E\rC\r"
 
 
@@ -227,8 +219,7 @@ def test_a_fault_while_locked_can_be_read(bench, if1):
     command(bench, if1, "X4000@400$", "[", seconds=1.0)
     if1.pins["limit_plus"].drive(False)
     bench.run(0.5)
-    assert status_word(bench, if1) == 64
-    assert status(bench, if1, "E") == "["
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (64, "[")
 
 
 def test_a_message_in_two_parts_around_the_lock(bench, if1):
@@ -236,8 +227,7 @@ def test_a_message_in_two_parts_around_the_lock(bench, if1):
     if1.serial.write(b"X100")
     bench.run(0.1)
     command(bench, if1, "[", "X60$", seconds=0.5)
-    assert positions(if1) == (60, 0, 0)
-    assert number(bench, if1, "F") == 8
+    assert (positions(if1), number(bench, if1, "F")) == ((60, 0, 0), 8)
 
 
 def test_a_lock_sent_behind_a_held_move_waits_with_it(bench, if1):
@@ -246,5 +236,4 @@ def test_a_lock_sent_behind_a_held_move_waits_with_it(bench, if1):
         write(if1, text)
     bench.run(0.5)
     bench.run(2.0)
-    assert positions(if1) == (600, 0, 0)
-    assert status(bench, if1, "E") == "["
+    assert (positions(if1), status(bench, if1, "E")) == ((600, 0, 0), "[")

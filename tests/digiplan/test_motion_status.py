@@ -36,8 +36,7 @@ def test_the_motion_status_of_an_index_from_the_start_to_the_end(bench, slow):
         assert status_word(bench, slow) == 9
         bench.run(0.4)
     bench.run(1.5)
-    assert status_word(bench, slow) == 0
-    assert positions(slow) == (40000, 0, 0)
+    assert (status_word(bench, slow), positions(slow)) == (0, (40000, 0, 0))
 
 
 def test_a_move_without_a_ramp_is_at_programmed_speed_from_beginning_to_end(bench, if1):
@@ -57,8 +56,7 @@ def test_a_short_index_is_at_programmed_speed_at_no_time(bench, slow):
     # 41 levels of 100 ms take 9840 steps, 42 would take 10290; 320 are left over at 4500/s: 71 ms from 4.1 s on
     assert sum(range(40, 450, 10)) == 9840
     bench.run(4.05)
-    assert status_word(bench, slow) == 5
-    assert status_word(bench, slow) == 1
+    assert (status_word(bench, slow), status_word(bench, slow)) == (5, 1)
     bench.run(0.05)
     assert status_word(bench, slow) == 9
 
@@ -127,15 +125,13 @@ def test_quick_status_without_a_free_eighth_bit_comes_with_bit_7_cleared(bench, 
     if1 = ready(bench, form)
     command(bench, if1, "!", seconds=0.1)
     command(bench, if1, "X9000@400$", seconds=0.1)
-    assert ask(bench, if1, "K") == b"131\r"
-    assert ask(bench, if1, "Q") == b"\x03"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "Q")) == (b"131\r", b"\x03")
 
 
 def test_quick_status_has_no_end_in_the_v_format_either(bench):
     """Quick status: one byte."""
     if1 = ready(bench, "V31")
-    assert ask(bench, if1, "Q", end="\n") == b"\0"
-    assert ask(bench, if1, "K", end="\n") == b"0\r\n"
+    assert (ask(bench, if1, "Q", end="\n"), ask(bench, if1, "K", end="\n")) == (b"\0", b"0\r\n")
 
 
 def test_figures_come_without_padding(bench, if1):
@@ -167,8 +163,7 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
 def test_a_status_request_stands_alone(bench, if1, text):
     """Report-back: one command, one message; anything else is no instruction (R7)."""
     send(bench, if1, text, seconds=0.3)
-    assert number(bench, if1, "F") == 8
-    assert positions(if1) == (0, 0, 0)
+    assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
 def test_spaces_in_a_status_request_are_ignored(bench, if1):
@@ -214,9 +209,7 @@ def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
         assert (name, status_word(bench, if1)) == (name, bit)
         assert (name, status(bench, if1, "E")) == (name, "C")
     command(bench, if1, "?", seconds=0.1)
-    assert status(bench, if1, "E") == "F"
-    assert number(bench, if1, "F") == 8
-    assert status(bench, if1, "E") == "C"
+    assert (status(bench, if1, "E"), number(bench, if1, "F"), status(bench, if1, "E")) == ("F", 8, "C")
 
 
 def test_locked_comes_before_fault_and_fault_before_busy(bench, if1):
@@ -276,8 +269,7 @@ def test_input_status_is_that_of_now_and_clears_nothing(bench, if1):
     assert number(bench, if1, "I") == 201
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert number(bench, if1, "I") == 200
-    assert status_word(bench, if1) == 32
+    assert (number(bench, if1, "I"), status_word(bench, if1)) == (200, 32)
 
 
 # Communication status
@@ -312,17 +304,14 @@ def test_faults_add_up_until_f_clears_them_all(bench, if1):
     assert status_word(bench, if1) == 128
     assert status_word(bench, if1) == 128  # K does not clear it
     assert ask(bench, if1, "Q") == b"\0"  # bit 8 is 0 in this format
-    assert status_word(bench, if1) == 128
-    assert number(bench, if1, "F") == 24
-    assert number(bench, if1, "F") == 0
+    assert (status_word(bench, if1), number(bench, if1, "F"), number(bench, if1, "F")) == (128, 24, 0)
     assert status_word(bench, if1) == 0
 
 
 def test_a_communication_fault_does_not_inhibit_movement(bench, if1):
     """Clearing: "If the "F" command is not sent, movement will not be inhibited"."""
     command(bench, if1, "!", "X100@400$", seconds=0.5)
-    assert positions(if1) == (100, 0, 0)
-    assert status_word(bench, if1) == 128
+    assert (positions(if1), status_word(bench, if1)) == ((100, 0, 0), 128)
 
 
 def test_a_communication_fault_does_not_light_the_led(bench, if1):

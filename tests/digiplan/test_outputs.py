@@ -64,8 +64,7 @@ def test_set_and_reset(bench, if1, messages, expected):
 def test_the_wrong_order_is_a_data_fault_and_changes_nothing(bench, if1, message):
     """Outputs: "always send the set command first"; "an output cannot be pulsed at the same time as other outputs"."""
     command(bench, if1, "S2$", message, seconds=0.05)
-    assert levels(if1) == "01000"
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert (levels(if1), faults(bench, if1)) == ("01000", (b"128\r", b"8\r"))
 
 
 @pytest.mark.parametrize("message", ["S6$", "S0$", "S16$", "R9$", "P6,5$", "P9$", "S123456$"])
@@ -147,8 +146,7 @@ def test_output_0_is_a_delay(bench, if1):
 def test_pulsing_is_busy_and_not_in_motion(bench, if1):
     """Busy status: "motionless" activities such as waiting for inputs and pulsing outputs"."""
     write(if1, "P1,90$")
-    assert ask(bench, if1, "E") == b"E\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"E\r", b"0\r")
     bench.run(0.7)
     assert ask(bench, if1, "E") == b"C\r"
 

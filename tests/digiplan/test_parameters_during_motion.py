@@ -119,8 +119,7 @@ def test_a_speed_that_only_the_new_range_has_is_out_of_range_before_its_ramp_is_
 def test_the_new_ramp_is_calculated_when_the_host_is_given_control(bench, if1):
     """Intervention: "as well as acceleration rate and start/stop speed data"; it does not respond meanwhile."""
     command(bench, if1, ":P0,50:%:Y100@800:$", seconds=0.1)
-    assert send(bench, if1, "<8", seconds=0.5) == b"%\r"
-    assert ask(bench, if1, "E", 0.8) == b""
+    assert (send(bench, if1, "<8", seconds=0.5), ask(bench, if1, "E", 0.8)) == (b"%\r", b"")
     bench.run(0.2)
     assert if1.serial.read() == b"C\r"
     command(bench, if1, "%", seconds=1)

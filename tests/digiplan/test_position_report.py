@@ -116,8 +116,7 @@ def test_the_count_of_an_index_with_backlash_correction_has_both_ways_in_it(benc
     """Position report-back: "the number of clock pulses sent to the motor": 120 and back 20."""
     write(if1, "B-20", "X100B$")
     until_idle(bench, if1)
-    assert moves(if1.axes["X"]) == [120, -20]
-    assert number(bench, if1, "N") == 140
+    assert (moves(if1.axes["X"]), number(bench, if1, "N")) == ([120, -20], 140)
 
 
 # In linear interpolation

@@ -229,8 +229,7 @@ def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(benc
     moved_until = start_ns(if1.axes["X"]) + 1 * S
     assert ask(bench, if1, "K", 0.05) == b"3\r"
     bench.run((moved_until - bench.now) / S + 0.05)
-    assert if1.axes["X"].position == 400
-    assert ask(bench, if1, "E", 0.8) == b""
+    assert (if1.axes["X"].position, ask(bench, if1, "E", 0.8)) == (400, b"")
     bench.run(0.2)
     assert if1.serial.read() == b"C\r"
     command(bench, if1, "X200@1000$", seconds=2)

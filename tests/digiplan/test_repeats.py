@@ -157,8 +157,7 @@ def test_a_repeat_can_wait_for_an_input_at_each_repetition(bench, if1):
         if1.pins["input2"].drive(False)
         bench.run(1.0)
     # R15: the eleventh arrival, which falls through, has waited too
-    assert positions(if1) == (110, 4, 11)
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), status(bench, if1, "E")) == ((110, 4, 11), "C")
 
 
 def test_a_repeat_that_waits_for_a_high_and_a_low(bench, if1):
@@ -171,8 +170,7 @@ def test_a_repeat_that_waits_for_a_high_and_a_low(bench, if1):
     assert positions(if1) == (10, 0, 0)
     if1.pins["input1"].drive(True)
     bench.run(0.5)
-    assert positions(if1) == (20, 0, 0)
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), status(bench, if1, "E")) == ((20, 0, 0), "C")
 
 
 @pytest.mark.parametrize(

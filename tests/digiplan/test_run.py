@@ -97,8 +97,7 @@ def test_after_a_run_the_index_length_is_zero(bench, if1):
 def test_it_is_busy_and_in_motion_while_it_runs(bench, if1):
     """Busy status and motion status: running at speed is 1 + 2."""
     command(bench, if1, "XG$", seconds=0.1)
-    assert ask(bench, if1, "E") == b"E\r"
-    assert ask(bench, if1, "K") == b"3\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"E\r", b"3\r")
 
 
 def test_a_run_can_be_followed_by_one_in_the_other_direction(bench, if1):

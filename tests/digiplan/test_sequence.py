@@ -36,8 +36,7 @@ def test_four_moves_describe_a_square(bench, if1):
     # 0.05 s at most have gone by before the first pulse, so each corner is less than 10 steps away.
     for (x, y, _), (want_x, want_y) in zip(corners, [(1000, 0), (1000, 1000), (0, 1000), (0, 0)], strict=True):
         assert abs(x - want_x) < 10 and abs(y - want_y) < 10
-    assert moves(if1.axes["X"]) == [1000, -1000]
-    assert moves(if1.axes["Y"]) == [1000, -1000]
+    assert (moves(if1.axes["X"]), moves(if1.axes["Y"])) == ([1000, -1000], [1000, -1000])
     assert positions(if1) == (0, 0, 0)
 
 
@@ -74,8 +73,7 @@ def test_the_whole_sequence_can_be_repeated_without_sending_it_again(bench, if1,
 
     write(if1, again)
     until_idle(bench, if1)
-    assert positions(if1) == (200, 60, 0)
-    assert number(bench, if1, "F") == 0
+    assert (positions(if1), number(bench, if1, "F")) == ((200, 60, 0), 0)
 
 
 def test_a_repeated_sequence_uses_the_data_of_now_where_a_step_states_none(bench, if1):
@@ -103,8 +101,7 @@ def test_what_a_step_states_holds_for_direct_messages_afterwards(bench, if1):
     until_idle(bench, if1)
 
     assert set(gaps(times(if1.axes["Y"]))) == {5 * MS}
-    assert moves(if1.axes["Y"]) == [100]
-    assert moves(if1.axes["Z"]) == [120, -20]
+    assert (moves(if1.axes["Y"]), moves(if1.axes["Z"])) == ([100], [120, -20])
     assert seen[1][0] - seen[0][0] == 300 * MS
 
 
@@ -156,9 +153,7 @@ def test_a_low_to_high_transition_takes_two_steps(bench, if1):
 def test_63_operations_are_possible(bench, if1):
     """Programming a sequence: "a sequence of up to 63 separate operations"."""
     command(bench, if1, ":" + "X1@400:" * 62 + "Y7:$", seconds=2.0)
-    assert positions(if1) == (62, 7, 0)
-    assert number(bench, if1, "O") == 63
-    assert number(bench, if1, "F") == 0
+    assert (positions(if1), number(bench, if1, "O"), number(bench, if1, "F")) == ((62, 7, 0), 63, 0)
 
 
 def test_a_64th_operation_is_out_of_range_and_drops_the_sequence(bench, if1):
@@ -168,18 +163,14 @@ def test_a_64th_operation_is_out_of_range_and_drops_the_sequence(bench, if1):
         bench.run(0.01)
     if1.serial.write(b":$\r")
     bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 128
-    assert number(bench, if1, "F") == 16
+    assert (positions(if1), status_word(bench, if1), number(bench, if1, "F")) == ((0, 0, 0), 128, 16)
 
 
 @pytest.mark.parametrize("parameter", ["<5", ">2", "^20", "D1"])
 def test_ramp_parameters_cannot_be_placed_within_a_sequence(bench, if1, parameter):
     """Programming a sequence: "start/stop rate, speed range and acceleration rate cannot be placed within"."""
     command(bench, if1, f":X10@200:{parameter}:Y:$", seconds=3.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 128
-    assert number(bench, if1, "F") == 8
+    assert (positions(if1), status_word(bench, if1), number(bench, if1, "F")) == ((0, 0, 0), 128, 8)
 
 
 @pytest.mark.parametrize(
@@ -192,8 +183,7 @@ def test_a_step_in_the_wrong_order_is_a_data_fault(bench, if1, step):
     for name in ("input1", "input2"):
         if1.pins[name].drive(True)
     command(bench, if1, f":Y5@200:{step}:Y6:$", seconds=2.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status_word(bench, if1) == 128
+    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 128)
     assert number(bench, if1, "F") in (8, 16)  # a number out of its range is the one, everything else the other
 
 
@@ -206,9 +196,7 @@ def test_speed_asked_for_above_the_range_in_a_step_is_out_of_range(bench, if1):
 def test_a_mistake_is_put_right_by_ending_and_cancelling_the_sequence(bench, if1):
     """Programming a sequence: "terminate the incorrect sequence by sending ": $ # <CR>""."""
     command(bench, if1, ":X1000@200:Y50:X-77: $ #", seconds=1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status(bench, if1, "E") == "C"
-    assert number(bench, if1, "F") == 0
+    assert (positions(if1), status(bench, if1, "E"), number(bench, if1, "F")) == ((0, 0, 0), "C", 0)
 
     write(if1, ":X100@200:Y50:$")
     until_idle(bench, if1)
@@ -226,16 +214,14 @@ def test_a_mistake_with_wrong_characters_is_put_right_the_same_way(bench, if1):
 def test_a_carriage_return_inside_an_unfinished_sequence_drops_it(bench, if1):
     """R34: a sequence is one message; without its `$` it is a data fault."""
     command(bench, if1, ":X100@200:Y50:", "X-:$", seconds=2.0)
-    assert positions(if1) == (0, 0, 0)
-    assert number(bench, if1, "F") == 8
+    assert (positions(if1), number(bench, if1, "F")) == ((0, 0, 0), 8)
 
 
 def test_a_move_asked_for_while_a_sequence_runs_is_held_until_it_is_over(bench, if1):
     """R9: a message with `$` waits; status is answered "at any time"."""
     command(bench, if1, ":X100@200:Y:$", seconds=0.1)
     write(if1, "Z60$")
-    assert ask(bench, if1, "E", 0.8) == b"E\r"
-    assert positions(if1)[2] == 0
+    assert (ask(bench, if1, "E", 0.8), positions(if1)[2]) == (b"E\r", 0)
     bench.run(1.2)
     assert positions(if1) == (100, 100, 60)
     assert times(if1.axes["Z"])[0] >= times(if1.axes["Y"])[-1]
@@ -286,8 +272,7 @@ def test_sequence_status_counts_the_steps(bench, if1):
 
 def test_the_figure_zero_is_no_status_command(bench, if1):
     """Sequence status: "The command "O" (letter O, not the number zero)"."""
-    assert ask(bench, if1, "0") == b""
-    assert number(bench, if1, "F") == 8
+    assert (ask(bench, if1, "0"), number(bench, if1, "F")) == (b"", 8)
 
 
 def test_every_kind_of_step_is_counted(bench, if1):
@@ -297,8 +282,7 @@ def test_every_kind_of_step_is_counted(bench, if1):
     assert number(bench, if1, "O") == 6
     if1.pins["input1"].drive(True)
     bench.run(0.5)
-    assert number(bench, if1, "O") == 7
-    assert positions(if1) == (2, 3, 0)
+    assert (number(bench, if1, "O"), positions(if1)) == (7, (2, 3, 0))
 
 
 def test_the_backlash_correction_can_be_changed_from_step_to_step(bench, if1):
@@ -306,8 +290,7 @@ def test_the_backlash_correction_can_be_changed_from_step_to_step(bench, if1):
     write(if1, " : B - 20 : X 1000 B : B + 50 : Y - 400 B : $")
     until_idle(bench, if1)
 
-    assert moves(if1.axes["X"]) == [1020, -20]
-    assert moves(if1.axes["Y"]) == [-450, 50]
+    assert (moves(if1.axes["X"]), moves(if1.axes["Y"])) == ([1020, -20], [-450, 50])
     assert positions(if1) == (1000, -400, 0)
     for axis, first in ((if1.axes["X"], 1020), (if1.axes["Y"], 450)):
         pulses = times(axis)
@@ -334,8 +317,7 @@ def test_an_index_of_no_length_has_no_backlash_to_correct(bench, if1):
 def test_the_backlash_direction_must_always_be_specified(bench, if1, text):
     """Backlash correction in sequence mode: "the backlash direction must always be specified"."""
     command(bench, if1, text, seconds=2.0)
-    assert number(bench, if1, "F") == 8
-    assert positions(if1) == (0, 0, 0)
+    assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
 def test_output_0_makes_a_delay_after_a_move(bench, if1):
@@ -449,8 +431,7 @@ def test_ramp_data_during_a_sequence_wait_for_its_end(bench, if1, setting):
     assert ask(bench, if1, "E") == b"E\r"  # nothing is calculated yet
     assert bench.run_until(lambda: not if1.axes["X"].moving and not if1.axes["Y"].moving, 2)
     bench.run_until(lambda: if1.axes["Y"].position == 200 and not if1.axes["Y"].moving, 2)
-    assert positions(if1) == (200, 200, 0)
-    assert send(bench, if1, "E", seconds=0.98) == b""
+    assert (positions(if1), send(bench, if1, "E", seconds=0.98)) == ((200, 200, 0), b"")
     bench.run(0.1)
     assert if1.serial.read() == b"C\r"
 
@@ -462,5 +443,4 @@ def test_a_sequence_that_faulted_out_may_run_again_before_f_is_read(bench, if1):
     assert positions(if1) == (0, 0, 0)
     command(bench, if1, ">1", seconds=1.2)
     command(bench, if1, ":$", seconds=0.5)
-    assert positions(if1) == (100, 50, 0)
-    assert ask(bench, if1, "F") == b"16\r"
+    assert (positions(if1), ask(bench, if1, "F")) == ((100, 50, 0), b"16\r")

@@ -80,8 +80,7 @@ def test_the_default_speed_is_400_in_range_1(bench, if1):
 def test_the_speed_range_command(bench, if1):
     """Speed: "">2 <CR>" will set up speed range 2"."""
     write(if1, ">2", "X@30000G$")
-    assert at_speed(bench, if1) == 30_000
-    assert faults(bench, if1) == (b"3\r", b"0\r")
+    assert (at_speed(bench, if1), faults(bench, if1)) == (30_000, (b"3\r", b"0\r"))
 
 
 @pytest.mark.parametrize(("range_", "speed"), [(1, 25_001), (2, 50_001), (4, 4_001), (1, 99_999), (4, 99_999)])
@@ -151,8 +150,7 @@ def test_a_speed_kept_from_a_faster_range_is_out_of_range_when_the_move_is_asked
     command(bench, if1, "@5000", ">4", seconds=1.2)
     ask(bench, if1, "F")
     command(bench, if1, "X100$", seconds=0.5)
-    assert if1.axes["X"].position == 0
-    assert faults(bench, if1) == (b"128\r", b"16\r")
+    assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"16\r"))
     command(bench, if1, "X100@4000$", seconds=1)
     assert if1.axes["X"].position == 100
 

@@ -27,8 +27,7 @@ def test_a_request_is_answered_whatever_waits_before_it(bench, if1, letter, repl
     assert ask(bench, if1, letter, 0.02) == reply
     assert if1.axes["X"].moving
     bench.run(1)
-    assert positions(if1) == (40, 20, 8)
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (positions(if1), ask(bench, if1, "F")) == ((40, 20, 8), b"0\r")
 
 
 def test_the_position_too(bench, if1):
@@ -60,8 +59,7 @@ def test_with_echo_a_request_is_echoed_and_answered(bench):
     assert if1.serial.read() == b"X40$\rY20$\r@200\r"  # Z8$ has not been processed yet
     assert ask(bench, if1, "E", 0.02) == b"E\rE\r"
     bench.run(1)
-    assert if1.serial.read() == b"Z8$\r"
-    assert positions(if1) == (40, 20, 8)
+    assert (if1.serial.read(), positions(if1)) == (b"Z8$\r", (40, 20, 8))
 
 
 def test_in_v_format_a_request_ends_in_a_line_feed(bench):
@@ -70,8 +68,7 @@ def test_in_v_format_a_request_ends_in_a_line_feed(bench):
     for message in WAITING:
         write(if1, message, end="\n")
     bench.run(0.04)
-    assert ask(bench, if1, "K", 0.02, "\r\n") == b"3\r\n"
-    assert ask(bench, if1, "E", 0.02, "\n") == b"E\r\n"
+    assert (ask(bench, if1, "K", 0.02, "\r\n"), ask(bench, if1, "E", 0.02, "\n")) == (b"3\r\n", b"E\r\n")
     assert ask(bench, if1, "E", 0.02, "") == b""
 
 
@@ -91,8 +88,7 @@ def test_unlocking_is_no_request_and_keeps_its_place(bench, if1):
     for message in ("X40$", "Y20$", "[", "]", "Z8$"):
         write(if1, message)
     bench.run(1)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert positions(if1) == (40, 20, 8)
+    assert (ask(bench, if1, "E"), positions(if1)) == (b"C\r", (40, 20, 8))
 
 
 def test_cancel_throws_away_what_waits_and_not_what_was_answered(bench, if1):

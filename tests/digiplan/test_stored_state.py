@@ -55,8 +55,7 @@ def stored_steps(directory: Path, name: str = "if2") -> int | None:
 def test_another_bench_finds_what_was_locked(tmp_path):
     """Storing: it is "retained with power removed"; so it is when the program ends."""
     store(tmp_path / "deep" / "down", 123)
-    assert stored_steps(tmp_path / "deep" / "down") == 123
-    assert stored_steps(tmp_path / "deep" / "down") == 123
+    assert (stored_steps(tmp_path / "deep" / "down"), stored_steps(tmp_path / "deep" / "down")) == (123, 123)
 
 
 def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch):
@@ -92,9 +91,7 @@ def test_erasing_is_on_disk_too(tmp_path):
     bench = Bench()
     if2 = bench.add("if2", state=tmp_path)
     detect(bench, if2)
-    if2.serial.write(b"*")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "*", seconds=0.1, end="") == b"U\r"
     assert stored_steps(tmp_path) is None
 
 

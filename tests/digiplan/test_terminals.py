@@ -12,7 +12,7 @@ from axistwin.controllers.digiplan.options import Wiring
 from axistwin.errors import UsageError
 from axistwin.terminal.keyboards import KEYBOARDS
 
-from .talking import ask, command, edges, number, ready, times, until_idle, write
+from .talking import ask, command, edges, number, ready, send, times, until_idle, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
 
@@ -52,8 +52,7 @@ def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_
     write(if1, "B+10", "X-20B@400$")
     until_idle(bench, if1)
     pulses = times(if1.axes["X"])
-    assert len(pulses) == 40
-    assert [level for _, level in seen] == [False, True]
+    assert (len(pulses), [level for _, level in seen]) == (40, [False, True])
     assert seen[0][0] < pulses[0] and pulses[29] < seen[1][0] < pulses[30]
 
 
@@ -142,9 +141,7 @@ def test_unlinked_it_receives_and_transmits_nothing(bench):
     """Alternative connection methods: CTS and DSR "will be held negative".  It "will not transmit"."""
     if1 = bench.add("if1", wiring="3-wire unlinked")
     bench.run(1.5)
-    if1.serial.write(b"(")
-    bench.run(1.0)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "(", seconds=1.0, end="") == b""
     assert not if1.terminals["dsr"].level and not if1.terminals["cts"].level and if1.terminals["rts"].level
 
 

@@ -134,21 +134,16 @@ class Card:
             return lambda: "off" if self._interface is None else read(self._interface)
 
         return {
-            "state": Register(text(lambda interface: interface.stage.value), text=True),
-            "E": Register(text(_busy_status), text=True),
-            "K": Register(figure(lambda interface: int(interface.faults.status()))),
+            "state": Register(text(lambda it: it.stage.value), text=True),
+            "E": Register(text(lambda it: busy_letter(it) if it.stage is Stage.READY else ""), text=True),
+            "K": Register(figure(lambda it: int(it.faults.status()))),
             "F": Register(figure(communication_bits)),
-            "I": Register(figure(lambda interface: interface.faults.inputs())),
-            "O": Register(figure(lambda interface: interface.step_number)),
+            "I": Register(figure(lambda it: it.faults.inputs())),
+            "O": Register(figure(lambda it: it.step_number)),
             "Q": Register(figure(motion_bits), restless=True),
             "N": Register(figure(steps), restless=True),
-            "step": Register(figure(lambda interface: interface.step)),
+            "step": Register(figure(lambda it: it.step)),
         }
-
-
-def _busy_status(interface: Interface) -> str:
-    """Return the letter of E; empty until the interface answers."""
-    return busy_letter(interface) if interface.stage is Stage.READY else ""
 
 
 class _Wiring:

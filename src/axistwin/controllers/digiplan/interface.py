@@ -155,9 +155,7 @@ class Interface(State):
 
     def _echo(self, character: int) -> Procedure:
         yield from self.transmit(bytes([self.frame.text(character)]))
-        procedure = self._collect(character)
-        if procedure is not None:
-            yield from procedure
+        yield from self._collect(character) or ()
 
     def _collect(self, character: int) -> Procedure | None:
         code = character & 0x7F
@@ -236,17 +234,13 @@ class Interface(State):
             if turn.triggered and turn.value:
                 return
         yield from self.until_unmuted()
-        procedure = self._carry_out(message)
-        if procedure is not None:
-            yield from procedure
+        yield from self._carry_out(message) or ()
 
     def _answer_requests(self) -> Procedure:
         """Process the status requests in the buffer, and leave the other messages."""
         while request := self.buffer.take_message(self.frame.ends_message, _is_request):
             for character in request:
-                procedure = self._process(character)
-                if procedure is not None:
-                    yield from procedure
+                yield from self._process(character) or ()
 
     def _in_range(self, step: Step, *, moving: bool = False) -> bool:
         """True if these settings, or the move to be begun, are possible; otherwise raise an out-of-range fault."""

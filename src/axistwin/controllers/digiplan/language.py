@@ -37,15 +37,7 @@ class Accept(Flag):
 class Order(IntEnum):
     """Order of the parts of a message or step (Combining inputs and outputs with move instructions)."""
 
-    HIGH = 1
-    LOW = 2
-    ABORT = 3
-    MOVE = 4  # index and speed data; several
-    SET = 5
-    RESET = 6
-    PULSE = 7
-    REPEAT = 8
-    ANY = 0
+    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # MOVE: index and speed data, several
 
 
 @dataclass(frozen=True)
@@ -186,9 +178,8 @@ class _Reader:
             self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
         while self.at < end:
             self.at += 1  # the colon
-            stop = self.text.find(":", self.at, end)
-            if stop < 0:
-                stop = end
+            colon = self.text.find(":", self.at, end)
+            stop = end if colon < 0 else colon
             if stop == self.at and stop >= end - 1:
                 break  # `:$`, also written `::$`
             self._read_step(stop)

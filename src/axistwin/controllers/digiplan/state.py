@@ -105,9 +105,7 @@ class State(ABC):
 
     def transmit(self, data: bytes) -> Procedure:
         """Send, and wait until the last character is being sent."""
-        waiting = self.transmitter.send(data)
-        if waiting is not None:
-            yield from waiting
+        yield from self.transmitter.send(data) or ()
 
     @property
     def message_format(self) -> MessageFormat:

@@ -55,8 +55,7 @@ class Retained:
         frame = self.frame
         _require(FORMAT_MESSAGE.fullmatch(f"{frame.terminator}{frame.x1}{frame.x2}") is not None, "frame")
         _require(type(frame.x1) is int and type(frame.x2) is int, "frame")
-        lock = self.lock
-        if lock is not None:
+        if lock := self.lock:
             _require(type(lock.baudrate) is int and lock.baudrate in BAUD_RATES, "lock")
             _require(type(lock.bytesize) is int and lock.bytesize in (7, 8), "lock")
             _require(lock.parity in ("N", "O", "E"), "lock")

@@ -18,7 +18,6 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-CAPACITY = 64
 NEARLY_FULL = 52  # 80 %: DTR or X-off stops the host
 NEARLY_EMPTY = 12  # 20 %: the host may continue
 OVERFLOW = 61  # 95 %: a data fault, and everything in the buffer is lost
@@ -163,8 +162,6 @@ class InputBuffer:
             self._set_full(False)
 
     def _set_full(self, full: bool) -> None:
-        if full is self.full:
-            return
         self.full = full
         self.on_full(full)
         if not full:

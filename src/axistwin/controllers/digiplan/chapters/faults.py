@@ -99,12 +99,10 @@ class Faults:
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
         """True if a fault inhibits a move.  A move towards an open limit switch raises the limit fault again."""
-        if self.motion:
-            return True
-        if any(not self.pins[name].level and sign in directions.values() for name, sign in LIMITS.items()):
+        ahead = (name for name, sign in LIMITS.items() if sign in directions.values())
+        if not self.motion and not all(self.pins[name].level for name in ahead):
             self.raise_motion(MotionFault.LIMIT)
-            return True
-        return False
+        return bool(self.motion)
 
 
 class StopInputs:
