@@ -21,7 +21,7 @@ from axistwin.cli.main import main
 from axistwin.errors import UsageError
 from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 
-from .digiplan.talking import ready, tell
+from .digiplan.talking import ready, write
 
 ENV = {**os.environ, "PYTHONPATH": str(Path(axistwin.__file__).parents[1])}
 NO_SPACE = OSError(28, "No space left on device")
@@ -75,7 +75,7 @@ def stored(file: Path) -> str:
 def lock(bench: Bench, if2: Controller, sequence: str) -> None:
     """Another sequence, kept: three messages."""
     for text in ("]", sequence, "["):
-        tell(if2, text)
+        write(if2, text)
         bench.run(0.1)
 
 
@@ -242,8 +242,8 @@ def test_a_controller_keeps_its_memory_in_ram_until_it_is_switched_off(tmp_path,
     assert stored(file) == ":X10:$"
     bench.run(1)
     before = if2.axes["X"].position
-    tell(if2, "]")
-    tell(if2, ":$")
+    write(if2, "]")
+    write(if2, ":$")
     bench.run(1)
     assert if2.axes["X"].position == before + 20
     if2.power(False)

@@ -1,57 +1,116 @@
-"""What the tests of the IF1 and IF2 say and look at, in a few words."""
+"""Vocabulary of the IF1 and IF2 tests: send messages, run, and read answers, moves and levels."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.frames import LineError, Parity
-from axistwin.units import S
+from axistwin.sim.pins import Pin
+from axistwin.units import MS, S
 
 Segment = tuple[int | Fraction, Fraction]
-"""A pulse rate, and for how many seconds."""
+"""A pulse rate, and its duration in seconds."""
 
+OWN_TIME_NS = MS
+"""Longest time that a sequence step without a move or a wait may take; the manual gives no figure."""
 BITS_7_OR_8 = {1: 7, 2: 7, 3: 8, 4: 8, 5: 8, 6: 8, 7: 8, 8: 8}
 PARITY: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
 
-
-def tell(controller: Controller, text: str, end: str = "\r") -> None:
-    """The host types a message and its terminator."""
-    controller.serial.write((text + end).encode("latin-1"))
+# Messages
 
 
-def ask(bench: Bench, controller: Controller, text: str, seconds: float = 0.2, end: str = "\r") -> bytes:
-    """What comes back on a message within so many seconds, and what the host had not yet read before."""
-    tell(controller, text, end)
+def write(controller: Controller, *messages: str, end: str = "\r") -> None:
+    """Write messages, each with its terminator, to the host's port; no time passes."""
+    controller.serial.write("".join(message + end for message in messages).encode("latin-1"))
+
+
+def send(bench: Bench, controller: Controller, *messages: str, seconds: float = 0.2, end: str = "\r") -> bytes:
+    """Write messages, run for a while, and return all that the host has received and not read."""
+    write(controller, *messages, end=end)
     bench.run(seconds)
     return controller.serial.read()
 
 
+def command(bench: Bench, controller: Controller, *messages: str, seconds: float = 0.2, end: str = "\r") -> None:
+    """Send messages that are not answered, and run for a while; assert that nothing is received."""
+    assert send(bench, controller, *messages, seconds=seconds, end=end) == b""
+
+
+def ask(bench: Bench, controller: Controller, message: str, seconds: float = 0.2, end: str = "\r") -> bytes:
+    """Send one message and return its answer, with all that the host has not read before."""
+    return send(bench, controller, message, seconds=seconds, end=end)
+
+
+def status(bench: Bench, controller: Controller, letter: str) -> str:
+    """Return the answer to K, F, I, O, E or N without the terminator."""
+    controller.serial.read()
+    write(controller, letter)
+    bench.run_until(lambda: not controller.serial.pending, 10)
+    bench.run(0.05)
+    reply = controller.serial.read().decode("latin-1")
+    assert reply.endswith("\r") and reply.count("\r") == 1, f"{letter} answered {reply!r}"
+    return reply[:-1]
+
+
+def number(bench: Bench, controller: Controller, letter: str) -> int:
+    """Return the number answered to F, I, O or N."""
+    return int(status(bench, controller, letter))
+
+
+def status_word(bench: Bench, controller: Controller) -> int:
+    """Return the motion status K."""
+    return number(bench, controller, "K")
+
+
 def faults(bench: Bench, controller: Controller) -> tuple[bytes, bytes]:
-    """The answers to K and to F.  F clears what it tells."""
+    """Return the answers to K and to F; F clears the communication faults."""
     return ask(bench, controller, "K"), ask(bench, controller, "F")
 
 
-def host_format(controller: Controller, message: str) -> None:
-    """The host's end takes the format that a data format message such as `U61` asks for."""
-    frame, parity = int(message[1]), int(message[2])
-    host = controller.serial.host
-    host.bytesize, host.stopbits, host.parity = BITS_7_OR_8[frame], 2 - frame % 2, PARITY[parity]
+def until_idle(bench: Bench, controller: Controller, timeout: float = 100.0) -> None:
+    """Run until E no longer answers `E`; fail after `timeout` seconds."""
+    end_ns = bench.now + int(timeout * S)
+    while status(bench, controller, "E") == "E":
+        bench.run(0.1)
+        assert bench.now < end_ns, "still busy"
 
 
-def find(bench: Bench, controller: Controller) -> None:
-    """Wait for the self-test and let the interface find the baud rate."""
+def each_character(bench: Bench, controller: Controller, text: str, act: Callable[[int], None]) -> None:
+    """Send `text`; call `act(n)` just before character n is on the wire."""
+    for n, character in enumerate(text):
+        act(n)
+        write(controller, character, end="")
+        bench.run(controller.serial.host.format.frame_ns / S)
+
+
+def arrivals(bench: Bench, controller: Controller) -> list[tuple[int, int, LineError]]:
+    """Return a list that grows with (time in ns, byte, errors) of each character that the host receives."""
+    characters: list[tuple[int, int, LineError]] = []
+    controller.serial.subscribe_received(lambda byte, errors: characters.append((bench.now, byte, errors)))
+    return characters
+
+
+# Initialisation
+
+
+def ready(bench: Bench, message: str = "U61", model: str = "if1", **options: Any) -> Controller:
+    """Return a new controller that is ready for commands."""
+    return initialise(bench, bench.add(model, **options), message)
+
+
+def detect(bench: Bench, controller: Controller) -> None:
+    """Run through the self-test and the detection of the baud rate."""
     bench.run(1.5)
-    controller.serial.write(b"(")
-    bench.run(1.0)
-    assert controller.serial.read() == b"U\r"
+    assert send(bench, controller, "(", seconds=1.0, end="") == b"U\r"
 
 
 def initialise(bench: Bench, controller: Controller, message: str = "U61") -> Controller:
-    """From just switched on to ready, the ramp calculated and both ends in the same format."""
-    find(bench, controller)
+    """Initialise a controller that was just switched on, until the ramp is calculated; the host takes its format."""
+    detect(bench, controller)
     end = "\r\n" if message[0] == "V" else "\r"
     each_character(bench, controller, message + end, lambda n: bench.run(0.02))  # so slowly that none is overwritten
     bench.run(0.15)
@@ -61,46 +120,90 @@ def initialise(bench: Bench, controller: Controller, message: str = "U61") -> Co
     return controller
 
 
-def ready(bench: Bench, message: str = "U61", model: str = "if1", **options: Any) -> Controller:
-    """A controller of its own, initialised."""
-    return initialise(bench, bench.add(model, **options), message)
+def host_format(controller: Controller, message: str) -> None:
+    """Set the host to the format of a data format message such as `U61`."""
+    frame, parity = int(message[1]), int(message[2])
+    host = controller.serial.host
+    host.bytesize, host.stopbits, host.parity = BITS_7_OR_8[frame], 2 - frame % 2, PARITY[parity]
+
+
+# Moves and levels
 
 
 def moving(controller: Controller) -> bool:
-    """Whether any axis has pulses still to come."""
+    """True if any axis has pulses still to come."""
     return any(axis.moving for axis in controller.axes.values())
 
 
+def positions(controller: Controller) -> tuple[int, int, int]:
+    """Return the positions of X, Y and Z."""
+    axes = controller.axes
+    return axes["X"].position, axes["Y"].position, axes["Z"].position
+
+
+def moves(axis: StepperAxis) -> list[int]:
+    """Return the moves of an axis as signed numbers of pulses, without those of no pulse."""
+    lengths = [move.direction * move.profile.pulses_by(axis.clock.now - move.start_ns) for move in axis.train.moves]
+    return [length for length in lengths if length]
+
+
+def times(axis: StepperAxis) -> list[int]:
+    """Return the times of all pulses of an axis in nanoseconds."""
+    return [int(at_ns) for at_ns in axis.pulse_times()]
+
+
+def gaps(times_ns: Iterable[int]) -> list[int]:
+    """Return the differences of successive times."""
+    return [after - before for before, after in pairwise(times_ns)]
+
+
 def start_ns(axis: StepperAxis) -> int:
-    """When the latest motion began."""
+    """Return the time at which the latest motion began."""
     return axis.train.move.start_ns
 
 
 def since_start(axis: StepperAxis, nth: int = -1) -> list[int]:
-    """The times of the pulses of the latest motion, or of the nth, in nanoseconds from its start."""
-    starts = [*(stroke.start_ns for stroke in axis.train.moves), axis.clock.now + 1]
+    """Return the pulse times of the latest motion, or of the nth, in nanoseconds from its start."""
+    starts = [*(move.start_ns for move in axis.train.moves), axis.clock.now + 1]
     begin, end = starts[nth - 1 if nth < 0 else nth], starts[nth if nth < 0 else nth + 1]
     return [int(time) - begin for time in axis.pulse_times(begin, end)]
 
 
+def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
+    """Return the speed of a run after its ramp, in pulses per second."""
+    bench.run_until(lambda: controller.axes[axis].moving, 3)
+    bench.run(30)
+    return controller.axes[axis].velocity
+
+
+def edges(pin: Pin) -> list[tuple[int, bool]]:
+    """Return a list that grows with (nanoseconds, level) of each change of the pin."""
+    seen: list[tuple[int, bool]] = []
+    pin.subscribe(lambda changed: seen.append((changed.clock.now, changed.level)))
+    return seen
+
+
+# Expected pulse times, by an independent calculation
+
+
 def pulse_times_of(segments: Sequence[Segment]) -> list[int]:
-    """The same by an independent calculation: the phase runs at each rate in turn, pulse n is where it reaches n."""
-    times: list[int] = []
+    """Return pulse times: the phase advances at each rate in turn, pulse n is where the phase reaches n."""
+    found: list[int] = []
     begin, phase = Fraction(0), Fraction(0)
     for rate, seconds in segments:
         last = phase + rate * seconds
-        times += [int((begin + (n - phase) / rate) * S) for n in range(int(phase) + 1, int(last) + 1)]
+        found += [int((begin + (n - phase) / rate) * S) for n in range(int(phase) + 1, int(last) + 1)]
         begin, phase = begin + seconds, last
-    return times
+    return found
 
 
 def constant(rate: int | Fraction, pulses: int) -> list[int]:
-    """Pulse times without a ramp: the n-th pulse n / rate seconds after the start."""
+    """Return pulse times without a ramp: pulse n comes n / rate seconds after the start."""
     return [int(n * S / Fraction(rate)) for n in range(1, pulses + 1)]
 
 
 def ramped(distance: int, start: int, top: int | Fraction, increment: int, acceleration: int) -> list[Segment]:
-    """An index by the book: up by `increment` every increment/acceleration seconds, along, and down the same way.
+    """Return the segments of an index: up by `increment` every increment/acceleration seconds, along, and down.
 
     A distance too short for the whole ramp uses as many levels as fit twice, and the rest runs at the next level.
     """
@@ -114,25 +217,3 @@ def ramped(distance: int, start: int, top: int | Fraction, increment: int, accel
     plateau = min(Fraction(level), Fraction(top))
     ramp = [(rate, interval) for rate in levels]
     return [*ramp, (plateau, (distance - 2 * up) / plateau), *reversed(ramp)]
-
-
-def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
-    """The speed of a run when the ramp is over, in pulses per second."""
-    bench.run_until(lambda: controller.axes[axis].moving, 3)
-    bench.run(30)
-    return controller.axes[axis].velocity
-
-
-def heard(bench: Bench, controller: Controller) -> list[tuple[int, int, LineError]]:
-    """A list that fills with (time in ns, byte, errors) for each character that the host receives from now on."""
-    characters: list[tuple[int, int, LineError]] = []
-    controller.serial.subscribe_received(lambda byte, errors: characters.append((bench.now, byte, errors)))
-    return characters
-
-
-def each_character(bench: Bench, controller: Controller, text: str, act: Callable[[int], None]) -> None:
-    """Type `text`; `act(n)` is done just before character n goes onto the wire."""
-    for n, character in enumerate(text):
-        act(n)
-        tell(controller, character, "")
-        bench.run(controller.serial.host.format.frame_ns / S)

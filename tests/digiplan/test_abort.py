@@ -6,8 +6,21 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .helpers import gaps, number, positions, settle, status, strokes, times
-from .talking import pulse_times_of, since_start, start_ns, tell
+from .talking import (
+    command,
+    gaps,
+    moves,
+    number,
+    positions,
+    pulse_times_of,
+    since_start,
+    start_ns,
+    status,
+    status_word,
+    times,
+    until_idle,
+    write,
+)
 
 # A run at 1000 steps/s from the default start/stop 400, acceleration 10,000, range 1: levels 400 ... 900 of 10 ms each,
 # 4 + 5 + 6 + 7 + 8 + 9 = 39 pulses, and the same on the way down.
@@ -17,9 +30,8 @@ RAMP, RAMP_NS = 39, 60 * MS
 def test_a_run_is_stopped_again_by_a_high_level(bench, if1):
     """Aborting: "start the X motor ..., and will stop it again when a high level is seen"."""
     if1.pins["input1"].drive(False)
-    tell(if1, ": X @ 1000 G : H1 A : $")
-    bench.run(10.0)
-    assert (status(bench, if1, "E"), number(bench, if1, "K"), number(bench, if1, "O")) == ("E", 3, 2)
+    command(bench, if1, ": X @ 1000 G : H1 A : $", seconds=10.0)
+    assert (status(bench, if1, "E"), status_word(bench, if1), number(bench, if1, "O")) == ("E", 3, 2)
     x = times(if1.axes["X"])
     assert set(gaps(x[RAMP:])) == {1 * MS}
 
@@ -29,13 +41,12 @@ def test_a_run_is_stopped_again_by_a_high_level(bench, if1):
     x = times(if1.axes["X"])
     assert RAMP <= len(x) - before <= RAMP + 51  # up to 50 ms went by while O was asked
     assert x[-1] - at_ns <= RAMP_NS + 2 * MS
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("C", 0)
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
 
 
 def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
     """Aborting: A stops a run as the cancel code does, down the same levels."""
-    tell(if1, ":X@1000G:H1A:$")
-    bench.run(2.0)
+    command(bench, if1, ":X@1000G:H1A:$", seconds=2.0)
     stop_ns = bench.now
     if1.pins["input1"].drive(True)
     bench.run(1.0)
@@ -51,43 +62,42 @@ def test_the_abort_may_have_inputs_before_and_a_repeat_after_it(bench, if1, step
     """Aborting, format: "Read inputs for high levels ... low levels ... Send abort command ... Send repeat data"."""
     if1.pins["input1"].drive(True)
     if1.pins["input2"].drive(False)
-    tell(if1, f":X@200G:P0,20:{step}:$")
-    bench.run(1.0)
+    command(bench, if1, f":X@200G:P0,20:{step}:$", seconds=1.0)
     if step != "A":
-        assert number(bench, if1, "K") == 3
+        assert status_word(bench, if1) == 3
         if1.pins["input2"].drive(True)
         bench.run(0.1)
         if1.pins["input1"].drive(False)
         bench.run(0.1)
-    assert number(bench, if1, "K") == 0
+    assert status_word(bench, if1) == 0
 
 
 def test_a_run_below_start_stop_speed_ends_at_once_and_counts(bench, if1):
     """Aborting with a delay instead of an input: 500 ms at 206.25 steps/s are 103 steps."""
-    tell(if1, ":X@206G:P0,50:A:Y7:$")  # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
-    settle(bench, if1)
+    write(if1, ":X@206G:P0,50:A:Y7:$")  # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
+    until_idle(bench, if1)
     assert positions(if1) == (103, 7, 0)
 
 
 def test_the_repeat_command_can_be_combined_with_an_abort(bench, if1):
     """Aborting: ": H3 A = 2, 1 :" "the run will be aborted and the sequence will repeat twice from step 1"."""
     if1.pins["input3"].drive(False)
-    tell(if1, ":X@200G:P0,5:H3A=2,1:$")
+    write(if1, ":X@200G:P0,5:H3A=2,1:$")
     for _ in range(3):
         bench.run(1.0)
-        assert number(bench, if1, "K") == 3
+        assert status_word(bench, if1) == 3
         if1.pins["input3"].drive(True)
         bench.run(0.01)
         if1.pins["input3"].drive(False)
     bench.run(1.0)
-    assert len(strokes(if1.axes["X"])) == 3
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("C", 0)
+    assert len(moves(if1.axes["X"])) == 3
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
 
 
 def test_the_next_step_waits_until_the_aborted_run_stands(bench, if1):
     """Aborting: one ramp generator, so the Y move begins when the X axis has come to rest."""
-    tell(if1, ":X@1000G:P0,50:A:Y20@400:$")
-    settle(bench, if1)
+    write(if1, ":X@1000G:P0,50:A:Y20@400:$")
+    until_idle(bench, if1)
     assert times(if1.axes["X"])[-1] < times(if1.axes["Y"])[0]
     # up 39 in 60 ms, 440 ms at 1000 steps/s, down 39: 518; the phase at the cut adds no more than one
     assert positions(if1)[0] in (518, 519, 520) and positions(if1)[1] == 20
@@ -95,67 +105,58 @@ def test_the_next_step_waits_until_the_aborted_run_stands(bench, if1):
 
 def test_the_step_after_a_run_begins_while_the_run_goes_on(bench, if1):
     """Aborting: a run-mode move is followed by other steps."""
-    tell(if1, ":X@1000G:S1:P2,50:H1A:$")
-    bench.run(0.2)
+    command(bench, if1, ":X@1000G:S1:P2,50:H1A:$")
     assert if1.pins["output1"].level and if1.pins["output2"].level
     bench.run(1.0)
     assert not if1.pins["output2"].level
-    assert number(bench, if1, "K") == 3
+    assert status_word(bench, if1) == 3
 
 
 def test_a_move_after_a_run_that_goes_on_waits_for_the_run_to_be_stopped(bench, if1):
     """R36: "waits until the run is stopped"; only the cancel code can do that, and it ends the sequence."""
-    tell(if1, ":X@200G:Y100:$")
-    bench.run(20.0)
+    command(bench, if1, ":X@200G:Y100:$", seconds=20.0)
     assert positions(if1)[1] == 0
-    assert (number(bench, if1, "K"), number(bench, if1, "O"), status(bench, if1, "E")) == (3, 2, "E")
-    tell(if1, "#")
-    bench.run(1.0)
+    assert (status_word(bench, if1), number(bench, if1, "O"), status(bench, if1, "E")) == (3, 2, "E")
+    command(bench, if1, "#", seconds=1.0)
     assert positions(if1)[1] == 0
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (0, "C")
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
 
 
 def test_a_run_loses_the_index_length(bench, if1):
     """Run mode: "the data used in a previous index will be lost ... default to zero index length"."""
-    tell(if1, ":Z100@200:X@206G:P0,50:A:Y:Z30:$")
-    settle(bench, if1)
+    write(if1, ":Z100@200:X@206G:P0,50:A:Y:Z30:$")
+    until_idle(bench, if1)
     assert positions(if1) == (103, 0, 130)
 
 
 def test_a_sequence_that_ends_while_its_run_goes_on(bench, if1):
     """Aborting: a run started by a sequence goes on until something stops it."""
-    tell(if1, ":X@200G:$")
-    bench.run(10.0)
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (3, "E")
-    tell(if1, "#")
-    bench.run(0.2)
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (0, "C")
+    command(bench, if1, ":X@200G:$", seconds=10.0)
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (3, "E")
+    command(bench, if1, "#")
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
 
 
 def test_abort_with_nothing_running_does_nothing(bench, if1):
     """Aborting a run when there is none: the sequence goes on."""
-    tell(if1, ":A:X10@400:A:Y10:$")
-    settle(bench, if1)
-    assert positions(if1) == (10, 10, 0)
-    assert number(bench, if1, "F") == 0
+    write(if1, ":A:X10@400:A:Y10:$")
+    until_idle(bench, if1)
+    assert (positions(if1), number(bench, if1, "F")) == ((10, 10, 0), 0)
 
 
 def test_abort_is_no_direct_command(bench, if1):
     """Command list: A is "Abort in Sequence Mode"; a direct message with it is a data fault (R7)."""
-    tell(if1, "X@200G$")
-    bench.run(1.0)
-    tell(if1, "A$")
-    bench.run(0.1)
-    tell(if1, "H1A$")
-    bench.run(1.0)
-    assert number(bench, if1, "K") == 3 + 128
+    command(bench, if1, "X@200G$", seconds=1.0)
+    command(bench, if1, "A$", seconds=0.1)
+    command(bench, if1, "H1A$", seconds=1.0)
+    assert status_word(bench, if1) == 3 + 128
     assert number(bench, if1, "F") == 8
 
 
 def test_a_run_of_two_axes_is_aborted_together(bench, if1):
     """Aborting: "stop the run-mode move", whatever axes it has."""
-    tell(if1, ":X-Y@1000G:P0,99:A:$")
-    settle(bench, if1)
+    write(if1, ":X-Y@1000G:P0,99:A:$")
+    until_idle(bench, if1)
     x, y, _ = positions(if1)
     assert x == -y and y > 900
     assert times(if1.axes["X"]) == times(if1.axes["Y"])

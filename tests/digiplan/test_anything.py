@@ -10,8 +10,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.sim.frames import LineError
 
-from .helpers import edges, strokes
-from .talking import ask, each_character, heard, initialise, moving, ready, tell
+from .talking import arrivals, ask, command, each_character, edges, initialise, moves, moving, ready, send, write
 
 LANGUAGE = "XYZ+-0123456789$@<>^BGHLSRP,/:=A%#DKIOQEFN[]()*UV \r\n"
 
@@ -94,16 +93,14 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
     """All that can be seen of a bench on which all this has happened."""
     bench = Bench()
     it = ready(bench, form, model, line=line, wiring=wiring)
-    received: list[tuple[int, int, LineError]] = heard(bench, it)
+    received: list[tuple[int, int, LineError]] = arrivals(bench, it)
     changes: list[tuple[int, str, bool]] = []
     for name, pin in it.pins.items():
         pin.subscribe(lambda pin, name=name: changes.append((bench.now, name, pin.level)))
     for happening in happenings:
         happening.does(bench, it)
     bench.run(3)
-    motion = [
-        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.moves
-    ]
+    motion = [(move.start_ns, move.direction, move.origin) for axis in it.axes.values() for move in axis.train.moves]
     first = [axis.pulse_times(0, 5_000_000_000).tolist()[:50] for axis in it.axes.values()]
     return received, changes, motion, first, [axis.position for axis in it.axes.values()], bench.now
 
@@ -121,14 +118,11 @@ def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring
     if (model, wiring) == ("if2", "3-wire"):
         return  # DSR is low at power-up: if it is locked, only those who know its baud rate and format get in again
     bench.run(1.5)
-    tell(it, "(*", "")  # a locked IF2 is broken into; an IF1 takes no notice
+    write(it, "(*", end="")  # a locked IF2 is broken into; an IF1 takes no notice
     bench.run(0.5)
-    tell(it, "\rU61")
-    bench.run(1.5)
-    it.serial.read()
+    send(bench, it, "\rU61", seconds=1.5)
     before = it.axes["X"].position
-    tell(it, "X7$")
-    bench.run(1)
+    send(bench, it, "X7$", seconds=1)
     assert it.axes["X"].position == before + 7
     assert ask(bench, it, "E") == b"C\r"
 
@@ -167,7 +161,7 @@ TIMELESS = [
 def outcome(bench: Bench, it: Controller) -> tuple[object, ...]:
     bench.run(60)
     assert not moving(it)
-    moved = [strokes(axis) for axis in it.axes.values()]
+    moved = [moves(axis) for axis in it.axes.values()]
     return it.serial.read(), moved, [pin.level for pin in it.pins.values()], ask(bench, it, "F")
 
 
@@ -179,7 +173,7 @@ def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
     text = "".join(message + "\r" for message in said)
     first = ready(whole, form, line="2400 8N2")
     first.serial.dtr_line.subscribe(lambda pin: setattr(first.serial, "held", not pin.level))
-    tell(first, text, "")
+    write(first, text, end="")
     second = ready(bit_by_bit, form, line="2400 8N2")
     each_character(bit_by_bit, second, text, lambda n: bit_by_bit.run(pause))
     bit_by_bit.run(60)
@@ -193,11 +187,8 @@ def test_it_does_not_matter_in_what_steps_time_is_advanced(step):
     def session(step: float) -> tuple[object, ...]:
         bench = Bench()
         it = ready(bench, "U62", recalculation_s=0.05)
-        received, output = heard(bench, it), edges(it.pins["output1"])
-        tell(it, "B-20^30")
-        tell(it, "X100@900BS1$")
-        tell(it, "P1,3$")
-        tell(it, "K")
+        received, output = arrivals(bench, it), edges(it.pins["output1"])
+        write(it, "B-20^30", "X100@900BS1$", "P1,3$", "K")
         for _ in range(round(2 / step)):
             bench.run(step)
         bench.run_until(lambda: False, 2.5 - round(2 / step) * step)
@@ -232,18 +223,14 @@ def test_after_any_message_cancel_makes_it_ready(text):
     """Cancel: whatever was typed, `#` CR and a look at the faults make it ready for instructions."""
     bench = Bench()
     if1 = ready(bench)
-    tell(if1, text)
-    bench.run(4)
-    tell(if1, "#")
-    bench.run(4)
+    send(bench, if1, text, seconds=4)
+    send(bench, if1, "#", seconds=4)
     for question in "FK":
         ask(bench, if1, question, 2)
     if1.serial.read()
     assert ask(bench, if1, "E", 2) == b"C\r"
     before = if1.axes["Z"].position
-    tell(if1, "@400")
-    tell(if1, "Z9$")
-    bench.run(3)
+    send(bench, if1, "@400", "Z9$", seconds=3)
     assert if1.axes["Z"].position == before + 9
 
 
@@ -252,9 +239,7 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
     """Power off in the middle of typing, calculating, moving, pulsing, reversing and answering."""
     bench = Bench()
     if1 = ready(bench, "U62", line="1200 8N2", recalculation_s=0.1)
-    tell(if1, "B-9^20")
-    tell(if1, "X20@500BP1,9$")
-    tell(if1, "K")
+    write(if1, "B-9^20", "X20@500BP1,9$", "K")
     bench.run(moment)
     if1.power(False)
     stopped = if1.axes["X"].position
@@ -266,7 +251,7 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
     if1.power(True)
     initialise(bench, if1)
     assert ask(bench, if1, "K") == b"0\r"
-    tell(if1, "X5B$")  # backlash is 0 again, speed 400
+    write(if1, "X5B$")  # backlash is 0 again, speed 400
     bench.run(1)
     assert if1.axes["X"].position == stopped + 5
 
@@ -283,25 +268,20 @@ def test_power_may_fail_at_any_moment_of_a_message(moment):
 )  # fmt: skip
 def test_odd_orders(bench, if1, message):
     """R7: nothing of it is obeyed half; at most it moves as it was told, and the next message works."""
-    tell(if1, message)
-    bench.run(5)
-    tell(if1, "#")
-    bench.run(0.5)
+    command(bench, if1, message, seconds=5)
+    command(bench, if1, "#", seconds=0.5)
     ask(bench, if1, "F")
     ask(bench, if1, "K")
     if1.serial.read()
-    tell(if1, "Y9@400$")
-    bench.run(0.5)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert if1.axes["Y"].position == 9
+    command(bench, if1, "Y9@400$", seconds=0.5)
+    assert (ask(bench, if1, "E"), if1.axes["Y"].position) == (b"C\r", 9)
 
 
 def test_a_flood_does_no_harm_and_leaves_no_trace_after_cancel(bench, if1):
     """Buffer overflow is a fault like another: F 8, and on it goes."""
     if1.serial.write(bytes(range(256)) * 40)
     bench.run(20)
-    tell(if1, "#")
-    bench.run(3)
+    command(bench, if1, "#", seconds=3)
     for question in "]FK":
         ask(bench, if1, question, 1)
     assert ask(bench, if1, "E") == b"C\r"

@@ -9,8 +9,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .helpers import number, positions, status, strokes, times
-from .talking import moving, ready, tell
+from .talking import command, moves, moving, number, positions, ready, send, status, status_word, times, write
 
 EVERYTHING = ":S1:X60@900BP2,3:H1L2Y-60/Z10@600S3:X@700G:P0,5:H1A:R1:P2,2:Z-9@100:=1,2:R3:$"
 """A short index with ramp and backlash correction, pulses, waits, an interpolation, a run and its abort, a repeat."""
@@ -23,9 +22,8 @@ def begin() -> tuple[Bench, Controller]:
     bench = Bench()
     if2 = ready(bench, model="if2")
     if2.pins["input1"].drive(True)
-    tell(if2, "B-10")
-    bench.run(0.1)
-    tell(if2, EVERYTHING)
+    command(bench, if2, "B-10", seconds=0.1)
+    write(if2, EVERYTHING)
     bench.run_until(lambda: if2.pins["output1"].level, 1.0)
     return bench, if2
 
@@ -40,9 +38,9 @@ def undisturbed() -> list[int]:
     bench.run(5.0)
     assert status(bench, if2, "E") == "C"
     for axis in if2.axes.values():
-        for stroke in axis.train.moves:
-            if stroke.start_ns >= begun_ns and stroke.profile.pulses:
-                seen |= {stroke.start_ns, stroke.end_ns}
+        for move in axis.train.moves:
+            if move.start_ns >= begun_ns and move.profile.pulses:
+                seen |= {move.start_ns, move.end_ns}
     moments = sorted(at_ns - begun_ns for at_ns in seen)
     moments = moments[: len(moments) // 2 + 2]
     between = {(a + b) // 2 for a, b in pairwise(moments)}
@@ -56,13 +54,13 @@ def test_the_sequence_itself():
     """What is disturbed below, by hand: twice X +70 -10, Y and Z together, a run, Z -9."""
     bench, if2 = begin()
     bench.run(5.0)
-    x = strokes(if2.axes["X"])
+    x = moves(if2.axes["X"])
     run = x[2]
     # 50 ms from the start: level 400, 500, 600 of 10 ms: 15 steps, 20 ms at 700: 14; down 15: 44 and what own time adds
     assert 44 <= run <= 46
     assert x == [70, -10, run] * 2
-    assert strokes(if2.axes["Y"]) == [-60] * 2
-    assert strokes(if2.axes["Z"]) == [10, -9] * 2
+    assert moves(if2.axes["Y"]) == [-60] * 2
+    assert moves(if2.axes["Z"]) == [10, -9] * 2
     assert [if2.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
     assert len(MOMENTS) > 30
 
@@ -70,19 +68,17 @@ def test_the_sequence_itself():
 def lives_on(bench: Bench, if2: Controller) -> None:
     """It stands, it is clear, no pulse of an output is left over, and it moves as if nothing had been."""
     for _ in range(2):
-        number(bench, if2, "K")
+        status_word(bench, if2)
     number(bench, if2, "F")
     assert not moving(if2)
-    assert (status(bench, if2, "E"), number(bench, if2, "K")) == ("C", 0)
+    assert (status(bench, if2, "E"), status_word(bench, if2)) == ("C", 0)
     assert not if2.pins["output2"].level
     before = positions(if2)
-    tell(if2, "XY-25@400$")
-    bench.run(0.5)
+    command(bench, if2, "XY-25@400$", seconds=0.5)
     assert positions(if2) == (before[0] + 25, before[1] - 25, before[2])
-    tell(if2, ":$")
-    bench.run(4.0)
+    command(bench, if2, ":$", seconds=4.0)
     assert status(bench, if2, "E") == "C"
-    assert strokes(if2.axes["Y"])[-2:] == [-60] * 2 and strokes(if2.axes["Z"])[-4:] == [10, -9] * 2
+    assert moves(if2.axes["Y"])[-2:] == [-60] * 2 and moves(if2.axes["Z"])[-4:] == [10, -9] * 2
 
 
 def at_every_moment(act: Act, check: Act) -> None:
@@ -98,10 +94,9 @@ def test_cancelling_at_every_moment():
     """Cancel: "This will stop any axis in motion"; it ends the sequence, a wait, a pulse, a pause before a reversal."""
 
     def cancel(bench: Bench, if2: Controller) -> None:
-        tell(if2, "#")
-        bench.run(0.2)
+        command(bench, if2, "#")
         stands = positions(if2)
-        assert (status(bench, if2, "E"), number(bench, if2, "K")) == ("C", 0)
+        assert (status(bench, if2, "E"), status_word(bench, if2)) == ("C", 0)
         bench.run(1.0)
         assert positions(if2) == stands
 
@@ -123,7 +118,7 @@ def test_a_fault_at_every_moment(names):
             if2.pins[name].release()
         bench.run(0.1)
         expected = sum({"e": 32, "x": 16, "y": 16}[name[0]] for name in names)
-        assert number(bench, if2, "K") == expected
+        assert status_word(bench, if2) == expected
 
     at_every_moment(fault, lives_on)
 
@@ -136,10 +131,9 @@ def test_a_limit_at_every_moment(name, back):
         if2.pins[name].drive(False)
         bench.run(4.0)
         assert not moving(if2)
-        assert number(bench, if2, "K") == 64
+        assert status_word(bench, if2) == 64
         before = positions(if2)
-        tell(if2, f"{back.replace('XYZ-', 'X-Y-Z-')}@400$")
-        bench.run(0.2)
+        command(bench, if2, f"{back.replace('XYZ-', 'X-Y-Z-')}@400$")
         step = -5 if "-" in back else 5
         assert positions(if2) == tuple(at + step for at in before)
         if2.pins[name].release()
@@ -152,13 +146,10 @@ def test_locking_at_every_moment_changes_nothing():
     """Lockout: it concerns communication; the sequence goes on to its end."""
 
     def lock(bench: Bench, if2: Controller) -> None:
-        tell(if2, "[")
-        tell(if2, "#")
-        bench.run(4.0)
+        command(bench, if2, "[", "#", seconds=4.0)
         assert status(bench, if2, "E") == "["
-        assert strokes(if2.axes["Z"]) == [10, -9] * 2
-        tell(if2, "]")
-        bench.run(0.1)
+        assert moves(if2.axes["Z"]) == [10, -9] * 2
+        command(bench, if2, "]", seconds=0.1)
 
     at_every_moment(lock, lives_on)
 
@@ -167,15 +158,15 @@ def test_asking_at_every_moment_changes_no_pulse():
     """Report-back: "at any time"; a pause before a reversal "may be extended if ... being interrogated"."""
     bench, if2 = begin()
     bench.run(5.0)
-    quiet = {name: strokes(if2.axes[name]) for name in "XYZ"}
+    quiet = {name: moves(if2.axes[name]) for name in "XYZ"}
 
     def request(bench: Bench, if2: Controller) -> None:
         for letter in "KFIOQEN":
-            tell(if2, letter)
+            write(if2, letter)
         bench.run(5.0)
         assert if2.serial.read().count(b"\r") == 6
         # the run between two delays may be longer by what the answers took
-        assert strokes(if2.axes["Y"]) == quiet["Y"] and strokes(if2.axes["Z"]) == quiet["Z"]
+        assert moves(if2.axes["Y"]) == quiet["Y"] and moves(if2.axes["Z"]) == quiet["Z"]
 
     at_every_moment(request, lives_on)
 
@@ -193,17 +184,13 @@ def test_a_power_cut_at_every_moment():
         bench.run(3.0)
         if2.serial.write(b"(")
         bench.run(0.1)
-        tell(if2, "U61")
-        bench.run(1.2)
-        assert if2.serial.read() == b"U\r"
+        assert send(bench, if2, "U61", seconds=1.2) == b"U\r"
         assert positions(if2) == stands
 
     def is_new(bench: Bench, if2: Controller) -> None:
         assert status(bench, if2, "E") == "C"
-        tell(if2, ":$")
-        tell(if2, "Z25$")
-        bench.run(0.5)
-        assert strokes(if2.axes["Z"])[-1] == 25
+        command(bench, if2, ":$", "Z25$", seconds=0.5)
+        assert moves(if2.axes["Z"])[-1] == 25
         assert set(times(if2.axes["Z"])[-2:]) and number(bench, if2, "N") == 25
 
     at_every_moment(cut, is_new)
@@ -215,10 +202,10 @@ def test_a_line_that_dies_at_every_moment():
     def unplug(bench: Bench, if2: Controller) -> None:
         if2.serial.host.dtr = if2.serial.host.rts = False
         for letter in "KEN":
-            tell(if2, letter)
+            write(if2, letter)
         bench.run(5.0)
         assert if2.serial.read() == b""
-        assert strokes(if2.axes["Z"]) == [10, -9] * 2
+        assert moves(if2.axes["Z"]) == [10, -9] * 2
         if2.serial.host.dtr = if2.serial.host.rts = True
         bench.run(0.2)
         assert if2.serial.read().count(b"\r") == 3

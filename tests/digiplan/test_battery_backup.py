@@ -7,8 +7,27 @@ from axistwin.bench import Controller
 from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
-from .helpers import edges, number, positions, settle, status, strokes
-from .talking import ask, constant, each_character, find, host_format, pulse_times_of, ramped, ready, since_start, tell
+from .talking import (
+    ask,
+    command,
+    constant,
+    detect,
+    each_character,
+    edges,
+    host_format,
+    moves,
+    number,
+    positions,
+    pulse_times_of,
+    ramped,
+    ready,
+    send,
+    since_start,
+    status,
+    status_word,
+    until_idle,
+    write,
+)
 
 STORED = ":H1:X100@400:Y50:$"
 
@@ -17,9 +36,9 @@ def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: o
     """An IF2 with a locked sequence, its power off."""
     if2 = ready(bench, form, "if2", **options)
     end = "\n" if form[0] == "V" else "\r"
-    tell(if2, sequence, end)
+    write(if2, sequence, end=end)
     bench.run(0.1)
-    tell(if2, "[", end)
+    write(if2, "[", end=end)
     bench.run(0.2)
     if2.power(False)
     if2.serial.read()
@@ -47,8 +66,7 @@ def test_the_stored_sequence_starts_at_power_up_with_dsr_low(bench):
     assert (number(bench, if2, "O"), status(bench, if2, "E")) == (1, "[")
     if2.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
-    assert number(bench, if2, "O") == 3
+    assert (positions(if2), number(bench, if2, "O")) == ((100, 50, 0), 3)
 
 
 def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
@@ -71,25 +89,19 @@ def test_a_sequence_that_begins_without_an_input_runs_at_once(bench):
 def test_without_the_lock_command_the_sequence_is_lost(bench, model):
     """Storing: the lock command "must then be sent before power-down, otherwise the sequence data will be lost"."""
     card = ready(bench, model=model)
-    tell(card, STORED)
-    bench.run(0.1)
+    command(bench, card, STORED, seconds=0.1)
     card.power(False)
     power_up(bench, card, dsr=False)
     card.pins["input1"].drive(True)
     bench.run(5.0)
-    assert positions(card) == (0, 0, 0)
-    card.serial.write(b"(")
-    bench.run(0.1)
-    assert card.serial.read() == b"U\r"
+    assert (positions(card), send(bench, card, "(", seconds=0.1, end="")) == ((0, 0, 0), b"U\r")
 
 
 def test_an_if1_keeps_nothing_even_when_locked(bench):
     """R31: "works, but nothing survives power off": the IF1 has no battery."""
     if1 = ready(bench)
     if1.pins["input1"].drive(False)
-    tell(if1, STORED)
-    tell(if1, "[")
-    bench.run(0.1)
+    command(bench, if1, STORED, "[", seconds=0.1)
     if1.power(False)
     power_up(bench, if1, dsr=False)
     if1.pins["input1"].drive(True)
@@ -97,22 +109,18 @@ def test_an_if1_keeps_nothing_even_when_locked(bench):
     assert positions(if1) == (0, 0, 0)
     if1.serial.write(b"(")
     bench.run(0.1)
-    tell(if1, "U61")
-    bench.run(1.5)
-    if1.serial.read()
+    send(bench, if1, "U61", seconds=1.5)
     assert (number(bench, if1, "F"), status(bench, if1, "E")) == (0, "C")
 
 
 def test_the_speed_data_and_the_ramp_are_kept_too(bench):
     """Battery backup: "enables any data or sequence sent to the interface to be stored"."""
     if2 = ready(bench, model="if2")
-    tell(if2, ">2 <6 ^20")
-    bench.run(1.2)
+    command(bench, if2, ">2 <6 ^20", seconds=1.2)
     for text in ("B-30", "P1,7$", "X700@3000$", ":H1:XB:P2:$"):
-        tell(if2, text)
+        write(if2, text)
     bench.run(3.0)
-    tell(if2, "[")
-    bench.run(0.1)
+    command(bench, if2, "[", seconds=0.1)
     assert positions(if2) == (700, 0, 0)
     if2.power(False)
     bench.run(1_000_000.0)
@@ -120,7 +128,7 @@ def test_the_speed_data_and_the_ramp_are_kept_too(bench):
     pulse = edges(if2.pins["output2"])
     if2.pins["input1"].drive(True)
     bench.run(5.0)
-    assert strokes(if2.axes["X"]) == [700, 730, -30]
+    assert moves(if2.axes["X"]) == [700, 730, -30]
     assert pulse[1][0] - pulse[0][0] == 70 * MS
     forth = if2.axes["X"].train.moves[-2]
     told = [int(at_ns) - forth.start_ns for at_ns in if2.axes["X"].pulse_times(forth.start_ns)][:730]
@@ -132,24 +140,20 @@ def test_the_speed_data_and_the_ramp_are_kept_too(bench):
 def test_the_inter_character_delay_is_kept(bench):
     """Battery backup: "any data"."""
     if2 = ready(bench, model="if2")
-    tell(if2, "D10")
-    tell(if2, "[")
-    bench.run(0.5)
+    command(bench, if2, "D10", "[", seconds=0.5)
     if2.power(False)
     power_up(bench, if2, dsr=False)
     heard: list[int] = []
     if2.serial.subscribe_received(lambda byte, errors: heard.append(bench.now))
-    tell(if2, "F")
-    bench.run(1.0)
-    assert if2.serial.read() == b"32\r"
+    assert send(bench, if2, "F", seconds=1.0) == b"32\r"
     assert heard[1] - heard[0] >= 100 * MS
 
 
 def test_the_baud_rate_and_the_format_are_kept(bench):
     """Running, condition 2: "the same baud rate and data format as defined by the "U" and "V" commands"."""
     if2 = bench.add("if2", line="1200 8N2")
-    find(bench, if2)
-    tell(if2, "V22", "\r\n")  # 7 bits, 2 stop bits, no parity, echo
+    detect(bench, if2)
+    write(if2, "V22", end="\r\n")  # 7 bits, 2 stop bits, no parity, echo
     bench.run(0.2)
     host_format(if2, "V22")
     bench.run(1.2)
@@ -197,7 +201,7 @@ def test_status_requests_only(bench, wiring):
     power_up(bench, if2, dsr=False)
     assert [status(bench, if2, letter) for letter in "KFIOEN"] == ["0", "32", "200", "1", "[", "0"]
     for text in ("X100$", "#", ":X10:$", "@200", "S1$", "*", "U61"):
-        tell(if2, text)
+        write(if2, text)
     bench.run(1.0)
     assert positions(if2) == (0, 0, 0) and if2.serial.read() == b""
     assert (number(bench, if2, "O"), number(bench, if2, "F")) == (1, 32)
@@ -213,8 +217,7 @@ def test_3_wire_with_dsr_linked_to_cts_and_rts_counts_as_low(bench):
     bench.run(1.05)
     if2.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if2) == (100, 50, 0)
-    assert ask(bench, if2, "E") == b"[\r"
+    assert (positions(if2), ask(bench, if2, "E")) == ((100, 50, 0), b"[\r")
 
 
 def test_5_wire_with_dsr_low_answers_only_when_it_is_set(bench):
@@ -234,33 +237,28 @@ def test_no_error_checking_while_locked_up(bench):
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     if2.serial.host.baudrate = 300
-    tell(if2, "UUU")
-    bench.run(0.5)
+    command(bench, if2, "UUU", seconds=0.5)
     if2.serial.host.baudrate = 9600
-    tell(if2, "")
-    tell(if2, "nonsense")
-    bench.run(0.1)
-    assert (number(bench, if2, "K"), number(bench, if2, "F")) == (0, 32)
-    tell(if2, "]")
-    tell(if2, "nonsense")
-    bench.run(0.1)
-    assert (number(bench, if2, "K"), number(bench, if2, "F")) == (128, 8)
+    command(bench, if2, "", "nonsense", seconds=0.1)
+    assert (status_word(bench, if2), number(bench, if2, "F")) == (0, 32)
+    command(bench, if2, "]", "nonsense", seconds=0.1)
+    assert (status_word(bench, if2), number(bench, if2, "F")) == (128, 8)
 
 
 def test_unlocked_after_power_up_it_obeys_again(bench):
     """Changing: "it is first necessary to unlock the interface"; same baud rate and data format as before."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
-    tell(if2, "]")
+    write(if2, "]")
     assert status(bench, if2, "E") == "E"  # the stored sequence still waits for input 1
-    tell(if2, "#")
+    write(if2, "#")
     assert status(bench, if2, "E") == "C"
-    tell(if2, "Z30$")
-    settle(bench, if2)
+    write(if2, "Z30$")
+    until_idle(bench, if2)
     assert positions(if2) == (0, 0, 30)
     if2.pins["input1"].drive(True)
-    tell(if2, ":$")
-    settle(bench, if2)
+    write(if2, ":$")
+    until_idle(bench, if2)
     assert positions(if2) == (100, 50, 30)
 
 
@@ -269,7 +267,7 @@ def test_changing_the_sequence_data(bench):
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     for text in ("]", "#", ":H1:Z77@400:$", "["):
-        tell(if2, text)
+        write(if2, text)
     bench.run(0.2)
     assert status(bench, if2, "E") == "["
     if2.power(False)
@@ -283,17 +281,13 @@ def test_unlocked_and_switched_off_all_is_lost(bench):
     """Storing: only what is locked is kept."""
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
-    tell(if2, "]")
-    bench.run(0.1)
+    command(bench, if2, "]", seconds=0.1)
     if2.power(False)
     power_up(bench, if2, dsr=False)
     if2.pins["input1"].drive(True)
     bench.run(2.0)
-    assert positions(if2) == (0, 0, 0)
-    assert ask(bench, if2, "E") == b""
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert (positions(if2), ask(bench, if2, "E")) == ((0, 0, 0), b"")
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"
 
 
 def test_an_emergency_stop_is_reset_by_removing_the_power(bench):
@@ -307,7 +301,7 @@ def test_an_emergency_stop_is_reset_by_removing_the_power(bench):
     if2.pins["estop"].release()
     stands = positions(if2)
     for _ in range(3):
-        assert number(bench, if2, "K") == 32
+        assert status_word(bench, if2) == 32
     bench.run(5.0)
     assert positions(if2) == stands and if2.pins["led"].level
     if2.power(False)
@@ -331,17 +325,13 @@ def test_with_dsr_high_the_format_is_set_anew_and_starts_the_sequence(bench, wir
     assert positions(if2) == before
     assert ask(bench, if2, "E") == b""
     if2.serial.host.baudrate = 1200
-    if2.serial.write(b"(")
-    bench.run(0.2)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", end="") == b"U\r"
     assert positions(if2) == before
-    tell(if2, "V62", "\r\n")
-    bench.run(3.0)
+    command(bench, if2, "V62", seconds=3.0, end="\r\n")
     assert tuple(b - a for a, b in zip(before, positions(if2), strict=True)) == (100, 50, 0)
     assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"  # still locked
     # Changing: `]` "at same baud rate and data format as the previous lock command", which was 9600 and no other
-    assert ask(bench, if2, "]", 0.5, "\n") == b"]\n"
-    assert ask(bench, if2, "E", 0.5, "\n") == b"E\n[\r\n"
+    assert (ask(bench, if2, "]", 0.5, "\n"), ask(bench, if2, "E", 0.5, "\n")) == (b"]\n", b"E\n[\r\n")
 
 
 def test_the_unlock_command_in_the_new_format_where_that_is_asked_for(bench):
@@ -351,7 +341,7 @@ def test_the_unlock_command_in_the_new_format_where_that_is_asked_for(bench):
     if2.serial.host.baudrate = 1200
     if2.serial.write(b"(")
     bench.run(0.2)
-    tell(if2, "V61", "\r\n")
+    write(if2, "V61", end="\r\n")
     bench.run(1.0)
     assert ask(bench, if2, "]", 0.5, "\n") == b"U\r"
     assert ask(bench, if2, "E", 0.5, "\n") == b"E\r\n"  # the stored sequence waits for input 1
@@ -364,7 +354,7 @@ def test_the_new_format_is_kept_as_the_old_one_was(bench):
     if2.serial.host.baudrate = 300
     if2.serial.write(b"(")
     bench.run(0.3)
-    tell(if2, "V61", "\n")
+    write(if2, "V61", end="\n")
     bench.run(2.0)
     if2.power(False)
     if2.serial.read()
@@ -379,14 +369,9 @@ def test_the_bracket_breaks_in_without_a_power_cycle_while_dsr_is_held(bench, ba
     power_up(bench, if2, dsr=False)
     assert status(bench, if2, "E") == "["  # it runs the stored sequence, and waits for input 1
     if2.serial.host.baudrate = baudrate
-    if2.serial.write(b"(")
-    bench.run(0.5)
-    assert if2.serial.read() == b"U\r"
-    if2.serial.write(b"*")
-    bench.run(0.5)
-    assert if2.serial.read() == b"U\r"
-    tell(if2, "U61")
-    bench.run(3.0)
+    assert send(bench, if2, "(", seconds=0.5, end="") == b"U\r"
+    assert send(bench, if2, "*", seconds=0.5, end="") == b"U\r"
+    command(bench, if2, "U61", seconds=3.0)
     if2.pins["input1"].drive(True)
     assert ask(bench, if2, "E", 1.0) == b"C\r"
     assert positions(if2) == (0, 0, 0)  # the sequence is erased
@@ -400,17 +385,13 @@ def test_nothing_else_that_a_host_says_is_taken_for_a_bracket_at_another_baud_ra
     bench.run(1.1)
     if2.serial.write(b"(")
     bench.run(0.1)
-    tell(if2, "U31")
+    write(if2, "U31")
     bench.run(1.2)
-    tell(if2, "[")
-    bench.run(0.1)
-    if2.serial.read()
+    send(bench, if2, "[", seconds=0.1)
     for byte in (*range(1, ord("(")), *range(ord("(") + 1, 128)):
         if2.serial.write(bytes([byte]))
         bench.run(0.02)
-    tell(if2, "")
-    bench.run(0.1)
-    if2.serial.read()
+    send(bench, if2, "", seconds=0.1)
     assert status(bench, if2, "E") == "["
 
 
@@ -438,9 +419,7 @@ def test_breaking_in_and_the_data_format_in_one_go(bench):
     """Changing: the sequence that was waiting has ended when it starts again, though no time has passed."""
     if2 = stored(bench, line="instant")
     power_up(bench, if2, dsr=False)
-    if2.serial.write(b"(U61\r")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(U61", seconds=0.1) == b"U\r"
     assert if2.busy
     if2.pins["input1"].drive(True)
     bench.run(1.0)
@@ -452,20 +431,20 @@ def test_a_lock_behind_a_held_move_is_kept_and_unlocked_as_any_other(bench):
     """Lockout: the format of the lock command is that in which it came, however long it waited."""
     if2 = ready(bench, model="if2")
     for text in ("X40$", "Y20$", "["):
-        tell(if2, text)
+        write(if2, text)
     bench.run(1.0)
     assert status(bench, if2, "E") == "["
     if2.power(False)
     power_up(bench, if2, dsr=False)
     assert status(bench, if2, "E") == "["
-    tell(if2, "]")
+    write(if2, "]")
     assert status(bench, if2, "E") == "C"
 
 
 def status_in(bench, controller, letter):
     """The answer, whatever its eighth bits."""
     if letter:
-        tell(controller, letter)
+        write(controller, letter)
     bench.run(0.1)
     return bytes(byte & 0x7F for byte in controller.serial.read()).decode().rstrip("\r")
 
@@ -489,7 +468,7 @@ def test_a_bracket_at_another_baud_rate_that_is_cut_off_is_none(bench):
     bench.run(0.1)
     if2.serial.to_device.mend()
     if2.serial.host.baudrate = 9600
-    tell(if2, "")
+    write(if2, "")
     assert status(bench, if2, "E") == "["
 
 
@@ -503,10 +482,9 @@ def test_the_format_set_after_breaking_in_starts_the_stored_sequence(bench):
     if2.serial.host.baudrate = 2400
     if2.serial.write(b"(")
     bench.run(0.1)
-    tell(if2, "V61", "\n")
+    write(if2, "V61", end="\n")
     bench.run(1.0)
-    assert positions(if2) == (200, 100, 0)
-    assert ask(bench, if2, "E", end="\n")[-3:] == b"[\r\n"
+    assert (positions(if2), ask(bench, if2, "E", end="\n")[-3:]) == ((200, 100, 0), b"[\r\n")
 
 
 def test_no_breaking_in_while_a_move_is_in_progress(bench):
@@ -516,13 +494,10 @@ def test_no_breaking_in_while_a_move_is_in_progress(bench):
     bench.run(0.5)
     for baudrate in (1200, 9600):
         if2.serial.host.baudrate = baudrate
-        tell(if2, "(")
-        bench.run(0.2)
+        command(bench, if2, "(")
     bench.run(3.0)
     assert if2.serial.read() == b"" and positions(if2)[0] >= 1000
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"
 
 
 @pytest.mark.parametrize("baudrate", [1200, 9600])
@@ -531,26 +506,20 @@ def test_no_breaking_in_while_dsr_is_low(bench, baudrate):
     if2 = stored(bench)
     power_up(bench, if2, dsr=False)
     if2.serial.host.dtr, if2.serial.host.baudrate = False, baudrate
-    tell(if2, "(")
-    bench.run(0.2)
+    command(bench, if2, "(")
     if2.serial.host.dtr, if2.serial.host.baudrate = True, 9600
     bench.run(0.2)
     assert if2.serial.read() == b""
-    tell(if2, "")
+    write(if2, "")
     assert status(bench, if2, "E") == "["
 
 
 def test_breaking_in_waits_for_no_terminator_and_forgets_what_was_typed_before(bench):
     """Breaking in: "(" alone; sample 6 sends the erase command on its own too."""
     if1 = ready(bench)
-    tell(if1, "[")
-    if1.serial.write(b"X10(")
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
-    tell(if1, "*")
-    tell(if1, "U61")
-    bench.run(1.5)
-    if1.serial.read()
+    write(if1, "[")
+    assert send(bench, if1, "X10(", seconds=0.1, end="") == b"U\r"
+    send(bench, if1, "*", "U61", seconds=1.5)
     assert (status(bench, if1, "E"), number(bench, if1, "F")) == ("C", 0)
 
 
@@ -564,22 +533,16 @@ def test_breaking_into_a_locked_interface(bench, erase):
     bench.run(3.0)
     before = positions(if2)
     power_up(bench, if2, dsr=True)
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"
     if2.serial.write(erase.encode())
     bench.run(0.1)
     assert if2.serial.read() in ((b"U\r", b"U\rU\r") if erase == "**" else (b"U\r",))
-    tell(if2, "U61")
-    bench.run(3.0)
+    command(bench, if2, "U61", seconds=3.0)
     assert positions(if2) == before
     assert (status(bench, if2, "E"), number(bench, if2, "F")) == ("C", 0)
-    tell(if2, ":$")
-    tell(if2, "X$")
-    bench.run(1.0)
+    command(bench, if2, ":$", "X$", seconds=1.0)
     assert positions(if2) == before  # the sequence and the distance are gone
-    tell(if2, "Z5$")
-    bench.run(1.0)
+    command(bench, if2, "Z5$", seconds=1.0)
     assert positions(if2)[2] == before[2] + 5
 
 
@@ -597,29 +560,18 @@ def test_what_has_been_erased_does_not_come_back(bench):
     if2.pins["input1"].drive(True)
     bench.run(3.0)
     assert positions(if2) == (0, 0, 0)
-    if2.serial.write(b"(")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"  # as fresh from the factory: it waits for this
+    assert send(bench, if2, "(", seconds=0.1, end="") == b"U\r"  # as fresh from the factory: it waits for this
 
 
 def test_installing_a_sequence_as_sample_6_does(bench):
     """Sample 6: `(`, the answer, `*`, the answer, `V61`, E until not E, the sequence (R30), `[`; CR LF after each."""
     if2 = bench.add("if2", line="2400 8N2")
     bench.run(1.5)
-    if2.serial.write(b"(")
-    bench.run(0.2)
-    if2.serial.read()
-    tell(if2, "*", "\r\n")
-    bench.run(0.2)
-    assert if2.serial.read() == b"U\r"
-    tell(if2, "V61", "\r\n")
-    tell(if2, "E", "\r\n")
-    bench.run(1.5)
-    assert if2.serial.read() == b"C\r\n"
+    send(bench, if2, "(", end="")
+    assert send(bench, if2, "*", end="\r\n") == b"U\r"
+    assert send(bench, if2, "V61", "E", seconds=1.5, end="\r\n") == b"C\r\n"
     if2.serial.write(b":R12345:H1:X1000@1000S1:X-S2:YS3:Y-S4:ZS5:Z-R5:")
-    tell(if2, "XYZR4:X-Y-ZR3:X-Y-ZR2:X-YZR1:=0,1:$", "\r\n")
-    tell(if2, "[", "\r\n")
-    bench.run(1.0)
+    command(bench, if2, "XYZR4:X-Y-ZR3:X-Y-ZR2:X-YZR1:=0,1:$", "[", seconds=1.0, end="\r\n")
     if2.power(False)
     power_up(bench, if2, dsr=False)
     on = edges(if2.pins["output1"])
@@ -664,8 +616,7 @@ def test_a_power_cut_in_the_middle_of_a_message_and_of_an_answer(bench):
     bench.run(0.1)
     if2.serial.read()
     power_up(bench, if2, dsr=False)
-    assert if2.serial.read() == b""
-    assert [status(bench, if2, letter) for letter in "EF"] == ["[", "32"]
+    assert (if2.serial.read(), [status(bench, if2, letter) for letter in "EF"]) == (b"", ["[", "32"])
 
 
 def test_power_on_and_off_twice_is_no_different_from_once(bench):
@@ -685,17 +636,13 @@ def test_power_on_and_off_twice_is_no_different_from_once(bench):
 def test_a_locked_interface_without_a_sequence_starts_nothing(bench):
     """Battery backup: data without a sequence is kept too."""
     if2 = ready(bench, model="if2")
-    tell(if2, "X60@200$")
-    tell(if2, "[")
-    bench.run(1.0)
+    command(bench, if2, "X60@200$", "[", seconds=1.0)
     if2.power(False)
     power_up(bench, if2, dsr=False)
     bench.run(2.0)
-    assert positions(if2) == (60, 0, 0)
-    assert status(bench, if2, "E") == "["
-    tell(if2, "]")
-    tell(if2, "Y$")
-    settle(bench, if2)
+    assert (positions(if2), status(bench, if2, "E")) == ((60, 0, 0), "[")
+    write(if2, "]", "Y$")
+    until_idle(bench, if2)
     assert positions(if2) == (60, 60, 0)
     assert since_start(if2.axes["Y"]) == constant(200, 60)
 
@@ -707,12 +654,9 @@ def test_a_sequence_with_a_hand_over_at_power_up(bench):
     power_up(bench, if2, dsr=False)
     bench.run(1.5)
     assert if2.serial.read() == b"%\r"
-    tell(if2, "%")
-    bench.run(0.5)
+    command(bench, if2, "%", seconds=0.5)
     assert positions(if2)[1] == 0
-    tell(if2, "]")
-    tell(if2, "%")
-    bench.run(0.5)
+    command(bench, if2, "]", "%", seconds=0.5)
     assert positions(if2)[1] == 10
 
 
@@ -726,7 +670,7 @@ def test_a_fault_there_at_power_up_keeps_the_stored_sequence_from_moving(bench, 
     power_up(bench, if2, dsr=False)
     bench.run(3.0)
     assert positions(if2) == before and if2.pins["led"].level
-    assert number(bench, if2, "K") == (32 if name == "estop" else 16)
+    assert status_word(bench, if2) == (32 if name == "estop" else 16)
     if2.pins[name].release()
     bench.run(3.0)
     assert positions(if2) == before
@@ -743,10 +687,9 @@ def test_an_emergency_stop_can_be_read_away_once_it_is_unlocked(bench):
     if2.pins["estop"].drive(False)
     bench.run(0.1)
     if2.pins["estop"].release()
-    assert [number(bench, if2, "K") for _ in range(2)] == [32, 32]
-    tell(if2, "]")
-    bench.run(0.1)
-    assert [number(bench, if2, "K") for _ in range(2)] == [32, 0]
-    tell(if2, "X30@400$")
-    settle(bench, if2)
+    assert [status_word(bench, if2) for _ in range(2)] == [32, 32]
+    command(bench, if2, "]", seconds=0.1)
+    assert [status_word(bench, if2) for _ in range(2)] == [32, 0]
+    write(if2, "X30@400$")
+    until_idle(bench, if2)
     assert positions(if2) == (30, 0, 0)

@@ -8,7 +8,7 @@ import pytest
 
 from axistwin.units import S
 
-from .talking import heard
+from .talking import arrivals
 
 RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 
@@ -17,7 +17,7 @@ def answered_at(bench, baud: int) -> float | None:
     """The rate at which `U` and <CR> come back to a `(` sent at this rate; None: nothing comes."""
     if1 = bench.add("if1", line=f"{baud} 8N2")
     bench.run(1.5)
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     if1.serial.write(b"(")
     bench.run(1)
     times = [at_ns for at_ns, _, _ in received]

@@ -11,7 +11,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS, S
 
-from .talking import ask, faults, heard, ready, tell
+from .talking import arrivals, ask, command, faults, ready, write
 
 XOFF, XON = 0x13, 0x11
 
@@ -19,14 +19,14 @@ XOFF, XON = 0x13, 0x11
 def calculating(bench: Bench, message: str = "U61", **options: Any) -> Controller:
     """An IF1 that has just begun to calculate a ramp: for a second, what it receives stays in its buffer."""
     if1 = ready(bench, message, **options)
-    tell(if1, "^10")
+    write(if1, "^10")
     bench.run(0.03)
     return if1
 
 
 def fill(bench: Bench, if1: Controller, text: str) -> None:
     """Send this and wait until the last character is in the buffer."""
-    tell(if1, text, "")
+    write(if1, text, end="")
     bench.run_until(lambda: not if1.serial.pending, 100)
     bench.run(if1.serial.host.format.frame_ns / S + 0.001)
 
@@ -48,8 +48,8 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
     bench.run(0.1)
     lines: list[tuple[int, bool]] = []
     if1.serial.rts_line.subscribe(lambda pin: lines.append((bench.now, pin.level)))
-    received = heard(bench, if1)
-    tell(if1, "I")
+    received = arrivals(bench, if1)
+    write(if1, "I")
     bench.run(0.1)
     assert [level for _, level in lines] == [True, False]
     assert lines[0][0] <= received[0][0] - 10 * S // 9600  # not after its start bit
@@ -60,8 +60,7 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
 def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
     """Control lines: "will therefore not transmit data until DSR and CTS are both set".  R4: held, not lost."""
     setattr(if1.serial.host, line, False)
-    assert ask(bench, if1, "E", 5) == b""
-    assert ask(bench, if1, "K", 5) == b""
+    assert (ask(bench, if1, "E", 5), ask(bench, if1, "K", 5)) == (b"", b"")
     setattr(if1.serial.host, line, True)
     bench.run(0.1)
     assert if1.serial.read() == b"C\r0\r"
@@ -70,8 +69,7 @@ def test_a_reply_waits_until_dsr_and_cts_are_set(bench, if1, line):
 def test_both_lines_are_needed(bench, if1):
     """Control lines: "DSR and CTS are both set"."""
     if1.serial.host.dtr = if1.serial.host.rts = False
-    tell(if1, "E")
-    bench.run(1)
+    command(bench, if1, "E", seconds=1)
     if1.serial.host.dtr = True
     bench.run(1)
     if1.serial.host.dtr, if1.serial.host.rts = False, True
@@ -85,8 +83,7 @@ def test_both_lines_are_needed(bench, if1):
 def test_rts_asks_while_the_reply_waits(bench, if1):
     """Control lines: RTS is set prior to the start of transmission, so that CTS can answer it."""
     if1.serial.host.rts = False
-    tell(if1, "E")
-    bench.run(1)
+    command(bench, if1, "E", seconds=1)
     assert if1.serial.rts
     if1.serial.host.rts = True
     bench.run(0.1)
@@ -96,17 +93,14 @@ def test_rts_asks_while_the_reply_waits(bench, if1):
 def test_commands_are_obeyed_while_nothing_may_be_sent(bench, if1):
     """Control lines: they hold back what the interface transmits, not what it receives."""
     if1.serial.host.rts = False
-    tell(if1, "X9$")
-    bench.run(0.5)
+    command(bench, if1, "X9$", seconds=0.5)
     assert if1.axes["X"].position == 9
 
 
 def test_the_emergency_stop_works_while_a_reply_is_held(bench, if1):
     """Emergency stop: "inhibit all movement", whatever the serial line does."""
     if1.serial.host.rts = False
-    tell(if1, "XG$")
-    tell(if1, "E")
-    bench.run(1)
+    command(bench, if1, "XG$", "E", seconds=1)
     if1.pins["estop"].drive(False)
     bench.run(0.01)
     assert not if1.axes["X"].moving
@@ -115,9 +109,7 @@ def test_the_emergency_stop_works_while_a_reply_is_held(bench, if1):
 def test_what_a_move_does_at_its_end_does_not_wait_for_a_reply(bench, if1):
     """Introduction: the interface generates the pulses by itself; outputs change at the end of the move."""
     if1.serial.host.rts = False
-    tell(if1, "X40S1$")
-    tell(if1, "E")
-    bench.run(0.2)
+    command(bench, if1, "X40S1$", "E")
     assert if1.axes["X"].position == 40 and if1.pins["output1"].level
 
 
@@ -136,7 +128,7 @@ def test_the_bracket_is_answered_when_the_lines_allow_it(bench):
 def test_a_line_that_goes_away_holds_the_rest_of_the_reply(bench, line):
     """Control lines: all must be set before the interface can transmit; what its UART already has still leaves."""
     if1 = ready(bench, line="110 8N2")
-    tell(if1, "I")
+    write(if1, "I")
     bench.run_until(lambda: if1.serial.rts, 2)
     bench.run(0.05)  # half of the first character
     setattr(if1.serial.host, line, False)
@@ -155,8 +147,7 @@ def test_with_three_wires_the_hosts_lines_do_not_matter(bench, wiring):
     if1.serial.host.dtr = if1.serial.host.rts = False
     bench.run(1.5)
     assert ask(bench, if1, "(", end="") == b"U\r"
-    tell(if1, "U61")
-    bench.run(1.2)
+    command(bench, if1, "U61", seconds=1.2)
     assert ask(bench, if1, "I") == b"200\r"
     if1.serial.host.rts = True
     assert ask(bench, if1, "I") == b"200\r"
@@ -205,8 +196,7 @@ def test_60_characters_are_not_lost(bench):
     if1 = calculating(bench)
     fill(bench, if1, "X7$\r" + " " * 56)
     bench.run(1.5)
-    assert if1.axes["X"].position == 7
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (if1.axes["X"].position, ask(bench, if1, "F")) == (7, b"0\r")
 
 
 def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
@@ -215,8 +205,7 @@ def test_at_95_percent_everything_in_the_buffer_is_lost(bench):
     fill(bench, if1, "X7$\r" + " " * 57)
     assert if1.serial.dtr  # it is empty
     bench.run(1.5)
-    assert if1.axes["X"].position == 0
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert (if1.axes["X"].position, faults(bench, if1)) == (0, (b"128\r", b"8\r"))
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
@@ -231,10 +220,7 @@ def test_what_comes_after_the_loss_is_kept(bench):
 
 def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
     """Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"."""
-    tell(if1, "H1X5$")
-    tell(if1, "S1$")
-    tell(if1, "@200")
-    bench.run(0.1)
+    command(bench, if1, "H1X5$", "S1$", "@200", seconds=0.1)
     assert if1.serial.dtr
     fill(bench, if1, " " * 52)
     assert not if1.serial.dtr
@@ -246,11 +232,10 @@ def test_the_buffer_fills_behind_a_message_that_must_wait(bench, if1):
 
 def test_it_transmits_while_dtr_is_reset(bench, if1):
     """Control lines: DTR is "set prior to the start of transmission"; a host stopped by it waits for replies."""
-    tell(if1, "D25")
-    bench.run(0.1)
+    command(bench, if1, "D25", seconds=0.1)
     seen = []
     if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
-    tell(if1, "I")  # a character each 0.25 s
+    write(if1, "I")  # a character each 0.25 s
     bench.run(0.3)
     fill(bench, if1, " " * 52)
     bench.run(1.5)
@@ -352,7 +337,7 @@ def test_above_2400_baud_a_character_can_be_overwritten(bench):
     rest = iter(sent)
     assert all(byte in rest for byte in echo)  # in order, two left out
     for character in "#\rF":
-        tell(if1, character, "")
+        write(if1, character, end="")
         bench.run(0.01)
     if1.serial.read()
     assert ask(bench, if1, "") == b"\r2\r"
@@ -373,9 +358,7 @@ def test_a_slower_strobe_loses_11_bit_characters_too(bench):
     assert distinct_slots(25, 11, 12) == 23
     if1.serial.write(b"ABCDEFGHIJKLMNOPQRSTUVWXY")
     bench.run(0.2)
-    assert len(if1.serial.read()) == 23
-    assert ask(bench, if1, "#") == b"#\r"
-    assert ask(bench, if1, "F") == b"F\r2\r"
+    assert (len(if1.serial.read()), ask(bench, if1, "#"), ask(bench, if1, "F")) == (23, b"#\r", b"F\r2\r")
 
 
 def test_echo_back_makes_9600_baud_safe(bench):
@@ -391,9 +374,9 @@ def test_echo_back_makes_9600_baud_safe(bench):
 
 def obedient_echo_host(bench: Bench, if1: Controller, text: str) -> None:
     """Send each character when the one before has come back."""
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     for n, character in enumerate(text, start=1):
-        tell(if1, character, "")
+        write(if1, character, end="")
         assert bench.run_until(lambda n=n: len(received) == n, 5)
         assert received[-1][1] == ord(character)
     if1.serial.read()
@@ -429,8 +412,7 @@ LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, the first 
 def test_up_to_600_baud_any_string_may_be_sent_without_looking(bench, baud, wiring):
     """Charts: up to 600 baud, "any" string, no echo-back, no need to check DTR."""
     if1 = ready(bench, line=f"{baud} 8N2", wiring=wiring)
-    tell(if1, LONG, "")
-    bench.run(40)
+    command(bench, if1, LONG, seconds=40, end="")
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
     assert ask(bench, if1, "F", 1) == b"0\r"
 
@@ -439,7 +421,7 @@ def test_up_to_600_baud_any_string_may_be_sent_without_looking(bench, baud, wiri
 def test_at_1200_and_2400_baud_up_to_63_characters_may_be_sent_without_looking(bench, baud):
     """Charts: 1200 or 2400 baud, strings of less than 64 characters, no echo-back."""
     if1 = ready(bench, line=f"{baud} 8N2")
-    tell(if1, LONG[: 4 + 8 * 7] + "X$\r", "")  # 63
+    write(if1, LONG[: 4 + 8 * 7] + "X$\r", end="")  # 63
     bench.run(5)
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (8, 7)
     assert ask(bench, if1, "F") == b"0\r"
@@ -449,8 +431,7 @@ def test_at_1200_and_2400_baud_up_to_63_characters_may_be_sent_without_looking(b
 def test_at_1200_and_2400_baud_a_longer_string_overflows_a_host_that_does_not_look(bench, baud):
     """Connection methods: "strings of more than 64 characters ... the DTR output must be monitored"."""
     if1 = ready(bench, line=f"{baud} 8N2")
-    tell(if1, LONG, "")
-    bench.run(5)
+    command(bench, if1, LONG, seconds=5, end="")
     assert if1.axes["X"].position < 25
     assert int(ask(bench, if1, "F")) & 8
 
@@ -460,8 +441,7 @@ def test_a_host_that_obeys_dtr_loses_nothing(bench, baud):
     """Charts, 5-wire: no echo-back, "need to check DTR? yes"."""
     if1 = ready(bench, line=f"{baud} 8N2")
     obedient_dtr_host(if1)
-    tell(if1, LONG, "")
-    bench.run(10)
+    command(bench, if1, LONG, seconds=10, end="")
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
     assert ask(bench, if1, "F") == b"0\r"
 
@@ -471,7 +451,7 @@ def test_a_host_that_obeys_x_off_loses_nothing(bench, baud):
     """Control of data transfer: X-on, X-off: "very useful ... since only a simple 3-wire connection is required"."""
     if1 = ready(bench, "U67", line=f"{baud} 8N2", wiring="3-wire")
     obedient_xon_host(if1)
-    tell(if1, LONG, "")
+    write(if1, LONG, end="")
     bench.run(10)
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
     assert ask(bench, if1, "F")[-2:] == b"0\r"
@@ -486,8 +466,7 @@ def test_a_host_that_waits_for_the_echo_loses_nothing(bench, baud):
     obedient_echo_host(bench, if1, LONG)
     bench.run(1)
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
-    assert ask(bench, if1, "F") == b"F\r0\r"
-    assert changes == []
+    assert (ask(bench, if1, "F"), changes) == (b"F\r0\r", [])
 
 
 @settings(max_examples=15, deadline=None)
@@ -500,7 +479,7 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
     if1 = ready(bench, "U67" if echo else "U61", line="2400 8N2")
     (obedient_xon_host if echo else obedient_dtr_host)(if1)
     for message in messages:
-        tell(if1, message)
+        write(if1, message)
     bench.run(60)
     assert if1.axes["X"].position == messages.count("X1$")
     assert if1.axes["Y"].position == 2 * messages.count("Y2$")
@@ -512,19 +491,17 @@ def test_an_x_off_from_the_host_is_a_character_like_others(bench):
     if1 = ready(bench, "U67")
     if1.serial.write(b"\x13")
     bench.run(0.1)
-    tell(if1, "")
-    bench.run(0.1)
+    command(bench, if1, "", seconds=0.1)
     assert ask(bench, if1, "F") == b"8\r"
 
 
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
     """Inter-character delay: "inserted before each transmitted character"; X-off would come too late."""
     if1 = ready(bench, "U67")
-    tell(if1, "D25")
-    bench.run(0.1)
+    command(bench, if1, "D25", seconds=0.1)
     seen = []
     if1.serial.subscribe_received(lambda byte, _: seen.append((byte, bench.now)))
-    tell(if1, "I")  # 200 <CR>, a character each 0.25 s
+    write(if1, "I")  # 200 <CR>, a character each 0.25 s
     bench.run(0.3)
     filled_ns = bench.now
     fill(bench, if1, " " * 52)

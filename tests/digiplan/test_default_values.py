@@ -5,46 +5,59 @@ import pytest
 from axistwin.sim.frames import LineError
 from axistwin.units import MS
 
-from .helpers import edges, number, positions, settle, strokes
-from .talking import ask, constant, heard, initialise, pulse_times_of, ramped, ready, since_start, tell
+from .talking import (
+    arrivals,
+    ask,
+    command,
+    constant,
+    edges,
+    initialise,
+    moves,
+    number,
+    positions,
+    pulse_times_of,
+    ramped,
+    ready,
+    since_start,
+    status_word,
+    until_idle,
+    write,
+)
 
 
 def test_speed_range_1(bench, if1):
     """Default values: "Speed range - 1 (0 - 25,000 steps/sec)"."""
-    tell(if1, "@25000")
-    bench.run(0.1)
+    command(bench, if1, "@25000", seconds=0.1)
     assert number(bench, if1, "F") == 0
-    tell(if1, "@25001")
-    bench.run(0.1)
+    command(bench, if1, "@25001", seconds=0.1)
     assert number(bench, if1, "F") == 16
 
 
 def test_speed_400(bench, if1):
     """Default values: "Speed - 400 steps/second"; start/stop 400 too, so without a ramp."""
-    tell(if1, "X100$")
-    settle(bench, if1)
+    write(if1, "X100$")
+    until_idle(bench, if1)
     assert since_start(if1.axes["X"]) == constant(400, 100)
 
 
 def test_index_length_0(bench, if1):
     """Default values: "Index Length - 0 steps": done at once, without a pulse."""
-    tell(if1, "X$")
-    bench.run(0.02)
-    assert (positions(if1), number(bench, if1, "K"), ask(bench, if1, "E")) == ((0, 0, 0), 0, b"C\r")
+    command(bench, if1, "X$", seconds=0.02)
+    assert (positions(if1), status_word(bench, if1), ask(bench, if1, "E")) == ((0, 0, 0), 0, b"C\r")
 
 
 def test_backlash_0(bench, if1):
     """Default values: "Backlash correction - 0 steps", whichever way the index goes."""
     for text in ("X100B$", "X-100B$"):
-        tell(if1, text)
-        settle(bench, if1)
-    assert strokes(if1.axes["X"]) == [100, -100]
+        write(if1, text)
+        until_idle(bench, if1)
+    assert moves(if1.axes["X"]) == [100, -100]
 
 
 def test_acceleration_10000_and_start_stop_400(bench, if1):
     """Default values: "Acceleration - 10,000 steps/sec2", "Start/Stop - 400 steps/sec"."""
-    tell(if1, "X1000@1000$")
-    settle(bench, if1)
+    write(if1, "X1000@1000$")
+    until_idle(bench, if1)
     # levels 400, 500 ... 900 of 100/10000 s = 10 ms each: 39 steps; 922 steps at 1000/s
     course = ramped(1000, 400, 1000, 100, 10_000)
     assert [rate for rate, _ in course] == [400, 500, 600, 700, 800, 900, 1000, 900, 800, 700, 600, 500, 400]
@@ -54,8 +67,8 @@ def test_acceleration_10000_and_start_stop_400(bench, if1):
 
 def test_all_directions_are_positive(bench, if1):
     """Default values: "All Direction O/P - High"; "the positive direction is assumed"."""
-    tell(if1, "XYZ10$")
-    settle(bench, if1)
+    write(if1, "XYZ10$")
+    until_idle(bench, if1)
     assert positions(if1) == (10, 10, 10)
 
 
@@ -65,22 +78,21 @@ def test_outputs_off(bench, if1):
         output = if1.pins[f"output{n}"]
         assert not output.level
         seen = edges(output)
-        tell(if1, f"P{n},1$")
-        bench.run(0.1)
+        command(bench, if1, f"P{n},1$", seconds=0.1)
         assert [level for _, level in seen] == [True, False]
 
 
 def test_pulse_output_100_ms(bench, if1):
     """Default values: "Pulse output - 10 (100mS)"."""
     seen = edges(if1.pins["output4"])
-    tell(if1, "P4$")
-    settle(bench, if1)
+    write(if1, "P4$")
+    until_idle(bench, if1)
     assert seen[1][0] - seen[0][0] == 100 * MS
 
 
 def test_inter_character_delay_0(bench, if1):
     """Default values: "Inter-char. delay - 0 mS": the characters of a reply follow one another."""
-    characters = heard(bench, if1)
+    characters = arrivals(bench, if1)
     ask(bench, if1, "I")
     first, second, *_ = (at_ns for at_ns, _, _ in characters)
     assert second - first < 2 * 11 * 1_000 * MS // 9600
@@ -89,7 +101,7 @@ def test_inter_character_delay_0(bench, if1):
 def test_the_data_format_before_it_is_set(bench):
     """Default values: "8 bits, 2 stop bits with bit 8 = 0; no parity, no echo-back"."""
     if1 = bench.add("if1", line="1200 8N2")
-    characters = heard(bench, if1)
+    characters = arrivals(bench, if1)
     bench.run(1.5)
     if1.serial.write(b"(")
     bench.run(0.2)
@@ -102,32 +114,29 @@ def test_the_data_format_before_it_is_set(bench):
 def test_without_the_lock_everything_is_back_to_default_after_power_off(bench, model):
     """Default values: "When the power is applied to the interface, it sets up sensible default values"."""
     card = ready(bench, model=model)
-    tell(card, ">3 <8 ^20")
-    bench.run(1.2)
+    command(bench, card, ">3 <8 ^20", seconds=1.2)
     for text in ("B-20", "D5", "X50@1000S1$", "P1,30$"):
-        tell(card, text)
+        write(card, text)
     bench.run(2.0)
-    tell(card, ":Y10:$")
-    bench.run(1.0)
+    command(bench, card, ":Y10:$", seconds=1.0)
     assert number_after_delay(bench, card) == 10
     card.power_cycle()
     assert [card.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
     initialise(bench, card)
     before = positions(card)
     for text in ("X$", ":$", "Y$"):
-        tell(card, text)
+        write(card, text)
     bench.run(1.0)
     assert positions(card) == before
-    tell(card, "Z1000B@1000$")
-    settle(bench, card)
-    assert strokes(card.axes["Z"]) == [1000]
+    write(card, "Z1000B@1000$")
+    until_idle(bench, card)
+    assert moves(card.axes["Z"]) == [1000]
     assert since_start(card.axes["Z"]) == pulse_times_of(ramped(1000, 400, 1000, 100, 10_000))
     seen = edges(card.pins["output1"])
-    tell(card, "P1$")
-    settle(bench, card)
+    write(card, "P1$")
+    until_idle(bench, card)
     assert seen[1][0] - seen[0][0] == 100 * MS
-    assert number(bench, card, "O") == 0
-    assert number(bench, card, "N") == 1000
+    assert (number(bench, card, "O"), number(bench, card, "N")) == (0, 1000)
 
 
 def number_after_delay(bench, card) -> int:

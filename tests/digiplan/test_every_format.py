@@ -6,7 +6,7 @@ import pytest
 
 from axistwin.units import S
 
-from .talking import BITS_7_OR_8, PARITY
+from .talking import BITS_7_OR_8, PARITY, send
 
 FORMATS = [f"U{frame}{parity}" for frame, parity in itertools.product(range(1, 9), range(1, 10))]
 
@@ -73,6 +73,4 @@ def test_once_the_format_is_set_errors_are_found(bench):
     if1.serial.write(b"3")
     bench.run(0.1)
     if1.serial.host.parity = "N"
-    if1.serial.write(b"\rF\r")
-    bench.run(0.2)
-    assert if1.serial.read() == b"12\r"  # framing, and a number that is no command
+    assert send(bench, if1, "\rF") == b"12\r"  # framing, and a number that is no command

@@ -4,8 +4,22 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .helpers import edges, gaps, number, positions, settle, status, strokes, times
-from .talking import ask, ready, tell
+from .talking import (
+    ask,
+    command,
+    edges,
+    gaps,
+    moves,
+    number,
+    positions,
+    ready,
+    send,
+    status,
+    status_word,
+    times,
+    until_idle,
+    write,
+)
 
 DRIVE_FAULTS = ("x_fault", "y_fault")
 
@@ -19,12 +33,10 @@ def test_emergency_stop_is_read_twice_before_it_is_gone(bench, if1):
     """Clearing: "32 <CR>"; once removed again "32 <CR>" "but this time the fault bit will be cleared"."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert ask(bench, if1, "K") == b"32\r"
-    assert ask(bench, if1, "K") == b"32\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "K")) == (b"32\r", b"32\r")
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert ask(bench, if1, "K") == b"32\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "K")) == (b"32\r", b"0\r")
 
 
 def test_an_emergency_stop_removed_before_it_is_read_needs_one_request(bench, if1):
@@ -33,7 +45,7 @@ def test_an_emergency_stop_removed_before_it_is_read_needs_one_request(bench, if
     bench.run(0.01)
     if1.pins["estop"].release()
     bench.run(1.0)
-    assert [number(bench, if1, "K") for _ in range(3)] == [32, 0, 0]
+    assert [status_word(bench, if1) for _ in range(3)] == [32, 0, 0]
 
 
 def test_quick_status_clears_as_motion_status_does(bench):
@@ -56,13 +68,12 @@ def test_no_other_request_clears_a_fault(bench, if1, letter):
     bench.run(0.1)
     status(bench, if1, letter)
     status(bench, if1, letter)
-    assert number(bench, if1, "K") == 32
+    assert status_word(bench, if1) == 32
 
 
 def test_an_emergency_stop_brings_motion_to_rest_along_the_ramp(bench, if1):
     """Clearing: "any axis in motion will stop"; motion status 41: with deceleration."""
-    tell(if1, "X9000@1000$")
-    bench.run(2.0)
+    command(bench, if1, "X9000@1000$", seconds=2.0)
     at_ns, stood = bench.now, positions(if1)[0]
     if1.pins["estop"].drive(False)
     bench.run(1.0)
@@ -77,14 +88,13 @@ def test_no_movement_before_the_emergency_stop_has_been_read(bench, if1):
     bench.run(0.1)
     if1.pins["estop"].release()
     for text in ("X100@400$", "Y-100$", "X@200G$", ":Z10:$"):
-        tell(if1, text)
+        write(if1, text)
     bench.run(2.0)
-    assert positions(if1) == (0, 0, 0)
-    assert number(bench, if1, "K") == 32
+    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
     bench.run(2.0)
     assert positions(if1) == (0, 0, 0)  # refused, not saved up
-    tell(if1, "X100$")
-    settle(bench, if1)
+    write(if1, "X100$")
+    until_idle(bench, if1)
     assert positions(if1) == (100, 0, 0)
 
 
@@ -93,10 +103,8 @@ def test_no_movement_while_the_emergency_stop_is_there(bench, if1):
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     for _ in range(3):
-        number(bench, if1, "K")
-        tell(if1, "X100@400$")
-        tell(if1, "X-100@400$")
-        bench.run(1.0)
+        status_word(bench, if1)
+        command(bench, if1, "X100@400$", "X-100@400$", seconds=1.0)
     assert positions(if1) == (0, 0, 0)
 
 
@@ -105,18 +113,14 @@ def test_an_emergency_stop_there_at_power_up_inhibits_movement(bench):
     if1 = bench.add("if1")
     if1.pins["estop"].drive(False)
     bench.run(1.5)
-    if1.serial.write(b"(U61\r")
-    bench.run(1.5)
-    if1.serial.read()
-    tell(if1, "X100$")
-    bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert number(bench, if1, "K") == 32
+    send(bench, if1, "(U61", seconds=1.5)
+    command(bench, if1, "X100$", seconds=1.0)
+    assert (positions(if1), status_word(bench, if1)) == ((0, 0, 0), 32)
     if1.pins["estop"].drive(True)
     bench.run(0.1)
-    assert number(bench, if1, "K") == 32
-    tell(if1, "X100$")
-    settle(bench, if1)
+    assert status_word(bench, if1) == 32
+    write(if1, "X100$")
+    until_idle(bench, if1)
     assert positions(if1) == (100, 0, 0)
 
 
@@ -124,24 +128,22 @@ def test_an_emergency_stop_there_at_power_up_inhibits_movement(bench):
 def test_a_drive_fault_stops_without_deceleration(bench, if1, name):
     """Position report-back: "as a result of a drive fault, no deceleration occurs on that axis"."""
     axis = name[0].upper()
-    tell(if1, f"{axis}9000@5000$")
-    bench.run(1.0)
+    command(bench, if1, f"{axis}9000@5000$", seconds=1.0)
     at_ns = bench.now
     break_drive(if1, name)
     bench.run(2.0)
     assert times(if1.axes[axis])[-1] <= at_ns + 1 * MS
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("F", 16)
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("F", 16)
 
 
 def test_a_drive_fault_is_cleared_by_a_request_once_the_drive_is_well(bench, if1):
     """Clearing: "provided the fault is no longer present"."""
     break_drive(if1, "x_fault")
     bench.run(0.1)
-    assert [number(bench, if1, "K") for _ in range(3)] == [16, 16, 16]
-    assert number(bench, if1, "I") == 202
+    assert ([status_word(bench, if1) for _ in range(3)], number(bench, if1, "I")) == ([16, 16, 16], 202)
     if1.pins["x_fault"].release()
     bench.run(0.1)
-    assert [number(bench, if1, "K") for _ in range(3)] == [16, 0, 0]
+    assert [status_word(bench, if1) for _ in range(3)] == [16, 0, 0]
 
 
 def test_a_missing_fault_link_is_a_drive_fault_for_ever(bench):
@@ -149,21 +151,17 @@ def test_a_missing_fault_link_is_a_drive_fault_for_ever(bench):
     if1 = bench.add("if1")
     break_drive(if1, "y_fault")
     bench.run(1.5)
-    if1.serial.write(b"(U61\r")
-    bench.run(1.5)
-    if1.serial.read()
+    send(bench, if1, "(U61", seconds=1.5)
     for text in ("X100$", "Z100$"):
-        assert number(bench, if1, "K") == 16
-        tell(if1, text)
-        bench.run(1.0)
+        assert status_word(bench, if1) == 16
+        command(bench, if1, text, seconds=1.0)
     assert positions(if1) == (0, 0, 0)
     assert if1.pins["led"].level
 
 
 def test_the_other_axes_of_a_move_stop_too(bench, if1):
     """Clearing: "any axis in motion will stop"."""
-    tell(if1, "XYZ90000@5000$")
-    bench.run(2.0)
+    command(bench, if1, "XYZ90000@5000$", seconds=2.0)
     break_drive(if1, "x_fault")
     bench.run(2.0)
     stands = positions(if1)
@@ -174,79 +172,66 @@ def test_the_other_axes_of_a_move_stop_too(bench, if1):
 
 def test_a_drive_fault_of_an_axis_at_rest_halts_the_interface(bench, if1):
     """Fault disable links: the fault connection "will halt the interface in the event of a drive fault"."""
-    tell(if1, "X90000@1000$")
-    bench.run(2.0)
+    command(bench, if1, "X90000@1000$", seconds=2.0)
     break_drive(if1, "y_fault")
     bench.run(1.0)
     stands = positions(if1)
     assert stands[0] < 2200
     bench.run(1.0)
     assert positions(if1) == stands
-    assert number(bench, if1, "K") == 16
+    assert status_word(bench, if1) == 16
 
 
 def test_two_faults_at_once_are_cleared_each_by_its_own_rule(bench, if1):
     """Clearing: "reset the relevant fault bit provided the fault is no longer present"."""
     if1.pins["estop"].drive(False)
     break_drive(if1, "x_fault")
-    tell(if1, "!")
-    bench.run(0.1)
-    assert number(bench, if1, "K") == 16 + 32 + 128
+    command(bench, if1, "!", seconds=0.1)
+    assert status_word(bench, if1) == 16 + 32 + 128
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert number(bench, if1, "K") == 16 + 32 + 128
-    assert number(bench, if1, "K") == 16 + 128
-    assert number(bench, if1, "F") == 8
-    assert number(bench, if1, "K") == 16
-    tell(if1, "X100$")
-    bench.run(0.5)
+    assert status_word(bench, if1) == 16 + 32 + 128
+    assert status_word(bench, if1) == 16 + 128
+    assert (number(bench, if1, "F"), status_word(bench, if1)) == (8, 16)
+    command(bench, if1, "X100$", seconds=0.5)
     assert positions(if1) == (0, 0, 0)
     if1.pins["x_fault"].release()
     bench.run(0.1)
-    assert number(bench, if1, "K") == 16
-    assert number(bench, if1, "K") == 0
+    assert (status_word(bench, if1), status_word(bench, if1)) == (16, 0)
 
 
 def test_an_emergency_stop_during_the_deceleration_of_a_cancel(bench, if1):
     """Two reasons to stop: the way down is the same."""
-    tell(if1, "^1 @5000")
-    bench.run(1.2)
-    tell(if1, "X90000$")
-    bench.run(6.0)
-    tell(if1, "#")
-    bench.run(1.0)
+    command(bench, if1, "^1 @5000", seconds=1.2)
+    command(bench, if1, "X90000$", seconds=6.0)
+    command(bench, if1, "#", seconds=1.0)
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert number(bench, if1, "K") == 41
+    assert status_word(bench, if1) == 41
     if1.pins["estop"].release()
     bench.run(5.0)
     x = times(if1.axes["X"])
     # up 12190 and down 12190 steps at this ramp, all at 400 at the end
-    assert x[-1] - x[-2] == 2_500_000
-    assert number(bench, if1, "K") == 32
-    assert number(bench, if1, "K") == 0
+    assert (x[-1] - x[-2], status_word(bench, if1), status_word(bench, if1)) == (2_500_000, 32, 0)
 
 
 def test_a_drive_fault_during_a_deceleration_ends_it(bench, if1):
     """Position report-back: "no deceleration occurs on that axis"."""
-    tell(if1, "^1 @5000")
-    bench.run(1.2)
-    tell(if1, "X90000$")
-    bench.run(6.0)
+    command(bench, if1, "^1 @5000", seconds=1.2)
+    command(bench, if1, "X90000$", seconds=6.0)
     if1.pins["estop"].drive(False)
     bench.run(1.0)
     at_ns = bench.now
     break_drive(if1, "x_fault")
     bench.run(5.0)
     assert times(if1.axes["X"])[-1] <= at_ns + 1 * MS
-    assert number(bench, if1, "K") == 48
+    assert status_word(bench, if1) == 48
 
 
 @pytest.mark.parametrize("wait_s", [0.0, 0.2, 0.249, 0.2515, 0.2535, 0.26, 0.3])
 def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wait_s):
     """Backlash and emergency stop: forth, pause of 3 ms, back: whenever it comes, motion ends and stays ended."""
-    tell(if1, "B-20")
-    tell(if1, "X80B$")  # 100 steps at 400: 250 ms, then the pause
+    write(if1, "B-20", "X80B$")  # 100 steps at 400: 250 ms, then the pause
     bench.run_until(lambda: if1.axes["X"].moving, 1.0)
     bench.run(wait_s)
     stood = positions(if1)[0]
@@ -256,38 +241,36 @@ def test_an_emergency_stop_at_any_moment_of_a_backlash_correction(bench, if1, wa
     if1.pins["estop"].release()
     bench.run(1.0)
     assert abs(positions(if1)[0] - stood) <= 1
-    assert number(bench, if1, "K") == (32)
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (0, "C")
+    assert status_word(bench, if1) == (32)
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
 
 
 def test_an_emergency_stop_ends_a_pulse_or_lets_it_end_but_nothing_follows(bench, if1):
     """R22: "ended, outputs as they are"; the pulse of a sequence step."""
     out = edges(if1.pins["output1"])
-    tell(if1, ":P1,50:X100@400:$")
-    bench.run(0.2)
+    command(bench, if1, ":P1,50:X100@400:$")
     if1.pins["estop"].drive(False)
     bench.run(2.0)
     assert positions(if1) == (0, 0, 0)
     assert len(out) in (1, 2)
     if1.pins["estop"].release()
-    assert number(bench, if1, "K") == 32
+    assert status_word(bench, if1) == 32
     bench.run(2.0)
     assert positions(if1) == (0, 0, 0) and status(bench, if1, "E") == "C"
 
 
 def test_a_fault_ends_a_sequence_and_it_can_be_run_again(bench, if1):
     """R22: "ended, outputs as they are, rerun with `:$`"."""
-    tell(if1, ":S1:X400@400:R1:Y50:$")
-    bench.run(0.5)
+    command(bench, if1, ":S1:X400@400:R1:Y50:$", seconds=0.5)
     if1.pins["estop"].drive(False)
     bench.run(0.5)
     if1.pins["estop"].release()
-    assert number(bench, if1, "K") == 32
+    assert status_word(bench, if1) == 32
     bench.run(3.0)
     x, y, _ = positions(if1)
     assert x < 250 and y == 0 and if1.pins["output1"].level
-    tell(if1, ":$")
-    settle(bench, if1)
+    write(if1, ":$")
+    until_idle(bench, if1)
     assert positions(if1) == (x + 400, 50, 0) and not if1.pins["output1"].level
 
 
@@ -295,29 +278,26 @@ def test_a_fault_ends_a_sequence_and_it_can_be_run_again(bench, if1):
 def test_a_fault_while_a_sequence_waits_for_an_input_ends_it(bench, if1, name):
     """R22, in a step without motion."""
     if1.pins["input1"].drive(False)
-    tell(if1, ":H1:X100@400:$")
-    bench.run(0.2)
+    command(bench, if1, ":H1:X100@400:$")
     if1.pins[name].drive(not if1.pins[name].level)
     bench.run(0.2)
     if1.pins[name].release()
     bench.run(0.2)
-    number(bench, if1, "K")
+    status_word(bench, if1)
     if1.pins["input1"].drive(True)
     bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert status(bench, if1, "E") == "C"
+    assert (positions(if1), status(bench, if1, "E")) == ((0, 0, 0), "C")
 
 
 def test_a_very_short_emergency_stop_is_seen(bench, if1):
     """Emergency stop: an event, latched until it is read."""
-    tell(if1, "X4000@400$")
-    bench.run(1.0)
+    command(bench, if1, "X4000@400$", seconds=1.0)
     if1.pins["estop"].drive(False)
     bench.run(0.002)
     if1.pins["estop"].release()
     bench.run(1.0)
     assert positions(if1)[0] < 450
-    assert number(bench, if1, "K") == 32
+    assert status_word(bench, if1) == 32
 
 
 # The LED, and output 5 as fault output
@@ -331,13 +311,13 @@ def test_the_led_is_on_until_the_request_and_the_removal(bench, if1, name):
     pin.drive(not pin.level)
     bench.run(0.1)
     assert led.level
-    number(bench, if1, "K")
+    status_word(bench, if1)
     assert led.level
     pin.release()
     bench.run(0.1)
     if not name.startswith("limit"):
         assert led.level  # the bit is cleared by the next request only
-        number(bench, if1, "K")
+        status_word(bench, if1)
     assert not led.level
 
 
@@ -350,7 +330,7 @@ def test_the_led_stays_on_after_the_removal_until_the_request(bench, if1, name):
     pin.release()
     bench.run(5.0)
     assert if1.pins["led"].level
-    number(bench, if1, "K")
+    status_word(bench, if1)
     assert not if1.pins["led"].level
 
 
@@ -359,8 +339,7 @@ def test_output_5_is_an_output_as_the_others_with_the_link_in_position_a(bench, 
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     assert if1.pins["led"].level and not if1.pins["output5"].level
-    tell(if1, "S5$")
-    bench.run(0.1)
+    command(bench, if1, "S5$", seconds=0.1)
     assert if1.pins["output5"].level
 
 
@@ -377,9 +356,9 @@ def test_output_5_duplicates_the_led_with_the_link_in_position_b(bench):
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     assert if1.pins["output5"].level
-    number(bench, if1, "K")
+    status_word(bench, if1)
     if1.pins["estop"].release()
-    number(bench, if1, "K")
+    status_word(bench, if1)
     assert not if1.pins["output5"].level
     assert output == led and len(led) >= 5
     flashing = [at_ns for at_ns, _ in led if 1_500 * MS < at_ns < 2_500 * MS]
@@ -391,16 +370,16 @@ def test_the_fault_output_cannot_be_controlled_by_program(bench, text):
     """Optional fault output: "cannot be controlled by program commands with the link in this position"."""
     if1 = ready(bench, fault_output=True)
     output = edges(if1.pins["output5"])
-    tell(if1, text)
-    settle(bench, if1)
+    write(if1, text)
+    until_idle(bench, if1)
     assert output == []
     assert if1.pins["output1"].level is ("15" in text)
 
 
 def test_nothing_is_stopped_by_reading_while_in_motion(bench, if1):
     """Report-back at any time: a K in motion clears what may be cleared and changes nothing else."""
-    tell(if1, "X400@400$")
+    write(if1, "X400@400$")
     for _ in range(5):
-        assert number(bench, if1, "K") == 3
-    settle(bench, if1)
-    assert strokes(if1.axes["X"]) == [400]
+        assert status_word(bench, if1) == 3
+    until_idle(bench, if1)
+    assert moves(if1.axes["X"]) == [400]

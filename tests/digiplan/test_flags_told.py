@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, ready, tell
+from .talking import ask, ready, write
 
 
 def opened(pin):
@@ -25,10 +25,10 @@ RAISED = {
     "emergency_stop": (opened("estop"), b"32\r", b"0\r"),
     "limit": (opened("limit_plus"), b"64\r", b"0\r"),
     "parity": (in_odd_parity, b"128\r", b"1\r"),
-    "overrun": (lambda if1: tell(if1, "  "), b"128\r", b"2\r"),
+    "overrun": (lambda if1: write(if1, "  "), b"128\r", b"2\r"),
     "framing": (half_as_fast, b"128\r", b"4\r"),
-    "data": (lambda if1: tell(if1, "W"), b"128\r", b"8\r"),
-    "range": (lambda if1: tell(if1, "@99999"), b"128\r", b"16\r"),
+    "data": (lambda if1: write(if1, "W"), b"128\r", b"8\r"),
+    "range": (lambda if1: write(if1, "@99999"), b"128\r", b"16\r"),
 }
 
 

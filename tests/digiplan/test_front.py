@@ -7,7 +7,7 @@ import pytest
 from axistwin import Bench
 
 from ..fronts import lamps, shown
-from .talking import ask, find, initialise, ready, tell
+from .talking import ask, command, detect, initialise, ready, write
 
 K, F = "Motion status K", "Communication status F"
 STOPS, LINES, OUTPUTS, INPUTS = "Stops and limits", "Lines", "Outputs", "Inputs"
@@ -19,8 +19,7 @@ def open_circuit(pin):
 
 def message(text, seconds=0.2):
     def send(bench, if1):
-        tell(if1, text)
-        bench.run(seconds)
+        command(bench, if1, text, seconds=seconds)
 
     return send
 
@@ -32,7 +31,7 @@ def decelerating(bench, if1):
 
 
 def transmitting(bench, if1):
-    tell(if1, "K")
+    write(if1, "K")
     assert bench.run_until(lambda: if1.terminals["rts"].level, 1)
 
 
@@ -173,7 +172,7 @@ def test_the_state_in_words(bench):
     bench.run(1.5)
     states.append(shown(if1, "Interface", "state"))
     if1.power_cycle()
-    find(bench, if1)
+    detect(bench, if1)
     states.append(shown(if1, "Interface", "state"))
     if1.power(False)
     states.append(shown(if1, "Interface", "state"))
@@ -227,9 +226,9 @@ def test_the_step_of_a_sequence_and_the_steps_of_a_move(bench, idle):
 def test_q_and_n_are_what_the_commands_report(bench, idle, seconds):
     """As registers, too, in the middle of a ramp; at the moment at which the interface answers."""
     message("X12000@9000$", seconds)(bench, idle)
-    for register, command in (("Q", b"K\r"), ("N", b"N\r")):
+    for register, request in (("Q", b"K\r"), ("N", b"N\r")):
         idle.serial.read()
-        idle.serial.write(command)
+        idle.serial.write(request)
         assert bench.run_until(lambda: idle.terminals["rts"].level, 1)
         expected = idle.registers[register].read()
         bench.run(0.1)

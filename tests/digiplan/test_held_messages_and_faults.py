@@ -2,16 +2,13 @@
 
 import pytest
 
-from .talking import ask, moving, ready, tell
+from .talking import ask, command, moving, ready
 
 
 def at_speed_with_two_waiting(bench, if1):
     """X at 20,000 steps/s, which takes 1.96 s to stop; a move of Y is held, and one of Z waits behind it."""
-    tell(if1, "X@20000G$")
-    bench.run(5)
-    tell(if1, "Y20$")
-    tell(if1, "Z7$")
-    bench.run(0.05)
+    command(bench, if1, "X@20000G$", seconds=5)
+    command(bench, if1, "Y20$", "Z7$", seconds=0.05)
 
 
 @pytest.mark.parametrize(("pin", "status"), [("estop", b"41\r"), ("limit_plus", b"73\r"), ("y_fault", b"25\r")])
@@ -26,8 +23,7 @@ def test_reading_the_status_does_not_start_what_was_held(bench, if1, pin, status
     bench.run(5)
     assert if1.axes["Y"].position == if1.axes["Z"].position == 0 and not moving(if1)
     assert ask(bench, if1, "E") == b"C\r"
-    tell(if1, "Y-3@400$")
-    bench.run(0.5)
+    command(bench, if1, "Y-3@400$", seconds=0.5)
     assert if1.axes["Y"].position == -3
 
 
@@ -38,17 +34,14 @@ def test_what_is_asked_for_after_the_fault_is_held_as_always(bench, if1):
     bench.run(0.01)
     if1.pins["estop"].release()
     ask(bench, if1, "K", 0.05)
-    tell(if1, "Z9@400$")
-    bench.run(5)
+    command(bench, if1, "Z9@400$", seconds=5)
     assert (if1.axes["Y"].position, if1.axes["Z"].position) == (0, 9)
 
 
 def test_a_limit_behind_the_motion_that_stops_nothing_leaves_what_is_held(bench):
     """Emergency stop and limit inputs: the option by which only motion towards the switch stops."""
     if1 = ready(bench, limits="motion ahead")
-    tell(if1, "X400@400$")
-    tell(if1, "Y20$")
-    bench.run(0.1)
+    command(bench, if1, "X400@400$", "Y20$", seconds=0.1)
     if1.pins["limit_minus"].drive(False)
     ask(bench, if1, "K")
     bench.run(2)

@@ -7,8 +7,7 @@ import pytest
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .helpers import edges
-from .talking import ask, faults, find, heard, initialise, ready, tell
+from .talking import arrivals, ask, command, detect, edges, faults, initialise, ready, send, write
 
 BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 FRAMES = tuple(range(1, 9))
@@ -39,9 +38,7 @@ def test_nothing_is_heard_during_the_self_test(bench):
         bench.run(0.1)
     bench.run(1)
     assert if1.serial.read() == b"" and not if1.pins["led"].flashing
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "(", seconds=0.1, end="") == b"U\r"
 
 
 def test_the_self_test_may_take_another_time(bench):
@@ -50,9 +47,7 @@ def test_the_self_test_may_take_another_time(bench):
     led = edges(if1.pins["led"])
     bench.run(0.3)
     assert led == [(250 * MS, False)]
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "(", seconds=0.1, end="") == b"U\r"
 
 
 @pytest.mark.parametrize("baud", BAUD_RATES)
@@ -60,7 +55,7 @@ def test_the_bracket_tells_the_baud_rate_and_u_comes_back_at_it(bench, baud):
     """Initialisation: "then transmits a "U" character at the new baud rate", "followed by a carriage return"."""
     if1 = bench.add("if1", line=f"{baud} 8N2")
     bench.run(1.5)
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     if1.serial.write(b"(")
     bench.run(1.0)
     assert [(byte, bool(errors)) for _, byte, errors in received] == [(0x55, False), (0x0D, False)]
@@ -72,10 +67,8 @@ def test_the_bracket_tells_the_baud_rate_and_u_comes_back_at_it(bench, baud):
 def test_it_works_at_every_baud_rate(bench, baud):
     """Baud rate: "110, 300, 600, 1200, 2400, 4800 or 9600 bits per second"."""
     if1 = ready(bench, line=f"{baud} 8N2")
-    assert ask(bench, if1, "K", 1) == b"0\r"
-    assert ask(bench, if1, "F", 1) == b"0\r"
-    tell(if1, "X12$")
-    bench.run(1.5)
+    assert (ask(bench, if1, "K", 1), ask(bench, if1, "F", 1)) == (b"0\r", b"0\r")
+    command(bench, if1, "X12$", seconds=1.5)
     assert if1.axes["X"].position == 12
 
 
@@ -87,7 +80,7 @@ def test_the_bracket_is_measured_whatever_frame_the_host_sends(bench, frame):
     """
     if1 = bench.add("if1", line=f"1200 {frame}")
     bench.run(1.5)
-    received = heard(bench, if1)
+    received = arrivals(bench, if1)
     if1.serial.write(b"(")
     bench.run(0.2)
     assert [byte & 0x7F for _, byte, _ in received] == [0x55, 0x0D]
@@ -98,27 +91,19 @@ def test_missing_the_u_costs_nothing_but_another_bracket(bench):
     if1 = bench.add("if1")
     bench.run(1.5)
     if1.serial.from_device.lose(2)
-    if1.serial.write(b"(")
-    bench.run(0.1)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "(", seconds=0.1, end="") == b""
     for _ in range(20):
-        if1.serial.write(b"(")
-        bench.run(0.1)
-        assert if1.serial.read() == b"U\r"
+        assert send(bench, if1, "(", seconds=0.1, end="") == b"U\r"
 
 
 def test_the_baud_rate_is_measured_on_the_first_bracket_only(bench):
     """Initialisation: "the interface only detects the baud rate on the first "(" received"."""
     if1 = bench.add("if1", line="9600 8N2")
-    find(bench, if1)
+    detect(bench, if1)
     if1.serial.host.baudrate = 4800
-    if1.serial.write(b"(")
-    bench.run(0.5)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "(", seconds=0.5, end="") == b""
     if1.serial.host.baudrate = 9600
-    if1.serial.write(b"\r(")
-    bench.run(0.5)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "\r(", seconds=0.5, end="") == b"U\r"
 
 
 @pytest.mark.parametrize("character", [b"U", b"X", b"\r", b"\n", b"\x00", b"\xff", b"H", b"V61\r"])
@@ -130,9 +115,7 @@ def test_only_the_bracket_is_understood_before_the_baud_rate_is_known(bench, cha
     bench.run(0.2)
     assert if1.serial.read() == b"" and not if1.pins["led"].flashing
     if1.serial.host.baudrate = 9600
-    if1.serial.write(b"(")
-    bench.run(0.2)
-    assert if1.serial.read() == b"U\r"
+    assert send(bench, if1, "(", end="") == b"U\r"
 
 
 def test_the_led_flashes_twice_per_second_from_the_bracket_on(bench):
@@ -150,64 +133,54 @@ def test_the_led_flashes_twice_per_second_from_the_bracket_on(bench):
 def test_the_led_ceases_flashing_on_the_data_format_message(bench):
     """Initialisation: "Following correct receipt of the data format message, the LED will cease flashing"."""
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, "U61")
-    bench.run(0.02)
+    detect(bench, if1)
+    command(bench, if1, "U61", seconds=0.02)
     assert not if1.pins["led"].flashing and not if1.pins["led"].level
 
 
 def test_u_format_messages_end_with_carriage_return_both_ways(bench):
     """Initialisation: "the interface expects only <CR> to terminate all subsequent messages"."""
     if1 = ready(bench, "U61")
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"C\r", b"0\r")
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_v_format_messages_end_with_line_feed_and_replies_with_both(bench, end):
     """Initialisation: "will terminate all returned data with <CR><LF>"; "<CR> before <LF> is optional"."""
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, "V61", end)
-    bench.run(1.2)
-    assert ask(bench, if1, "E", end=end) == b"C\r\n"
-    assert ask(bench, if1, "F", end=end) == b"0\r\n"
+    detect(bench, if1)
+    command(bench, if1, "V61", seconds=1.2, end=end)
+    assert (ask(bench, if1, "E", end=end), ask(bench, if1, "F", end=end)) == (b"C\r\n", b"0\r\n")
 
 
 def test_in_v_format_carriage_return_alone_ends_nothing(bench):
     """Initialisation: "all following instructions must be terminated by <LF>"."""
     if1 = ready(bench, "V61")
-    assert ask(bench, if1, "E", end="\r") == b""
-    assert ask(bench, if1, "", end="\n") == b"C\r\n"
+    assert (ask(bench, if1, "E", end="\r"), ask(bench, if1, "", end="\n")) == (b"", b"C\r\n")
 
 
 def test_the_answer_to_the_bracket_ends_in_carriage_return_alone_whatever_comes_later(bench):
     """Initialisation: "The "U" will be followed by a carriage return": the format is not yet known."""
     if1 = bench.add("if1")
-    find(bench, if1)  # asserts U CR
-    tell(if1, "V6", "")
-    bench.run(0.1)
-    assert if1.serial.read() == b""
+    detect(bench, if1)  # asserts U CR
+    assert send(bench, if1, "V6", seconds=0.1, end="") == b""
 
 
 @pytest.mark.parametrize("stray", ["\r", "\n", "\r\n", " ", "   \r\n"])
 def test_stray_terminators_and_spaces_before_the_format_message_do_no_harm(bench, stray):
     """Appendix 3, samples 4, 6 and 8 send them between `(` and the data format message."""
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, stray, "")
-    tell(if1, "U61")
-    bench.run(1.2)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    detect(bench, if1)
+    write(if1, stray, end="")
+    command(bench, if1, "U61", seconds=1.2)
+    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"C\r", b"0\r")
 
 
 def test_the_format_message_may_hold_spaces(bench):
     """Initialisation: "a message of the form "U X1 X2 <CR>""; spaces "will simply be ignored"."""
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, "U 6 1 ")
-    bench.run(1.2)
+    detect(bench, if1)
+    command(bench, if1, "U 6 1 ", seconds=1.2)
     assert ask(bench, if1, "E") == b"C\r"
 
 
@@ -221,22 +194,18 @@ def test_a_wrong_format_message_is_dropped_and_may_be_sent_again(bench, wrong):
     R3: silent, no bit in F, and the LED goes on flashing.
     """
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, wrong)
-    bench.run(1.3)
+    detect(bench, if1)
+    command(bench, if1, wrong, seconds=1.3)
     assert if1.serial.read() == b"" and if1.pins["led"].flashing
-    tell(if1, "U61")
-    bench.run(1.3)
+    command(bench, if1, "U61", seconds=1.3)
     assert not if1.pins["led"].flashing
-    assert ask(bench, if1, "K") == b"0\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (b"0\r", b"0\r")
 
 
 def test_the_order_of_the_format_message_is_fixed(bench):
     """Initialisation: the characters "MUST be sent in the ordered sequence shown": U13 is not U31."""
     if1 = ready(bench, "U13")  # 7 data bits, odd parity, 1 stop bit
-    assert ask(bench, if1, "K") == b"0\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (ask(bench, if1, "K"), ask(bench, if1, "F")) == (b"0\r", b"0\r")
 
 
 @pytest.mark.parametrize("frame", FRAMES)
@@ -261,57 +230,48 @@ def test_all_v_formats_of_the_table_are_accepted(bench, frame, parity, end):
 def test_the_first_characters_after_the_format_message_are_heard(bench):
     """R2: "allow a delay of at least 5mS"; a host that does not wait is heard all the same, and answered later."""
     if1 = bench.add("if1", line="9600 8N2")
-    find(bench, if1)
-    if1.serial.write(b"U61\rE\r")
-    bench.run(1.3)
-    assert if1.serial.read() == b"C\r"
+    detect(bench, if1)
+    assert send(bench, if1, "U61\rE", seconds=1.3) == b"C\r"
 
 
 def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench):
     """Initialisation: "allow a delay of at least 5mS for the UART to re-initialise"; R2: the strict mode."""
     if1 = bench.add("if1", line="9600 8N2", strict_format=True)
-    find(bench, if1)
+    detect(bench, if1)
     if1.serial.write(b"U61\rE\r")  # E and CR arrive 1.1 and 2.3 ms after the format message
     bench.run(1.3)
-    assert if1.serial.read() == b""
-    assert ask(bench, if1, "E") == b"C\r"
+    assert (if1.serial.read(), ask(bench, if1, "E")) == (b"", b"C\r")
 
 
 def test_in_the_strict_mode_a_host_that_waits_is_heard(bench):
     """Initialisation: "allow a delay of at least 5mS"."""
     if1 = bench.add("if1", strict_format=True)
-    find(bench, if1)
-    tell(if1, "U61")
+    detect(bench, if1)
+    write(if1, "U61")
     bench.run_until(lambda: not if1.serial.pending, 1)
     bench.run(0.0012 + 0.001 + 0.005)  # the CR itself, a strobe, and the delay asked for
-    tell(if1, "E")
-    bench.run(1.3)
-    assert if1.serial.read() == b"C\r"
+    assert send(bench, if1, "E", seconds=1.3) == b"C\r"
 
 
 def test_a_line_feed_directly_after_the_u_message_is_swallowed(bench):
     """R2: sample 1 sends `U62` CR LF with echo on, and its first echo must be the `X` of its first command."""
     if1 = bench.add("if1", line="9600 8N2")
-    find(bench, if1)
-    if1.serial.write(b"U62\r\nX")
-    bench.run(1.3)
-    assert if1.serial.read() == b"X"
+    detect(bench, if1)
+    assert send(bench, if1, "U62\r\nX", seconds=1.3, end="") == b"X"
 
 
 def test_the_message_that_turns_echo_on_is_not_echoed(bench):
     """Appendix 3, sample 1: nothing is read between the format message and the first command."""
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, "U62")
-    bench.run(1.3)
-    assert if1.serial.read() == b""
+    detect(bench, if1)
+    assert send(bench, if1, "U62", seconds=1.3) == b""
 
 
 def test_the_first_ramp_is_calculated_after_the_format_message(bench):
     """Appendix 3, sample 7: "Wait for initial ramp calculation"; R12: one second."""
     if1 = bench.add("if1", line="9600 8N2")
-    find(bench, if1)
-    answers = heard(bench, if1)
+    detect(bench, if1)
+    answers = arrivals(bench, if1)
     if1.serial.write(b"U61\rE\r")
     begin = bench.now
     bench.run(1.5)
@@ -321,20 +281,15 @@ def test_the_first_ramp_is_calculated_after_the_format_message(bench):
 
 def test_a_bracket_once_it_is_ready_is_a_data_fault(bench, if1):
     """R5: the baud rate is measured only once; the samples tell the user to power down before a second run."""
-    tell(if1, "(")
-    bench.run(0.1)
-    assert if1.serial.read() == b""
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    assert (send(bench, if1, "(", seconds=0.1), faults(bench, if1)) == (b"", (b"128\r", b"8\r"))
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
 @pytest.mark.parametrize("message", ["U61", "V61", "U11", "*"])
 def test_a_format_message_once_it_is_ready_is_a_data_fault(bench, if1, message):
     """R5: only power-up brings the data format back."""
-    tell(if1, message)
-    bench.run(0.1)
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    assert ask(bench, if1, "E") == b"C\r"
+    command(bench, if1, message, seconds=0.1)
+    assert (faults(bench, if1), ask(bench, if1, "E")) == ((b"128\r", b"8\r"), b"C\r")
 
 
 @pytest.mark.parametrize("moment", [0.2, 1.2, 1.6, 2.0, 4.0])
@@ -365,8 +320,7 @@ def test_another_baud_rate_after_a_power_cycle(bench):
 
 def test_without_power_it_is_deaf_dark_and_dumb(bench, if1):
     """Power requirements: without +5 V nothing lights, sends or holds a line."""
-    tell(if1, "S1$")
-    bench.run(0.1)
+    command(bench, if1, "S1$", seconds=0.1)
     if1.power(False)
     assert not if1.pins["led"].level and not if1.pins["output1"].level
     assert not if1.serial.dtr and not if1.serial.rts
@@ -380,10 +334,8 @@ def test_without_power_it_is_deaf_dark_and_dumb(bench, if1):
 def test_messages_sent_during_the_ramp_calculation_are_acted_on_afterwards(bench):
     """Acceleration rate: "it will still accept any characters sent to it, and will act on any commands after"."""
     if1 = bench.add("if1")
-    find(bench, if1)
-    tell(if1, "U61")
-    tell(if1, "X7$")
-    bench.run(0.9)
+    detect(bench, if1)
+    command(bench, if1, "U61", "X7$", seconds=0.9)
     assert if1.axes["X"].position == 0
     bench.run(0.3)
     assert if1.axes["X"].position == 7
@@ -398,8 +350,7 @@ def test_two_interfaces_on_a_bench_do_not_hear_one_another():
     second.serial.write(b"(")
     bench.run(0.2)
     assert (first.serial.read(), second.serial.read()) == (b"U\r", b"U\r")
-    tell(first, "U61")
-    bench.run(1.3)
+    command(bench, first, "U61", seconds=1.3)
     assert not first.pins["led"].flashing and second.pins["led"].flashing
 
 
@@ -414,7 +365,6 @@ def test_a_fault_does_not_light_the_led_before_it_is_ready(bench):
     bench.run(0.1)
     assert if1.pins["led"].flashing
     assert if1.serial.read() == b"U\r"
-    tell(if1, "U61")
-    bench.run(1.2)
+    command(bench, if1, "U61", seconds=1.2)
     assert if1.pins["led"].level and not if1.pins["led"].flashing
     assert ask(bench, if1, "K") == b"32\r"

@@ -4,8 +4,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .helpers import edges, strokes
-from .talking import ask, constant, faults, moving, since_start, start_ns, tell
+from .talking import ask, command, constant, edges, faults, moves, moving, since_start, start_ns, write
 
 
 def switch(if1, **inputs: bool) -> None:
@@ -15,8 +14,7 @@ def switch(if1, **inputs: bool) -> None:
 
 def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(bench, if1):
     """Combining: "H1 X 1000 @ 200 S3 $": "begin when input 1 goes high. At the end of the move, output 3 is set"."""
-    tell(if1, "H1 X 1000 @ 200 S3 $")
-    bench.run(2)
+    command(bench, if1, "H1 X 1000 @ 200 S3 $", seconds=2)
     assert not moving(if1)
     output = edges(if1.pins["output3"])
     began = bench.now
@@ -31,18 +29,15 @@ def test_the_move_begins_when_input_1_goes_high_and_sets_output_3_at_its_end(ben
 def test_a_level_that_is_there_already_is_enough(bench, if1):
     """Combining: H and L "specify a high or low state": levels, not edges."""
     switch(if1, input1=True)
-    tell(if1, "H1X10$")
-    bench.run(0.1)
+    command(bench, if1, "H1X10$", seconds=0.1)
     assert if1.axes["X"].position == 10
-    tell(if1, "L2X10$")
-    bench.run(0.1)
+    command(bench, if1, "L2X10$", seconds=0.1)
     assert if1.axes["X"].position == 20
 
 
 def test_h12_waits_until_both_are_high(bench, if1):
     """Combining: "H12 X 1000 @ 200 $": "This move will commence when inputs 1 and 2 are high"."""
-    tell(if1, "H12 X 1000 @ 200 $")
-    bench.run(0.1)
+    command(bench, if1, "H12 X 1000 @ 200 $", seconds=0.1)
     switch(if1, input1=True)
     bench.run(0.1)
     switch(if1, input1=False, input2=True)
@@ -56,8 +51,7 @@ def test_h12_waits_until_both_are_high(bench, if1):
 def test_h1_l3_waits_for_one_and_then_the_other(bench, if1):
     """Combining: "H1 L3 X 1000 @ 200 $": "starts when input 1 goes high followed by a low on input 3"."""
     switch(if1, input3=True)
-    tell(if1, "H1 L3 X 1000 @ 200 $")
-    bench.run(0.1)
+    command(bench, if1, "H1 L3 X 1000 @ 200 $", seconds=0.1)
     switch(if1, input3=False)
     bench.run(0.1)
     switch(if1, input3=True)  # a low on input 3 before input 1 was high does not count
@@ -74,8 +68,7 @@ def test_h1_l3_waits_for_one_and_then_the_other(bench, if1):
 
 def test_h2_l2_is_a_high_to_low_transition(bench, if1):
     """Combining: " H2 L2 X 1000 @ 200 $": "performed following a high-to-low transition on input 2"."""
-    tell(if1, " H2 L2 X 1000 @ 200 $")
-    bench.run(0.5)
+    command(bench, if1, " H2 L2 X 1000 @ 200 $", seconds=0.5)
     assert not moving(if1)
     switch(if1, input2=True)
     bench.run(0.5)
@@ -87,10 +80,9 @@ def test_h2_l2_is_a_high_to_low_transition(bench, if1):
 
 def test_l13_and_outputs_at_the_end(bench, if1):
     """Combining: "L13 X 1000 @ 200 S23 R5 $": "outputs 2 and 3 will be turned on and output 5 will be turned off"."""
-    tell(if1, "S5$")
+    write(if1, "S5$")
     switch(if1, input1=True, input3=True)
-    tell(if1, "L13 X 1000 @ 200 S23 R5 $")
-    bench.run(0.1)
+    command(bench, if1, "L13 X 1000 @ 200 S23 R5 $", seconds=0.1)
     switch(if1, input1=False)
     bench.run(0.1)
     assert not moving(if1)
@@ -105,8 +97,7 @@ def test_l13_and_outputs_at_the_end(bench, if1):
 def test_h1_l23_and_a_pulse_at_the_end(bench, if1):
     """Combining: "H1 L23 X 1000 @ 200 P4, 20 $": "following the move, output 4 is pulsed for 200ms"."""
     switch(if1, input2=True, input3=True)
-    tell(if1, "H1 L23 X 1000 @ 200 P4, 20 $")
-    bench.run(0.1)
+    command(bench, if1, "H1 L23 X 1000 @ 200 P4, 20 $", seconds=0.1)
     switch(if1, input1=True)
     bench.run(0.1)
     switch(if1, input2=False)
@@ -123,17 +114,14 @@ def test_h1_l23_and_a_pulse_at_the_end(bench, if1):
 
 def test_waiting_is_busy_and_not_in_motion(bench, if1):
     """Busy status: "waiting for inputs"; "In this respect it is different from the "in motion" status"."""
-    tell(if1, "H1X1000$")
-    assert ask(bench, if1, "E") == b"E\r"
-    assert ask(bench, if1, "K") == b"0\r"
-    assert ask(bench, if1, "N") == b"0\r"
+    write(if1, "H1X1000$")
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K"), ask(bench, if1, "N")) == (b"E\r", b"0\r", b"0\r")
 
 
 def test_cancel_ends_the_waiting(bench, if1):
     """Cancel: the move will not be made."""
-    tell(if1, "H1X1000$")
-    bench.run(0.1)
-    tell(if1, "#")
+    command(bench, if1, "H1X1000$", seconds=0.1)
+    write(if1, "#")
     assert ask(bench, if1, "E") == b"C\r"
     switch(if1, input1=True)
     bench.run(1)
@@ -142,8 +130,7 @@ def test_cancel_ends_the_waiting(bench, if1):
 
 def test_a_low_pulse_shorter_than_the_waiting_is_still_seen_as_a_level(bench, if1):
     """Combining: any high level while it waits is enough."""
-    tell(if1, "H3X20$")
-    bench.run(0.1)
+    command(bench, if1, "H3X20$", seconds=0.1)
     switch(if1, input3=True)
     bench.run(0.005)
     switch(if1, input3=False)
@@ -155,8 +142,7 @@ def test_a_low_pulse_shorter_than_the_waiting_is_still_seen_as_a_level(bench, if
 def test_input_commands_need_a_move(bench, if1, message):
     """Combining: "Input commands can only be used in combination with move commands"."""
     switch(if1, input1=True, input2=True)
-    tell(if1, message)
-    bench.run(0.2)
+    command(bench, if1, message)
     assert not any(if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5))
     assert faults(bench, if1) == (b"128\r", b"8\r")
 
@@ -184,20 +170,17 @@ def test_input_commands_need_a_move(bench, if1, message):
 def test_the_remainder_must_be_sent_in_the_order_shown(bench, if1, message):
     """Combining: "Not all the stages ... need be included, but the remainder MUST be sent in the order shown"."""
     switch(if1, input1=True)
-    tell(if1, message)
-    bench.run(0.3)
+    command(bench, if1, message, seconds=0.3)
     assert if1.axes["X"].position == 0
     assert not any(if1.pins[f"output{n}"].level for n in (1, 2, 3, 4, 5))
-    assert faults(bench, if1) == (b"128\r", b"8\r")
-    assert ask(bench, if1, "E") == b"C\r"
+    assert (faults(bench, if1), ask(bench, if1, "E")) == ((b"128\r", b"8\r"), b"C\r")
 
 
 @pytest.mark.parametrize("message", ["H4X10$", "L0X10$", "H14X10$", "HX10$", "LX10$", "H,1X10$", "H9X10$"])
 def test_there_are_three_inputs(bench, if1, message):
     """Optically-isolated inputs: "There are three inputs"."""
     switch(if1, input1=True, input2=True, input3=True)
-    tell(if1, message)
-    bench.run(0.3)
+    command(bench, if1, message, seconds=0.3)
     assert if1.axes["X"].position == 0
     answer = faults(bench, if1)
     assert answer[0] == b"128\r" and answer[1] in (b"8\r", b"16\r")
@@ -209,26 +192,22 @@ def test_there_are_three_inputs(bench, if1, message):
 def test_any_stages_may_be_left_out(bench, if1, message):
     """Combining: "Not all the stages shown above need be included"."""
     switch(if1, input1=True)
-    tell(if1, message)
-    bench.run(0.5)
-    assert if1.axes["X"].position == 10
-    assert faults(bench, if1) == (b"0\r", b"0\r")
+    command(bench, if1, message, seconds=0.5)
+    assert (if1.axes["X"].position, faults(bench, if1)) == (10, (b"0\r", b"0\r"))
 
 
 def test_outputs_change_when_the_slowest_part_of_the_move_is_over(bench, if1):
     """Combining: "one or more outputs will change state at the end of the move": the backlash correction included."""
-    tell(if1, "B-40")
-    tell(if1, "X40BS1$")
+    write(if1, "B-40", "X40BS1$")
     output = edges(if1.pins["output1"])
     bench.run(1)
-    assert strokes(if1.axes["X"]) == [80, -40]
+    assert moves(if1.axes["X"]) == [80, -40]
     assert output[0][0] >= int(if1.axes["X"].pulse_times()[-1])
 
 
 def test_a_run_may_wait_for_an_input(bench, if1):
     """Combining: move instructions, run mode among them."""
-    tell(if1, "H2XG$")
-    bench.run(0.5)
+    command(bench, if1, "H2XG$", seconds=0.5)
     assert not moving(if1)
     switch(if1, input2=True)
     bench.run(0.5)
@@ -237,8 +216,7 @@ def test_a_run_may_wait_for_an_input(bench, if1):
 
 def test_an_index_of_0_steps_still_waits_and_switches(bench, if1):
     """Combining: the stages one after the other, the move being empty."""
-    tell(if1, "H1X0S1$")
-    bench.run(0.2)
+    command(bench, if1, "H1X0S1$")
     assert not if1.pins["output1"].level
     switch(if1, input1=True)
     bench.run(0.05)
@@ -247,10 +225,8 @@ def test_an_index_of_0_steps_still_waits_and_switches(bench, if1):
 
 def test_outputs_of_a_cancelled_move(bench, if1):
     """Index mode: the rest of the message is lost with the index."""
-    tell(if1, "X400S1$")
-    bench.run(0.3)
-    tell(if1, "#")
-    bench.run(2)
+    command(bench, if1, "X400S1$", seconds=0.3)
+    command(bench, if1, "#", seconds=2)
     assert not if1.pins["output1"].level
 
 

@@ -4,8 +4,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .helpers import edges
-from .talking import ask, at_speed, faults, moving, ready, tell
+from .talking import ask, at_speed, command, edges, faults, moving, ready, write
 
 
 def motion_status(bench, if1) -> int:
@@ -19,7 +18,7 @@ def test_the_emergency_stop_inhibits_all_movement(bench, if1):
     """Emergency stop: "can be used to inhibit all movement"; all inputs "must remain connected to +24v"."""
     if1.pins["estop"].drive(False)
     for message in ("X10$", "Y-10$", "ZG$"):
-        tell(if1, message)
+        write(if1, message)
     bench.run(1)
     assert [axis.position for axis in if1.axes.values()] == [0, 0, 0]
 
@@ -29,12 +28,9 @@ def test_after_an_emergency_stop_motion_status_must_be_read(bench, if1):
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     if1.pins["estop"].release()
-    tell(if1, "X10$")
-    bench.run(1)
-    assert if1.axes["X"].position == 0
-    assert motion_status(bench, if1) == 32
-    tell(if1, "X10$")
-    bench.run(1)
+    command(bench, if1, "X10$", seconds=1)
+    assert (if1.axes["X"].position, motion_status(bench, if1)) == (0, 32)
+    command(bench, if1, "X10$", seconds=1)
     assert if1.axes["X"].position == 10
 
 
@@ -42,19 +38,16 @@ def test_the_first_request_with_the_button_still_in_clears_nothing(bench, if1):
     """Clearing faults: 32, then "a further status request will again give "32 <CR>"", then 0."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert motion_status(bench, if1) == 32
-    assert motion_status(bench, if1) == 32
+    assert (motion_status(bench, if1), motion_status(bench, if1)) == (32, 32)
     if1.pins["estop"].release()
     bench.run(0.1)
-    tell(if1, "X10$")
-    bench.run(0.1)
-    assert if1.axes["X"].position == 0
-    assert [motion_status(bench, if1) for _ in range(3)] == [32, 0, 0]
+    command(bench, if1, "X10$", seconds=0.1)
+    assert (if1.axes["X"].position, [motion_status(bench, if1) for _ in range(3)]) == (0, [32, 0, 0])
 
 
 def test_an_emergency_stop_in_motion_decelerates(bench, if1):
     """Motion status: "41 would indicate the interface has had an emergency stop and is decelerating"."""
-    tell(if1, "X@1000G$")
+    write(if1, "X@1000G$")
     assert at_speed(bench, if1) == 1000
     axis = if1.axes["X"]
     if1.pins["estop"].drive(False)
@@ -68,8 +61,7 @@ def test_an_emergency_stop_in_motion_decelerates(bench, if1):
 
 def test_an_emergency_stop_stops_all_axes(bench, if1):
     """Emergency stop: "inhibit all movement"."""
-    tell(if1, "XY-ZG$")
-    bench.run(1)
+    command(bench, if1, "XY-ZG$", seconds=1)
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     assert not moving(if1)
@@ -80,8 +72,7 @@ def test_an_emergency_stop_stops_all_axes(bench, if1):
 
 def test_a_short_interruption_is_enough(bench, if1):
     """Emergency stop: "would normally be a latching-type switch"; the fault is latched anyway."""
-    tell(if1, "XG$")
-    bench.run(1)
+    command(bench, if1, "XG$", seconds=1)
     if1.pins["estop"].drive(False)
     bench.run(0.01)
     if1.pins["estop"].release()
@@ -112,15 +103,13 @@ def test_quick_status_serves_as_well(bench, if1):
     bench.run(0.1)
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert ask(bench, if1, "Q") == b"\x20"
-    assert ask(bench, if1, "Q") == b"\x00"
+    assert (ask(bench, if1, "Q"), ask(bench, if1, "Q")) == (b"\x20", b"\x00")
     assert not if1.pins["led"].level
 
 
 def test_an_emergency_stop_while_waiting_for_an_input(bench, if1):
     """Emergency stop: the move that waits must not begin."""
-    tell(if1, "H1X10$")
-    bench.run(0.1)
+    command(bench, if1, "H1X10$", seconds=0.1)
     if1.pins["estop"].drive(False)
     bench.run(0.1)
     if1.pins["input1"].drive(True)
@@ -134,16 +123,12 @@ def test_an_emergency_stop_button_in_at_power_on(bench):
     if1.pins["estop"].drive(False)
     bench.run(1.5)
     assert ask(bench, if1, "(", end="") == b"U\r"
-    tell(if1, "U61")
-    bench.run(1.2)
-    tell(if1, "X10$")
-    bench.run(0.5)
-    assert if1.axes["X"].position == 0
-    assert motion_status(bench, if1) == 32
+    command(bench, if1, "U61", seconds=1.2)
+    command(bench, if1, "X10$", seconds=0.5)
+    assert (if1.axes["X"].position, motion_status(bench, if1)) == (0, 32)
     if1.pins["estop"].release()
     assert motion_status(bench, if1) == 32
-    tell(if1, "X10$")
-    bench.run(0.5)
+    command(bench, if1, "X10$", seconds=0.5)
     assert if1.axes["X"].position == 10
 
 
@@ -153,45 +138,39 @@ def test_an_emergency_stop_button_in_at_power_on(bench):
 @pytest.mark.parametrize(("pin", "blocked", "free"), [("limit_plus", "+", "-"), ("limit_minus", "-", "+")])
 def test_an_open_limit_lets_the_interface_be_driven_the_other_way_only(bench, if1, pin, blocked, free):
     """Limits: "can only be driven in the negative direction and vice versa after a status request has been made"."""
-    tell(if1, f"X{blocked}4000$")
-    bench.run(1)
+    command(bench, if1, f"X{blocked}4000$", seconds=1)
     if1.pins[pin].drive(False)
     bench.run(0.1)
     stopped = if1.axes["X"].position
     assert not moving(if1) and 0 < abs(stopped) < 4000
-    tell(if1, f"X{free}10$")  # no status request yet
+    write(if1, f"X{free}10$")  # no status request yet
     bench.run(0.5)
     assert if1.axes["X"].position == stopped
     assert motion_status(bench, if1) == 64
     for axis in "XYZ":  # the limits are common to all axes
         before = if1.axes[axis].position
-        tell(if1, f"{axis}{blocked}10$")
-        bench.run(0.5)
+        command(bench, if1, f"{axis}{blocked}10$", seconds=0.5)
         assert if1.axes[axis].position == before
     motion_status(bench, if1)
-    tell(if1, f"X{free}10$")
-    bench.run(0.5)
+    command(bench, if1, f"X{free}10$", seconds=0.5)
     assert if1.axes["X"].position == stopped + int(free + "10")
 
 
 def test_driven_off_the_limit_no_further_request_is_needed(bench):
     """Clearing faults: "driven off the limit in the opposite direction and no further status request need be made"."""
     if1 = ready(bench, X={"limits": (-100, 100)})
-    tell(if1, "X4000$")
-    bench.run(2)
+    command(bench, if1, "X4000$", seconds=2)
     stopped = if1.axes["X"].position
     assert 100 < stopped <= 105
     assert motion_status(bench, if1) == 64
-    tell(if1, "X-50$")
-    tell(if1, "X20$")
-    bench.run(1)
+    command(bench, if1, "X-50$", "X20$", seconds=1)
     assert if1.axes["X"].position == stopped - 30
     assert motion_status(bench, if1) == 0
 
 
 def test_a_limit_in_motion_decelerates(bench, if1):
     """Quick status: 73 "indicate[s] that a limit input has appeared whilst an axis is in motion and decelerating"."""
-    tell(if1, "X@1000G$")
+    write(if1, "X@1000G$")
     at_speed(bench, if1)
     axis = if1.axes["X"]
     if1.pins["limit_plus"].drive(False)
@@ -205,8 +184,7 @@ def test_a_limit_in_motion_decelerates(bench, if1):
 
 def test_a_limit_behind_a_motion_stops_it(bench, if1):
     """Clearing faults: "If a fault, emergency stop or limit condition arises, any axis in motion will stop"."""
-    tell(if1, "X-G$")
-    bench.run(1)
+    command(bench, if1, "X-G$", seconds=1)
     if1.pins["limit_plus"].drive(False)
     bench.run(1)
     assert if1.axes["X"].velocity == 0
@@ -215,8 +193,7 @@ def test_a_limit_behind_a_motion_stops_it(bench, if1):
 def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench):
     """Clearing faults: all is inhibited "apart from motion away from a limit switch"."""
     if1 = ready(bench, limits="motion ahead")
-    tell(if1, "X-G$")
-    bench.run(1)
+    command(bench, if1, "X-G$", seconds=1)
     if1.pins["limit_plus"].drive(False)
     bench.run(1)
     assert if1.axes["X"].velocity == -400
@@ -226,8 +203,7 @@ def test_a_limit_behind_a_motion_does_not_stop_it_where_that_is_asked_for(bench)
 def test_limit_inputs_light_the_led(bench, if1, pin):
     """Limits: "Emergency stop or limit inputs will light the LED"; off after status is read and the input removed."""
     led = if1.pins["led"]
-    tell(if1, "XG$" if pin == "limit_plus" else "X-G$")
-    bench.run(0.5)
+    command(bench, if1, "XG$" if pin == "limit_plus" else "X-G$", seconds=0.5)
     if1.pins[pin].drive(False)
     bench.run(0.1)
     assert led.level
@@ -240,8 +216,7 @@ def test_limit_inputs_light_the_led(bench, if1, pin):
 
 def test_the_led_stays_on_until_the_limit_is_read(bench, if1):
     """Limits: the LED goes off when status has been read *and* the input removed."""
-    tell(if1, "XG$")
-    bench.run(0.5)
+    command(bench, if1, "XG$", seconds=0.5)
     if1.pins["limit_plus"].drive(False)
     bench.run(0.1)
     if1.pins["limit_plus"].release()
@@ -267,8 +242,7 @@ def test_both_limits_open_let_nothing_move(bench, if1):
     for _ in range(2):
         motion_status(bench, if1)
         for message in ("X10$", "X-10$"):
-            tell(if1, message)
-            bench.run(0.3)
+            command(bench, if1, message, seconds=0.3)
     assert if1.axes["X"].position == 0
 
 
@@ -277,8 +251,7 @@ def test_a_limit_blocks_an_axis_of_several(bench, if1):
     if1.pins["limit_plus"].drive(False)
     bench.run(0.1)
     motion_status(bench, if1)
-    tell(if1, "X-Y+10$")
-    bench.run(0.5)
+    command(bench, if1, "X-Y+10$", seconds=0.5)
     assert if1.axes["Y"].position == 0
 
 
@@ -288,27 +261,26 @@ def test_a_limit_blocks_an_axis_of_several(bench, if1):
 @pytest.mark.parametrize(("pin", "axis"), [("x_fault", "X"), ("y_fault", "Y")])
 def test_a_drive_fault_halts_the_interface_without_deceleration(bench, if1, pin, axis):
     """Fault disable links: "will halt the interface in the event of a drive fault"; "no deceleration occurs"."""
-    tell(if1, f"{axis}@1000G$")
+    write(if1, f"{axis}@1000G$")
     at_speed(bench, if1, axis)
     if1.pins[pin].drive(False)
     bench.run(0.002)
     assert not if1.axes[axis].moving
     assert if1.pins["led"].level
     assert motion_status(bench, if1) == 16
-    tell(if1, "Z10$")  # everything is inhibited
+    write(if1, "Z10$")  # everything is inhibited
     bench.run(0.5)
     assert if1.axes["Z"].position == 0
     if1.pins[pin].release()
     assert [motion_status(bench, if1) for _ in range(2)] == [16, 0]
     assert not if1.pins["led"].level
-    tell(if1, "Z10$")
-    bench.run(0.5)
+    command(bench, if1, "Z10$", seconds=0.5)
     assert if1.axes["Z"].position == 10
 
 
 def test_the_other_axes_stop_on_their_ramp(bench, if1):
     """Position report: "no deceleration occurs on that axis"; clearing faults: "any axis in motion will stop"."""
-    tell(if1, "XYZ@1000G$")
+    write(if1, "XYZ@1000G$")
     at_speed(bench, if1)
     before = if1.axes["Y"].position
     if1.pins["x_fault"].drive(False)
@@ -326,12 +298,10 @@ def test_a_fault_input_with_no_drive_and_no_link_is_a_fault_for_ever(bench):
     if1.pins["y_fault"].drive(False)
     bench.run(1.5)
     ask(bench, if1, "(", end="")
-    tell(if1, "U61")
-    bench.run(1.2)
+    command(bench, if1, "U61", seconds=1.2)
     for _ in range(3):
         assert motion_status(bench, if1) == 16
-        tell(if1, "X10$")
-        bench.run(0.5)
+        command(bench, if1, "X10$", seconds=0.5)
         assert if1.axes["X"].position == 0 and if1.pins["led"].level
 
 
@@ -355,8 +325,7 @@ def test_each_input_returns_its_value_when_there_is_no_current(bench, if1, pin, 
 
 def test_communication_faults_do_not_light_the_led(bench, if1):
     """R27: "any fault, limit or emergency stop condition"; communication faults do not stop motion."""
-    tell(if1, "?")
-    bench.run(0.1)
+    command(bench, if1, "?", seconds=0.1)
     assert ask(bench, if1, "K") == b"128\r"
     assert not if1.pins["led"].level
 
@@ -366,8 +335,7 @@ def test_output_5_can_duplicate_the_function_of_the_led(bench, pin):
     """Optional fault output: "Output 5 may be reconfigured to duplicate the function of the LED"."""
     if1 = ready(bench, fault_output=True)
     led, output = edges(if1.pins["led"]), edges(if1.pins["output5"])
-    tell(if1, "XG$")
-    bench.run(0.5)
+    command(bench, if1, "XG$", seconds=0.5)
     if1.pins[pin].drive(False)
     bench.run(0.5)
     assert if1.pins["output5"].level
@@ -390,8 +358,7 @@ def test_output_5_follows_the_led_through_power_up_as_well(bench):
 
 def test_the_other_outputs_are_not_touched_by_faults(bench, if1):
     """Optional fault output: link 3 in position a: output 5 is like the others."""
-    tell(if1, "S15$")
-    bench.run(0.1)
+    command(bench, if1, "S15$", seconds=0.1)
     seen = [edges(if1.pins[f"output{n}"]) for n in range(1, 6)]
     if1.pins["estop"].drive(False)
     bench.run(0.5)
@@ -402,24 +369,20 @@ def test_a_fault_does_not_keep_status_from_being_answered(bench, if1):
     """Report-back: "The interface can be interrogated to establish its status at any time"."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    assert ask(bench, if1, "E") == b"F\r"
-    assert ask(bench, if1, "N") == b"0\r"
-    assert faults(bench, if1) == (b"32\r", b"0\r")
+    assert (ask(bench, if1, "E"), ask(bench, if1, "N"), faults(bench, if1)) == (b"F\r", b"0\r", (b"32\r", b"0\r"))
 
 
 def test_outputs_can_be_switched_in_an_emergency(bench, if1):
     """Clearing faults: "further movement is inhibited": outputs are no movement."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    tell(if1, "S3$")
-    bench.run(0.1)
+    command(bench, if1, "S3$", seconds=0.1)
     assert if1.pins["output3"].level
 
 
 def test_the_run_time_of_a_stop_is_one_scan(bench, if1):
     """Emergency stop: it acts within a strobe of the input's opening."""
-    tell(if1, "XG$")
-    bench.run(1)
+    command(bench, if1, "XG$", seconds=1)
     begin = bench.now
     if1.pins["estop"].drive(False)
     assert bench.run_until(lambda: not moving(if1), 0.01)
@@ -429,11 +392,10 @@ def test_the_run_time_of_a_stop_is_one_scan(bench, if1):
 def test_the_limit_switches_of_all_axes_are_in_series(bench):
     """Limits: "Where more than one axis is used, connect the limit switches in series": Y's switch stops X as well."""
     if1 = ready(bench, X={"limits": (-1000, 1000)}, Y={"limits": (-1000, 30)})
-    tell(if1, "XY+500$")
-    bench.run(3)
+    command(bench, if1, "XY+500$", seconds=3)
     x, y = if1.axes["X"].position, if1.axes["Y"].position
     assert x == y and 30 < y <= 35
     assert motion_status(bench, if1) == 64
-    tell(if1, "X+10$")  # X itself is nowhere near its end
+    write(if1, "X+10$")  # X itself is nowhere near its end
     bench.run(0.5)
     assert if1.axes["X"].position == x

@@ -6,7 +6,7 @@ import pytest
 
 from axistwin.units import MS, S
 
-from .talking import ask, constant, faults, heard, ready, since_start, tell
+from .talking import arrivals, ask, command, constant, faults, ready, send, since_start, write
 
 CHARACTER = 11 * S / 9600
 
@@ -19,11 +19,10 @@ def gaps(times: list[int]) -> list[float]:
 @pytest.mark.parametrize("n", [1, 5, 25])
 def test_at_least_this_delay_before_each_transmitted_character(bench, if1, n):
     """Delay: "sending "D5 <CR>" will set a minimum delay of 50mS"; "The maximum programmable delay is 250mS"."""
-    tell(if1, f"D{n}")
-    bench.run(0.1)
-    received = heard(bench, if1)
+    command(bench, if1, f"D{n}", seconds=0.1)
+    received = arrivals(bench, if1)
     begin = bench.now
-    tell(if1, "I")
+    write(if1, "I")
     bench.run(2)
     assert bytes(byte for _, byte, _ in received) == b"200\r"
     times = [time for time, _, _ in received]
@@ -34,26 +33,26 @@ def test_at_least_this_delay_before_each_transmitted_character(bench, if1, n):
 
 def test_no_delay_unless_it_is_asked_for(bench, if1):
     """Default values: "Inter-char. delay - 0 mS"."""
-    received = heard(bench, if1)
-    tell(if1, "I")
+    received = arrivals(bench, if1)
+    write(if1, "I")
     bench.run(0.1)
     assert all(abs(gap) <= 1 for gap in gaps([time for time, _, _ in received]))
 
 
 def test_d0_takes_the_delay_away(bench, if1):
     """Delay: "a number giving the required delay in multiples of 10mS"."""
-    tell(if1, "D25")
+    write(if1, "D25")
     assert ask(bench, if1, "E", 0.2) == b""
     bench.run(1)
     assert if1.serial.read() == b"C\r"
-    tell(if1, "D0")
+    write(if1, "D0")
     assert ask(bench, if1, "E", 0.05) == b"C\r"
 
 
 @pytest.mark.parametrize("n", ["26", "99", "255", "999999999999"])
 def test_more_than_250_ms_is_out_of_range(bench, if1, n):
     """Delay: "The maximum programmable delay is 250mS".  R25: out of range; the delay stays as it was."""
-    tell(if1, f"D{n}")
+    write(if1, f"D{n}")
     assert ask(bench, if1, "E", 0.05) == b"F\r"  # and at once
     assert faults(bench, if1) == (b"128\r", b"16\r")
 
@@ -61,19 +60,16 @@ def test_more_than_250_ms_is_out_of_range(bench, if1, n):
 @pytest.mark.parametrize("message", ["D", "D-1", "D+5", "D,5", "DD5", "5D", "D5D"])
 def test_without_a_number_it_is_a_data_fault(bench, if1, message):
     """R7: a missing number, or something else in its place."""
-    tell(if1, message)
-    assert ask(bench, if1, "E", 0.05) == b"F\r"
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    write(if1, message)
+    assert (ask(bench, if1, "E", 0.05), faults(bench, if1)) == (b"F\r", (b"128\r", b"8\r"))
 
 
 def test_echoes_are_delayed_too(bench):
     """Delay: "inserted before each transmitted character", and an echo is one."""
     if1 = ready(bench, "U62")
-    tell(if1, "D5")
-    bench.run(0.5)
-    if1.serial.read()
-    received = heard(bench, if1)
-    tell(if1, "E")
+    send(bench, if1, "D5", seconds=0.5)
+    received = arrivals(bench, if1)
+    write(if1, "E")
     bench.run(1)
     assert bytes(byte for _, byte, _ in received) == b"E\rC\r"
     assert all(gap >= 50 * MS - 1 for gap in gaps([time for time, _, _ in received]))
@@ -82,8 +78,7 @@ def test_echoes_are_delayed_too(bench):
 def test_the_terminators_of_v_format_are_delayed_as_well(bench):
     """Delay: each transmitted character; a reply of one letter has three of them."""
     if1 = ready(bench, "V61")
-    tell(if1, "D10", "\n")
-    bench.run(0.1)
+    command(bench, if1, "D10", seconds=0.1, end="\n")
     assert ask(bench, if1, "E", 0.15, end="\n") == b"C"
     bench.run(0.1)
     assert if1.serial.read() == b"\r"
@@ -93,29 +88,25 @@ def test_the_terminators_of_v_format_are_delayed_as_well(bench):
 
 def test_it_can_be_set_while_a_motor_runs(bench, if1):
     """Delay is no move data: it takes effect at once."""
-    tell(if1, "XG$")
-    tell(if1, "D10")
-    bench.run(0.1)
+    command(bench, if1, "XG$", "D10", seconds=0.1)
     assert ask(bench, if1, "K", 0.09) == b""
     bench.run(0.3)
     assert if1.serial.read() == b"3\r"
-    tell(if1, "#")
+    write(if1, "#")
 
 
 def test_a_running_motor_does_not_wait_for_slow_characters(bench, if1):
     """Introduction: the controller "is then free to perform other tasks while the motor is running"."""
-    tell(if1, "D25")
-    tell(if1, "X400$")
+    write(if1, "D25", "X400$")
     for message in "KNIFEO":
-        tell(if1, message)
+        write(if1, message)
     bench.run(10)
     assert since_start(if1.axes["X"]) == constant(400, 400)
 
 
 def test_power_off_forgets_it(bench, if1):
     """Default values: 0 mS when the power is applied."""
-    tell(if1, "D25")
-    bench.run(0.1)
+    command(bench, if1, "D25", seconds=0.1)
     if1.power_cycle()
     bench.run(1.5)
     assert ask(bench, if1, "(", 0.05, end="") == b"U\r"

@@ -9,8 +9,25 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, S
 
-from .helpers import edges, gaps, number, positions, settle, status, strokes, times
-from .talking import constant, faults, pulse_times_of, ramped, ready, since_start, tell
+from .talking import (
+    command,
+    constant,
+    edges,
+    faults,
+    gaps,
+    moves,
+    number,
+    positions,
+    pulse_times_of,
+    ramped,
+    ready,
+    since_start,
+    status,
+    status_word,
+    times,
+    until_idle,
+    write,
+)
 
 
 def scaled(segments, minor: int, major: int):
@@ -20,8 +37,8 @@ def scaled(segments, minor: int, major: int):
 
 def test_x_runs_2000_steps_and_y_500_in_the_same_time(bench, if1):
     """Programming: "X axis to run for 2000 steps at 1000 steps/sec, and the Y axis ... 500 steps at 250 steps/sec"."""
-    tell(if1, " X 2000 / Y 500 @ 1000 $ ")
-    settle(bench, if1)
+    write(if1, " X 2000 / Y 500 @ 1000 $ ")
+    until_idle(bench, if1)
     assert positions(if1) == (2000, 500, 0)
     # start/stop 400, 10,000 steps/s2, increment 100: 6 levels of 10 ms, 39 steps; 1922 steps at 1000/s
     course = ramped(2000, 400, 1000, 100, 10_000)
@@ -36,16 +53,14 @@ def test_an_interpolated_move_with_inputs_and_outputs(bench, if1):
     """Programming: "H1 L2 X2500 / Y100 @ 6000 S135 R24 $"."""
     if1.pins["input1"].drive(False)
     if1.pins["input2"].drive(True)
-    tell(if1, "S24$")
-    tell(if1, "H1 L2 X2500 / Y100 @ 6000 S135 R24 $")
-    bench.run(0.5)
+    command(bench, if1, "S24$", "H1 L2 X2500 / Y100 @ 6000 S135 R24 $", seconds=0.5)
     if1.pins["input1"].drive(True)
     bench.run(0.5)
     assert positions(if1) == (0, 0, 0)
     if1.pins["input2"].drive(False)
     bench.run(0.5)
     assert not if1.pins["output1"].level and if1.pins["output2"].level
-    settle(bench, if1)
+    until_idle(bench, if1)
     assert positions(if1) == (2500, 100, 0)
     assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [True, False, True, False, True]
     # Too short for 6000: 46 levels 400 ... 4900 take 1219 steps, 62 are left over at 5000/s: 12.4 ms
@@ -58,8 +73,8 @@ def test_an_interpolated_move_with_inputs_and_outputs(bench, if1):
 
 def test_the_minor_axis_move_duplicated_on_the_third_axis(bench, if1):
     """Duplicating, 1 (R23: `@`, not `%`): X at 1000, "both Y and Z axes to run 500 steps at 250 steps/sec"."""
-    tell(if1, " X 2000 / YZ 500 @ 1000 $ ")
-    settle(bench, if1)
+    write(if1, " X 2000 / YZ 500 @ 1000 $ ")
+    until_idle(bench, if1)
     assert positions(if1) == (2000, 500, 500)
     assert times(if1.axes["Y"]) == times(if1.axes["Z"])
     assert set(gaps(times(if1.axes["Z"])[10:490])) == {4 * MS}
@@ -67,8 +82,8 @@ def test_the_minor_axis_move_duplicated_on_the_third_axis(bench, if1):
 
 def test_the_major_axis_move_duplicated_and_then_the_axes_interchanged(bench, if1):
     """Duplicating, 2 and 3: X and Y 1000 at 800, Z 50 at 40 steps/sec; then "X and Z axes interchanged"."""
-    tell(if1, " XY 1000 / Z 50 @ 800 $ ")
-    settle(bench, if1)
+    write(if1, " XY 1000 / Z 50 @ 800 $ ")
+    until_idle(bench, if1)
     assert positions(if1) == (1000, 1000, 50)
     course = ramped(1000, 400, 800, 100, 10_000)
     x, y, z = (since_start(if1.axes[name]) for name in "XYZ")
@@ -76,8 +91,8 @@ def test_the_major_axis_move_duplicated_and_then_the_axes_interchanged(bench, if
     assert z == pulse_times_of(scaled(course, 50, 1000))
     assert set(gaps(z[3:47])) == {25 * MS}  # 40 steps/s
 
-    tell(if1, " YZ / X $ ")
-    settle(bench, if1)
+    write(if1, " YZ / X $ ")
+    until_idle(bench, if1)
     assert positions(if1) == (1050, 2000, 1050)
     assert since_start(if1.axes["Y"]) == since_start(if1.axes["Z"]) == x
     assert since_start(if1.axes["X"]) == z
@@ -91,15 +106,15 @@ def test_the_major_axis_move_duplicated_and_then_the_axes_interchanged(bench, if
 )  # fmt: skip
 def test_each_axis_has_its_own_direction_and_ends_on_its_exact_count(bench, if1, text, where):
     """Programming: "any two axes"; index mode: "-" changes the direction."""
-    tell(if1, text)
-    settle(bench, if1)
+    write(if1, text)
+    until_idle(bench, if1)
     assert positions(if1) == where
 
 
 def test_below_the_start_stop_speed_there_is_no_ramp(bench, if1):
     """Start/stop speed: "Below this speed, no acceleration is applied"; the minor axis runs at 3/7 of 200 steps/s."""
-    tell(if1, "X700/Z300@200$")
-    settle(bench, if1)
+    write(if1, "X700/Z300@200$")
+    until_idle(bench, if1)
     assert since_start(if1.axes["X"]) == constant(200, 700)
     assert since_start(if1.axes["Z"]) == constant(Fraction(600, 7), 300)
 
@@ -114,17 +129,12 @@ def test_what_does_not_comply_is_flagged_and_ignored(bench, if1, parameters, mov
     """Constraints: "an out-of-range flag is set in the status command (... k = 128, F = 16)"; R32: K."""
     out = edges(if1.pins["output1"])
     if parameters:
-        tell(if1, parameters)
-        bench.run(1.2)
-    tell(if1, move)
-    bench.run(2.0)
-    assert positions(if1) == (0, 0, 0)
-    assert number(bench, if1, "K") == 128
-    assert status(bench, if1, "E") == "F"
+        command(bench, if1, parameters, seconds=1.2)
+    command(bench, if1, move, seconds=2.0)
+    assert (positions(if1), status_word(bench, if1), status(bench, if1, "E")) == ((0, 0, 0), 128, "F")
     assert number(bench, if1, "F") == 16
-    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (0, 0)
-    assert status(bench, if1, "E") == "C"
-    assert out == []
+    assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 0)
+    assert (status(bench, if1, "E"), out) == ("C", [])
 
 
 @pytest.mark.parametrize(
@@ -136,20 +146,17 @@ def test_what_does_not_comply_is_flagged_and_ignored(bench, if1, parameters, mov
 def test_the_very_limits_of_the_constraints_comply(bench, if1, parameters, move, where):
     """Constraints: maximum velocity 10000, minimum acceleration 5000, maximum index 65535, range 1."""
     if parameters:
-        tell(if1, parameters)
-        bench.run(1.2)
-    tell(if1, move)
-    settle(bench, if1, 200)
+        command(bench, if1, parameters, seconds=1.2)
+    write(if1, move)
+    until_idle(bench, if1, 200)
     assert positions(if1) == where
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
 def test_a_minor_axis_longer_than_the_major_one_is_out_of_range(bench, if1):
     """R16: the multiplier is below 1: a "short index (the minor axis)"."""
-    tell(if1, "X500/Y501@1000$")
-    bench.run(1.0)
-    assert positions(if1) == (0, 0, 0)
-    assert faults(bench, if1) == (b"128\r", b"16\r")
+    command(bench, if1, "X500/Y501@1000$", seconds=1.0)
+    assert (positions(if1), faults(bench, if1)) == ((0, 0, 0), (b"128\r", b"16\r"))
 
 
 @pytest.mark.parametrize(
@@ -157,8 +164,7 @@ def test_a_minor_axis_longer_than_the_major_one_is_out_of_range(bench, if1):
 )
 def test_what_is_no_interpolation_moves_nothing(bench, if1, text):
     """Programming: "The major axis move is given first", `/` "always precedes the minor axis"; R7."""
-    tell(if1, text)
-    bench.run(1.0)
+    command(bench, if1, text, seconds=1.0)
     assert positions(if1) == (0, 0, 0)
     assert number(bench, if1, "F") in (0, 8)
 
@@ -167,7 +173,7 @@ def test_the_example_in_sequence_mode(bench, if1):
     """In sequence mode: "H1 X1000:L1X / Y200 % 6000 P1,20 : Y1000:=3,1: $"; R23: `@`, R24: `:` in front."""
     out = edges(if1.pins["output1"])
     if1.pins["input1"].drive(False)
-    tell(if1, ":H1 X1000:L1X / Y200 @ 6000 P1,20 : Y1000:=3,1: $")
+    write(if1, ":H1 X1000:L1X / Y200 @ 6000 P1,20 : Y1000:=3,1: $")
     for passes in range(1, 5):
         bench.run(4.0)
         assert positions(if1) == (2000 * (passes - 1), 1200 * (passes - 1), 0)
@@ -175,9 +181,9 @@ def test_the_example_in_sequence_mode(bench, if1):
         bench.run(4.0)
         assert positions(if1) == (2000 * passes - 1000, 1200 * (passes - 1), 0)
         if1.pins["input1"].drive(False)
-    settle(bench, if1)
+    until_idle(bench, if1)
     assert positions(if1) == (8000, 4800, 0)
-    assert strokes(if1.axes["X"]) == [1000] * 8 and strokes(if1.axes["Y"]) == [200, 1000] * 4
+    assert moves(if1.axes["X"]) == [1000] * 8 and moves(if1.axes["Y"]) == [200, 1000] * 4
     assert [level for _, level in out] == [True, False] * 4
     assert {b[0] - a[0] for a, b in zip(out[::2], out[1::2], strict=True)} == {200 * MS}
     assert number(bench, if1, "F") == 0
@@ -185,40 +191,34 @@ def test_the_example_in_sequence_mode(bench, if1):
 
 def test_a_sequence_faults_out_where_the_constraints_are_not_kept(bench, if1):
     """In sequence mode: "the interface will fault out. A status request must be made"."""
-    tell(if1, "^2")
-    bench.run(1.2)
-    tell(if1, ":Z100@400:X1000/Y200@6000:Z50:$")
-    bench.run(3.0)
+    command(bench, if1, "^2", seconds=1.2)
+    command(bench, if1, ":Z100@400:X1000/Y200@6000:Z50:$", seconds=3.0)
     assert positions(if1) == (0, 0, 100)
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (128, "F")
-    assert number(bench, if1, "F") == 16
-    assert status(bench, if1, "E") == "C"
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (128, "F")
+    assert (number(bench, if1, "F"), status(bench, if1, "E")) == (16, "C")
 
-    tell(if1, "^10")
-    bench.run(1.2)
-    tell(if1, ":$")
-    settle(bench, if1)
+    command(bench, if1, "^10", seconds=1.2)
+    write(if1, ":$")
+    until_idle(bench, if1)
     assert positions(if1) == (1000, 200, 250)
 
 
 def test_the_distances_of_an_interpolation_are_remembered_apart(bench, if1):
     """Duplicating, 3: both distances are taken from the move before; a plain index takes the major one."""
-    tell(if1, "X600/Y70@400$")
-    settle(bench, if1)
-    tell(if1, "Z/X$")
-    settle(bench, if1)
+    write(if1, "X600/Y70@400$")
+    until_idle(bench, if1)
+    write(if1, "Z/X$")
+    until_idle(bench, if1)
     assert positions(if1) == (670, 70, 600)
-    tell(if1, "X800/Y$")
-    settle(bench, if1)
+    write(if1, "X800/Y$")
+    until_idle(bench, if1)
     assert positions(if1) == (1470, 140, 600)
 
 
 def test_the_cancel_code_brings_both_axes_down_together(bench, if1):
     """Index mode: "This will stop any axis in motion"; both keep their proportion to the end."""
-    tell(if1, "X4000/Y1000@1000$")
-    bench.run(1.0)
-    tell(if1, "#")
-    bench.run(0.5)
+    command(bench, if1, "X4000/Y1000@1000$", seconds=1.0)
+    command(bench, if1, "#", seconds=0.5)
     x, y, _ = positions(if1)
     assert 900 < x < 1200 and y == x // 4
     assert number(bench, if1, "N") == x
@@ -227,15 +227,14 @@ def test_the_cancel_code_brings_both_axes_down_together(bench, if1):
 
 def test_the_motion_status_of_an_interpolated_move(bench, if1):
     """Motion status: accelerating 5, at programmed speed 3, decelerating 9."""
-    tell(if1, "^5")
-    bench.run(1.2)
-    tell(if1, "X20000/Y500@10000$")  # 1.92 s up: 96 levels of 20 ms
+    command(bench, if1, "^5", seconds=1.2)
+    write(if1, "X20000/Y500@10000$")  # 1.92 s up: 96 levels of 20 ms
     bench.run(0.5)
-    assert number(bench, if1, "K") == 5
+    assert status_word(bench, if1) == 5
     # up: 96 levels 400 ... 9900, 20 ms each: 9888 steps; 20000 - 19776 = 224 steps at 10000/s are 22.4 ms
     bench.run(1.5)
-    assert number(bench, if1, "K") == 9
-    settle(bench, if1)
+    assert status_word(bench, if1) == 9
+    until_idle(bench, if1)
     assert positions(if1) == (20000, 500, 0)
 
 
@@ -256,9 +255,8 @@ def test_every_interpolated_move_ends_on_exact_counts_and_keeps_to_the_line(
     bench = Bench()
     if1 = ready(bench)
     minor = int(major * share)
-    tell(if1, f"^{acceleration}<{start_stop}")
-    bench.run(1.2)
-    tell(if1, f"{axes[0]}{signs[0]}{major}/{axes[1]}{signs[1]}{minor}@{speed}$")
+    command(bench, if1, f"^{acceleration}<{start_stop}", seconds=1.2)
+    write(if1, f"{axes[0]}{signs[0]}{major}/{axes[1]}{signs[1]}{minor}@{speed}$")
     bench.run(0.1 + major / min(speed, 6.25) * 1.1 + 4)
 
     first, second = if1.axes[axes[0]], if1.axes[axes[1]]

@@ -11,8 +11,7 @@ from axistwin.controllers.digiplan.language import parse
 from axistwin.controllers.digiplan.listing import listed, typed
 from axistwin.units import MS
 
-from .helpers import number
-from .talking import ready, tell
+from .talking import command, number, ready, write
 
 
 def stored(controller: Controller) -> tuple[str, ...]:
@@ -145,8 +144,7 @@ def test_nothing_is_stored_in_an_interface_that_was_just_switched_on(bench, if1)
 def test_every_step_begins_when_the_one_before_has_ended(bench, if1):
     """S and R take the interface's cycle of 1 ms, 3 steps at the start/stop speed of 400 7.5 ms, `P0,5` 50 ms."""
     found = begun(bench, if1)
-    tell(if1, ":S1:X3@400:P0,5:R1:Y2@100:$")
-    bench.run(0.2)
+    command(bench, if1, ":S1:X3@400:P0,5:R1:Y2@100:$")
     assert found == [(0, 1), (1 * MS, 2), (8 * MS + 500_000, 3), (58 * MS + 500_000, 4), (59 * MS + 500_000, 5)]
     assert running(if1) is None
     assert if1.registers["step"].read() == 0
@@ -156,7 +154,7 @@ def test_every_step_begins_when_the_one_before_has_ended(bench, if1):
 def test_the_running_step_is_that_of_now(bench, if1):
     """2 steps at 100 steps/s are 20 ms."""
     found = begun(bench, if1)
-    tell(if1, ":Y2@100:S1:$")
+    write(if1, ":Y2@100:S1:$")
     bench.run_until(lambda: found, 1)
     bench.run(0.0199)
     assert (running(if1), if1.registers["step"].read()) == (1, 1)
@@ -171,8 +169,7 @@ def test_the_running_step_is_that_of_now(bench, if1):
 def test_repeats_begin_their_steps_again(bench, if1):
     """Repeating: `=2,2` is two more passes from step 2; 4 steps at 400 steps/s take 10 ms, the repeat 1 ms."""
     found = begun(bench, if1)
-    tell(if1, ":S1:X4@400:=2,2:R1:$")
-    bench.run(0.1)
+    command(bench, if1, ":S1:X4@400:=2,2:R1:$", seconds=0.1)
     times = [0, 1, 11, 12, 22, 23, 33, 34]
     assert found == list(zip((time * MS for time in times), [1, 2, 3, 2, 3, 2, 3, 4], strict=True))
 
@@ -180,8 +177,7 @@ def test_repeats_begin_their_steps_again(bench, if1):
 def test_a_nested_repeat_starts_afresh(bench, if1):
     """Repeating: the inner repeat on each pass of the outer one; every step takes 1 ms here."""
     found = begun(bench, if1)
-    tell(if1, ":S1:=1,1:R1:=1,1:$")
-    bench.run(0.1)
+    command(bench, if1, ":S1:=1,1:R1:=1,1:$", seconds=0.1)
     assert [step for _, step in found] == [1, 2, 1, 2, 3, 4, 1, 2, 1, 2, 3, 4]
     assert [time for time, _ in found] == [n * MS for n in range(12)]
 
@@ -190,8 +186,7 @@ def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
     """Combining inputs and outputs: H1 waits for a level."""
     times: list[int] = []
     if1.subscribe_lines(lambda program, index: times.append(bench.now))
-    tell(if1, ":H1:S1:$")
-    bench.run(5.0)
+    command(bench, if1, ":H1:S1:$", seconds=5.0)
     assert running(if1) == 1
     if1.pins["input1"].drive(True)
     raised_ns = bench.now
@@ -201,10 +196,9 @@ def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
 
 def test_cancel_ends_the_step_at_once(bench, if1):
     """Index mode: `#` stops with deceleration and ends the sequence; nothing of it runs while the motor slows down."""
-    tell(if1, ":X9999@2000:Y:$")
-    bench.run(1.0)
+    command(bench, if1, ":X9999@2000:Y:$", seconds=1.0)
     assert running(if1) == 1
-    tell(if1, "#")
+    write(if1, "#")
     assert bench.run_until(lambda: running(if1) is None, 0.1)
     assert if1.axes["X"].velocity > 0
     assert stored(if1) == ("X9999@2000", "Y")
@@ -213,29 +207,26 @@ def test_cancel_ends_the_step_at_once(bench, if1):
 def test_the_host_in_control_leaves_the_step_running(bench, if1):
     """Controller intervention: `%` is a step until the host sends % in its turn."""
     found = begun(bench, if1)
-    tell(if1, ":%:S1:$")
+    write(if1, ":%:S1:$")
     bench.run(0.2)
-    tell(if1, "X10$")
+    write(if1, "X10$")
     bench.run(1.0)
-    assert [step for _, step in found] == [1]
-    assert running(if1) == 1
-    tell(if1, "%")
+    assert ([step for _, step in found], running(if1)) == ([1], 1)
+    write(if1, "%")
     bench.run(0.1)
     assert [step for _, step in found] == [1, 2]
 
 
 def test_a_direct_message_is_no_step(bench, if1):
     found = begun(bench, if1)
-    tell(if1, "X100@100$")
-    bench.run(0.5)
+    command(bench, if1, "X100@100$", seconds=0.5)
     assert running(if1) is None
     assert found == []
 
 
 def test_a_run_goes_on_when_its_sequence_has_ended(bench, if1):
     """Run mode: the step is over when the run has begun; the sequence when there are no more steps."""
-    tell(if1, ":X@500G:S1:$")
-    bench.run(0.5)
+    command(bench, if1, ":X@500G:S1:$", seconds=0.5)
     assert running(if1) is None
     assert if1.axes["X"].velocity == 500
 
@@ -244,23 +235,19 @@ def test_a_run_goes_on_when_its_sequence_has_ended(bench, if1):
 def test_a_fault_ends_it(bench, if1, pin):
     """Repeating: "Once a sequence has been terminated, it can only be restarted from the beginning"."""
     found = begun(bench, if1)
-    tell(if1, ":X99999@1000:Y:$")
-    bench.run(0.5)
+    command(bench, if1, ":X99999@1000:Y:$", seconds=0.5)
     if1.pins[pin].drive(False)
     bench.run(0)
     assert running(if1) is None
     bench.run(1.0)
-    assert [step for _, step in found] == [1]
-    assert stored(if1) == ("X99999@1000", "Y")
+    assert ([step for _, step in found], stored(if1)) == ([1], ("X99999@1000", "Y"))
 
 
 def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
     """A message with `$` is held while the interface is busy: until then the old steps are stored and run."""
     found = begun(bench, if1)
-    tell(if1, ":X20@100:Y20:$")
-    bench.run(0.1)
-    tell(if1, ":S1:$")
-    bench.run(0.25)
+    command(bench, if1, ":X20@100:Y20:$", seconds=0.1)
+    command(bench, if1, ":S1:$", seconds=0.25)
     assert (stored(if1), running(if1)) == (("X20@100", "Y20"), 2)
     bench.run(0.5)
     assert (stored(if1), running(if1)) == (("S1",), None)
@@ -269,16 +256,13 @@ def test_another_sequence_takes_the_place_when_this_one_is_over(bench, if1):
 
 def test_what_is_wrong_is_not_stored(bench, if1):
     """Motion status: a message with a data fault is ignored."""
-    tell(if1, ":S1:$")
-    bench.run(0.1)
-    tell(if1, ":S1:Q:$")
-    bench.run(0.1)
+    command(bench, if1, ":S1:$", seconds=0.1)
+    command(bench, if1, ":S1:Q:$", seconds=0.1)
     assert stored(if1) == ("S1",)
 
 
 def test_an_if1_forgets_its_sequence_with_the_power(bench, if1):
-    tell(if1, ":H1:X100:$")
-    bench.run(0.5)
+    command(bench, if1, ":H1:X100:$", seconds=0.5)
     assert running(if1) == 1
     if1.power(False)
     assert (stored(if1), running(if1), if1.registers["step"].read()) == ((), None, 0)
@@ -289,10 +273,8 @@ def test_an_if1_forgets_its_sequence_with_the_power(bench, if1):
 def test_an_if2_that_is_locked_keeps_it(bench):
     """Using the battery backup: with DSR low the stored sequence starts when the self-test is over."""
     if2 = ready(bench, "U61", "if2")
-    tell(if2, ":H1:X100:$")
-    bench.run(0.1)
-    tell(if2, "[")
-    bench.run(0.1)
+    command(bench, if2, ":H1:X100:$", seconds=0.1)
+    command(bench, if2, "[", seconds=0.1)
     if2.power(False)
     assert (stored(if2), running(if2)) == (("H1", "X100"), None)
     found = begun(bench, if2)
@@ -301,16 +283,14 @@ def test_an_if2_that_is_locked_keeps_it(bench):
     bench.run(0.9)
     assert (stored(if2), running(if2)) == (("H1", "X100"), None), "the LED is on: it tests itself"
     bench.run(0.2)
-    assert running(if2) == 1
-    assert found == [(0, 1)]
+    assert (running(if2), found) == (1, [(0, 1)])
     if2.power(False)
     assert running(if2) is None
 
 
 def test_an_if2_that_is_not_locked_forgets_it(bench):
     if2 = ready(bench, "U61", "if2")
-    tell(if2, ":S1:$")
-    bench.run(0.1)
+    command(bench, if2, ":S1:$", seconds=0.1)
     if2.power_cycle()
     assert stored(if2) == ()
 
@@ -318,11 +298,9 @@ def test_an_if2_that_is_not_locked_forgets_it(bench):
 def test_whoever_has_seen_enough_is_told_no_more(bench, if1):
     found = []
     look_away = if1.subscribe_lines(lambda program, index: found.append(index))
-    tell(if1, ":S1:R1:$")
-    bench.run(0.1)
+    command(bench, if1, ":S1:R1:$", seconds=0.1)
     look_away()
-    tell(if1, ":$")
-    bench.run(0.1)
+    command(bench, if1, ":$", seconds=0.1)
     assert found == [0, 1]
 
 

@@ -2,149 +2,117 @@
 
 import pytest
 
-from .helpers import number, positions, settle, status
-from .talking import ask, ready, tell
+from .talking import ask, command, number, positions, ready, send, status, status_word, until_idle, write
 
 
 def test_a_locked_interface_receives_no_further_instructions(bench, if1):
     """Lockout: "will prevent the interface from receiving any further instructions until the unlock command"."""
-    tell(if1, "[")
+    write(if1, "[")
     for text in ("X100$", "S1$", "@200", "B-20", "D25", "<8", ":Y10:$", "P2,50$", "%", "#", "["):
-        tell(if1, text)
+        write(if1, text)
     bench.run(2.0)
     assert positions(if1) == (0, 0, 0)
     assert not if1.pins["output1"].level
-    tell(if1, "]")
-    tell(if1, "X100$")
-    settle(bench, if1)
-    assert positions(if1) == (100, 0, 0)
-    assert number(bench, if1, "F") == 0
+    write(if1, "]", "X100$")
+    until_idle(bench, if1)
+    assert (positions(if1), number(bench, if1, "F")) == ((100, 0, 0), 0)
 
 
 def test_what_was_sent_while_locked_has_left_no_trace(bench, if1):
     """Lockout: parameters are instructions too."""
-    tell(if1, "X50$")
-    settle(bench, if1)
-    tell(if1, "[")
-    tell(if1, "X70@100$")
-    tell(if1, "]")
-    tell(if1, "X$")
-    bench.run(0.3)
+    write(if1, "X50$")
+    until_idle(bench, if1)
+    command(bench, if1, "[", "X70@100$", "]", "X$", seconds=0.3)
     assert positions(if1) == (100, 0, 0)
 
 
 def test_status_requests_are_answered_while_locked(bench, if1):
     """Lockout: "although it will respond to status request commands"."""
-    tell(if1, "X7$")
-    settle(bench, if1)
-    tell(if1, "[")
+    write(if1, "X7$")
+    until_idle(bench, if1)
+    write(if1, "[")
     assert [status(bench, if1, letter) for letter in "KFIOEN"] == ["0", "32", "200", "0", "[", "7"]
     assert ask(bench, if1, "Q") == b"\0"
 
 
 def test_e_answers_the_bracket_and_f_tells_32_while_locked(bench, if1):
     """Busy status: "[<CR>" if it is in the battery backup mode"; R31: an IF1 has it too."""
-    tell(if1, "[")
-    assert ask(bench, if1, "E") == b"[\r"
-    assert ask(bench, if1, "F") == b"32\r"
-    tell(if1, "]")
-    assert ask(bench, if1, "E") == b"C\r"
-    assert ask(bench, if1, "F") == b"0\r"
+    write(if1, "[")
+    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"[\r", b"32\r")
+    write(if1, "]")
+    assert (ask(bench, if1, "E"), ask(bench, if1, "F")) == (b"C\r", b"0\r")
 
 
 def test_spurious_data_raises_no_fault_while_locked(bench, if1):
     """Battery backup: "No communication error checking is carried out whilst the interface is locked up"."""
-    tell(if1, "[")
-    bench.run(0.1)
+    command(bench, if1, "[", seconds=0.1)
     for text in ("!!?", "@99999", "X65536/Y1$", ":::", ")*", "K K"):
-        tell(if1, text)
+        write(if1, text)
     if1.serial.host.parity = "E"  # a format error with each character
-    tell(if1, "X1000$")
+    write(if1, "X1000$")
     if1.serial.host.parity = "N"
     if1.serial.host.baudrate = 300
-    tell(if1, "UUUUUU")
-    bench.run(1.0)
+    command(bench, if1, "UUUUUU", seconds=1.0)
     if1.serial.host.baudrate = 9600
-    tell(if1, "")
-    bench.run(0.1)
-    if1.serial.read()
-    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (0, 32)
-    tell(if1, "]")
-    bench.run(0.1)
-    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (0, 0)
+    send(bench, if1, "", seconds=0.1)
+    assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 32)
+    command(bench, if1, "]", seconds=0.1)
+    assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 0)
 
 
 def test_a_flood_raises_no_fault_while_locked(bench, if1):
     """Battery backup: no error checking; the characters are thrown away as they come."""
-    tell(if1, "[")
-    bench.run(0.1)
+    command(bench, if1, "[", seconds=0.1)
     if1.serial.write(b"X" * 500)
     bench.run(2.0)
-    tell(if1, "")
-    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (0, 32)
+    write(if1, "")
+    assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 32)
 
 
 def test_error_checking_is_operative_again_after_unlocking(bench, if1):
     """Battery backup: "Error checking becomes operative again as soon as the unlock command has been received"."""
-    tell(if1, "[")
-    tell(if1, "!")
-    tell(if1, "]")
-    tell(if1, "!")
-    bench.run(0.1)
-    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (128, 8)
+    command(bench, if1, "[", "!", "]", "!", seconds=0.1)
+    assert (status_word(bench, if1), number(bench, if1, "F")) == (128, 8)
 
 
 def test_a_fault_from_before_is_kept_while_locked(bench, if1):
     """Motion status: "any communication fault bits are only cleared when the "F" command is sent"."""
-    tell(if1, "!")
-    tell(if1, "[")
-    bench.run(0.1)
-    assert number(bench, if1, "F") == 40
-    assert number(bench, if1, "F") == 32
+    command(bench, if1, "!", "[", seconds=0.1)
+    assert (number(bench, if1, "F"), number(bench, if1, "F")) == (40, 32)
 
 
 def test_motion_goes_on_when_the_interface_is_locked(bench, if1):
     """Lockout: it concerns RS232 communication."""
-    tell(if1, "X1000@400$")
-    bench.run(0.5)
-    tell(if1, "[")
-    bench.run(0.1)
-    tell(if1, "#")
-    assert number(bench, if1, "K") == 3
+    command(bench, if1, "X1000@400$", seconds=0.5)
+    command(bench, if1, "[", seconds=0.1)
+    write(if1, "#")
+    assert status_word(bench, if1) == 3
     bench.run(3.0)
     assert positions(if1) == (1000, 0, 0)
 
 
 def test_a_sequence_goes_on_when_the_interface_is_locked(bench, if1):
     """Lockout: "useful if the controller must be disconnected or switched off"."""
-    tell(if1, ":X100@400:Y:X-:Y-:=0,1:$")
-    tell(if1, "[")
-    bench.run(0.1)
-    tell(if1, "#")
-    bench.run(10.55)
+    command(bench, if1, ":X100@400:Y:X-:Y-:=0,1:$", "[", seconds=0.1)
+    command(bench, if1, "#", seconds=10.55)
     assert status(bench, if1, "O") in ("2", "3")
     assert status(bench, if1, "E") == "["
-    tell(if1, "]")
-    tell(if1, "#")
-    bench.run(0.1)
+    command(bench, if1, "]", "#", seconds=0.1)
     assert status(bench, if1, "E") == "C"
 
 
 def test_the_unlock_command_must_come_in_the_same_format(bench, if1):
     """Lockout: "must be sent at exactly the same baud rate, number of bits etc. as the lock command"."""
-    tell(if1, "[")
-    bench.run(0.1)
+    command(bench, if1, "[", seconds=0.1)
     host = if1.serial.host
     # With odd parity, 8 bits or 7, `]` and <CR> have a 0 where the first stop bit is expected.
     for baudrate, parity, bytesize in ((1200, "N", 8), (4800, "N", 8), (9600, "O", 8), (9600, "N", 7)):
         host.baudrate, host.parity, host.bytesize = baudrate, parity, bytesize
-        tell(if1, "]")
-        bench.run(0.3)
+        command(bench, if1, "]", seconds=0.3)
     host.baudrate, host.parity, host.bytesize = 9600, "N", 8
-    tell(if1, "")
-    bench.run(0.1)
+    command(bench, if1, "", seconds=0.1)
     assert status(bench, if1, "E") == "["
-    tell(if1, "]")
+    write(if1, "]")
     assert status(bench, if1, "E") == "C"
 
 
@@ -155,14 +123,12 @@ def test_another_number_of_bits_or_another_parity_does_not_unlock(bench, if1, by
     At 8O and 8S the parity bit is a framing error.  7O, 8E and 8M look on the wire like 8N: `]` and <CR> have an odd
     number of ones.
     """
-    tell(if1, "[")
-    bench.run(0.1)
+    command(bench, if1, "[", seconds=0.1)
     host = if1.serial.host
     host.bytesize, host.parity = bytesize, parity
-    tell(if1, "]")
-    bench.run(0.1)
+    command(bench, if1, "]", seconds=0.1)
     host.bytesize, host.parity = 8, "N"
-    tell(if1, "")
+    write(if1, "")
     assert status(bench, if1, "E") == "["
 
 
@@ -170,14 +136,12 @@ def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, i
     """Lockout: "exactly the same ... as the lock command", not as the data format."""
     host = if1.serial.host
     host.bytesize, host.parity = 7, "E"
-    tell(if1, "[")
-    bench.run(0.1)
+    command(bench, if1, "[", seconds=0.1)
     host.bytesize, host.parity = 8, "N"
-    tell(if1, "]")
+    write(if1, "]")
     assert status(bench, if1, "E") == "["
     host.bytesize, host.parity = 7, "E"
-    tell(if1, "]")
-    bench.run(0.1)
+    command(bench, if1, "]", seconds=0.1)
     host.bytesize, host.parity = 8, "N"
     assert status(bench, if1, "E") == "C"
 
@@ -185,47 +149,37 @@ def test_a_host_whose_parity_bit_lies_in_bit_8_unlocks_as_it_has_locked(bench, i
 @pytest.mark.parametrize("text", ["]$", "]]", "X]", "]X10$", "[]"])
 def test_only_the_unlock_command_alone_unlocks(bench, if1, text):
     """Lockout: "]" <CR>"."""
-    tell(if1, "[")
-    tell(if1, text)
-    bench.run(0.1)
-    assert status(bench, if1, "E") == "["
-    assert positions(if1) == (0, 0, 0)
+    command(bench, if1, "[", text, seconds=0.1)
+    assert (status(bench, if1, "E"), positions(if1)) == ("[", (0, 0, 0))
 
 
 @pytest.mark.parametrize("text", ["[$", "X10[", "[X10$", "[[", "]]"])
 def test_the_lock_command_stands_alone(bench, if1, text):
     """Lockout: "[ <CR>"; R7 for anything else."""
-    tell(if1, text)
-    bench.run(0.2)
-    assert number(bench, if1, "F") == 8
-    assert positions(if1) == (0, 0, 0)
+    command(bench, if1, text)
+    assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
 def test_unlocking_what_is_not_locked_does_nothing(bench, if1):
     """Battery backup: `]` is sent first thing to change a sequence."""
-    tell(if1, "]")
-    bench.run(0.1)
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (0, "C")
+    command(bench, if1, "]", seconds=0.1)
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
 
 
 def test_locking_twice_needs_one_unlock(bench, if1):
     """Lockout: `[` is itself an instruction that a locked interface does not receive."""
-    tell(if1, "[")
-    tell(if1, "[")
-    tell(if1, "]")
+    write(if1, "[", "[", "]")
     assert status(bench, if1, "E") == "C"
 
 
 def test_locking_in_a_hand_over_keeps_the_sequence_waiting(bench, if1):
     """Lockout and intervention: `%` is an instruction too; it works again after unlocking."""
-    tell(if1, ":%:X10@400:$")
+    write(if1, ":%:X10@400:$")
     bench.run(0.1)
-    tell(if1, "[")
-    tell(if1, "%")
+    write(if1, "[", "%")
     bench.run(0.5)
     assert positions(if1) == (0, 0, 0)
-    tell(if1, "]")
-    tell(if1, "%")
+    write(if1, "]", "%")
     bench.run(0.5)
     assert positions(if1) == (10, 0, 0)
 
@@ -233,31 +187,27 @@ def test_locking_in_a_hand_over_keeps_the_sequence_waiting(bench, if1):
 def test_a_locked_interface_echoes_as_before(bench):
     """Echo-back: the data format is not changed by the lock; nothing is executed."""
     if1 = ready(bench, "U62")
-    assert ask(bench, if1, "[") == b"[\r"
-    assert ask(bench, if1, "E") == b"E\r[\r"
-    assert ask(bench, if1, "]") == b"]\r"
+    assert (ask(bench, if1, "["), ask(bench, if1, "E"), ask(bench, if1, "]")) == (b"[\r", b"E\r[\r", b"]\r")
     assert ask(bench, if1, "E") == b"E\rC\r"
 
 
 def test_lock_and_unlock_in_the_v_format(bench):
     """Lockout: terminated as agreed."""
     if1 = ready(bench, "V61")
-    tell(if1, "[", "\n")
+    write(if1, "[", end="\n")
     assert ask(bench, if1, "E", end="\n") == b"[\r\n"
-    tell(if1, "]", "\r\n")
+    write(if1, "]", end="\r\n")
     assert ask(bench, if1, "E", end="\n") == b"C\r\n"
 
 
 def test_an_emergency_stop_while_locked_needs_the_power_off(bench, if1):
     """Battery backup: "power must be temporarily removed in order to reset the system"."""
-    tell(if1, ":X100@400:=0,1:$")
-    tell(if1, "[")
-    bench.run(1.0)
+    command(bench, if1, ":X100@400:=0,1:$", "[", seconds=1.0)
     if1.pins["estop"].drive(False)
     bench.run(0.5)
     if1.pins["estop"].release()
     for _ in range(3):
-        assert number(bench, if1, "K") == 32
+        assert status_word(bench, if1) == 32
     stands = positions(if1)
     bench.run(5.0)
     assert positions(if1) == stands
@@ -266,31 +216,24 @@ def test_an_emergency_stop_while_locked_needs_the_power_off(bench, if1):
 
 def test_a_fault_while_locked_can_be_read(bench, if1):
     """Lockout: status requests are answered; a limit is told as always."""
-    tell(if1, "X4000@400$")
-    tell(if1, "[")
-    bench.run(1.0)
+    command(bench, if1, "X4000@400$", "[", seconds=1.0)
     if1.pins["limit_plus"].drive(False)
     bench.run(0.5)
-    assert number(bench, if1, "K") == 64
-    assert status(bench, if1, "E") == "["
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (64, "[")
 
 
 def test_a_message_in_two_parts_around_the_lock(bench, if1):
     """Lockout: a half message before `[` is not one: `X100[` is a data fault, the interface stays open (R7)."""
     if1.serial.write(b"X100")
     bench.run(0.1)
-    tell(if1, "[")
-    tell(if1, "X60$")
-    bench.run(0.5)
-    assert positions(if1) == (60, 0, 0)
-    assert number(bench, if1, "F") == 8
+    command(bench, if1, "[", "X60$", seconds=0.5)
+    assert (positions(if1), number(bench, if1, "F")) == ((60, 0, 0), 8)
 
 
 def test_a_lock_sent_behind_a_held_move_waits_with_it(bench, if1):
     """R9 and lockout: first the two moves, then the lock."""
     for text in ("X400@400$", "X200$", "["):
-        tell(if1, text)
+        write(if1, text)
     bench.run(0.5)
     bench.run(2.0)
-    assert positions(if1) == (600, 0, 0)
-    assert status(bench, if1, "E") == "["
+    assert (positions(if1), status(bench, if1, "E")) == ((600, 0, 0), "[")

@@ -7,7 +7,7 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 
-from .talking import ask, each_character, find, host_format, tell
+from .talking import ask, command, detect, each_character, host_format
 
 LEAST = (">1<1^1", "@1", "B-255", "X0", "D0", ":P1,1:$")
 MOST = (">4<40^500", "@4000", "B+255", "X999999999", "D25", ":P0,99:$")
@@ -18,13 +18,12 @@ def locked_with(directory, messages, form="U61", baud=9600):
     """An IF2 that was programmed with these messages, locked and switched off."""
     bench = Bench()
     if2 = bench.add("if2", state=directory, line=f"{baud} 8N2")
-    find(bench, if2)
+    detect(bench, if2)
     each_character(bench, if2, form + "\r", lambda n: bench.run(0.02))
     host_format(if2, form)
     bench.run(1.3)
     for message in (*messages, "["):
-        tell(if2, message)
-        bench.run(3 if message[0] in ">:" else 0.5)
+        command(bench, if2, message, seconds=3 if message[0] in ">:" else 0.5)
     if2.serial.read()
     assert ask(bench, if2, "F", 2) == b"32\r"
     if2.power(False)
@@ -61,8 +60,7 @@ def test_number_of_bits_and_parity_are_kept(tmp_path, form, line):
     locked_with(tmp_path, (), form)
     bench, if2 = switched_on(tmp_path, line)
     assert ask(bench, if2, "E") == b"[\r"
-    tell(if2, "]")
-    bench.run(0.1)
+    command(bench, if2, "]", seconds=0.1)
     assert ask(bench, if2, "E") == b"C\r"
 
 

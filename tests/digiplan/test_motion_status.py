@@ -4,8 +4,7 @@ import pytest
 
 from axistwin import Bench
 
-from .helpers import number, positions, settle, status, strokes, times
-from .talking import ask, ready, tell
+from .talking import ask, command, moves, number, positions, ready, send, status, status_word, times, until_idle, write
 
 # A slow ramp, to have time to look at it: 1000 steps/s2 from 400 to 5000 in steps of 100 are 46 levels of 100 ms,
 # 4.6 s and 46 x (400 + 4900) / 2 x 0.1 = 12190 steps each way.
@@ -16,84 +15,76 @@ RAMP_S = 4.6
 @pytest.fixture
 def slow(bench, if1):
     """An IF1 that takes 4.6 s to its programmed speed."""
-    tell(if1, SLOW)
-    bench.run(1.2)
+    command(bench, if1, SLOW, seconds=1.2)
     return if1
 
 
 def test_the_motion_status_of_an_index_from_the_start_to_the_end(bench, slow):
     """Motion status: 1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating."""
-    assert number(bench, slow, "K") == 0
-    tell(slow, "X40000$")
-    bench.run(0.1)
+    assert status_word(bench, slow) == 0
+    command(bench, slow, "X40000$", seconds=0.1)
     for _ in range(8):
-        assert number(bench, slow, "K") == 5
+        assert status_word(bench, slow) == 5
         bench.run(0.45)
     # 4.1 s gone; up until 4.6 s, then 40000 - 24380 = 15620 steps at 5000/s: 3.124 s; down from 7.724 s to 12.324 s
     bench.run(0.8)
     for _ in range(4):
-        assert number(bench, slow, "K") == 3
+        assert status_word(bench, slow) == 3
         bench.run(0.5)
     bench.run(1.0)
     for _ in range(8):
-        assert number(bench, slow, "K") == 9
+        assert status_word(bench, slow) == 9
         bench.run(0.4)
     bench.run(1.5)
-    assert number(bench, slow, "K") == 0
-    assert positions(slow) == (40000, 0, 0)
+    assert (status_word(bench, slow), positions(slow)) == (0, (40000, 0, 0))
 
 
 def test_a_move_without_a_ramp_is_at_programmed_speed_from_beginning_to_end(bench, if1):
     """Start/stop speed: below it "no acceleration is applied and the clock will run at a fixed frequency"."""
-    tell(if1, "X400@400$")
+    write(if1, "X400@400$")
     for _ in range(9):
-        assert number(bench, if1, "K") == 3
+        assert status_word(bench, if1) == 3
         bench.run(0.05)
     bench.run(0.2)
-    assert number(bench, if1, "K") == 0
+    assert status_word(bench, if1) == 0
 
 
 def test_a_short_index_is_at_programmed_speed_at_no_time(bench, slow):
     """Motion status: 2 is "At Programmed Speed"; on the plateau of an index too short for it, only 1 is left."""
-    tell(slow, "X20000$")
+    write(slow, "X20000$")
     bench.run_until(lambda: slow.axes["X"].moving, 1.0)
     # 41 levels of 100 ms take 9840 steps, 42 would take 10290; 320 are left over at 4500/s: 71 ms from 4.1 s on
     assert sum(range(40, 450, 10)) == 9840
     bench.run(4.05)
-    assert number(bench, slow, "K") == 5
-    assert number(bench, slow, "K") == 1
+    assert (status_word(bench, slow), status_word(bench, slow)) == (5, 1)
     bench.run(0.05)
-    assert number(bench, slow, "K") == 9
+    assert status_word(bench, slow) == 9
 
 
 def test_the_return_of_a_backlash_correction_is_in_motion_and_no_more(bench, if1):
     """Motion status: the correction runs at the start/stop speed, not at the programmed one, and without a ramp."""
-    tell(if1, "B-200")
-    tell(if1, "X100@200B$")  # 300 steps at 200/s, a pause of 3 ms, 200 back at 400/s
+    write(if1, "B-200", "X100@200B$")  # 300 steps at 200/s, a pause of 3 ms, 200 back at 400/s
     bench.run(1.0)
-    assert number(bench, if1, "K") == 3
+    assert status_word(bench, if1) == 3
     bench.run(0.6)
-    assert strokes(if1.axes["X"])[0] == 300
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (1, "E")
+    assert moves(if1.axes["X"])[0] == 300
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (1, "E")
     bench.run(0.5)
-    assert (number(bench, if1, "K"), status(bench, if1, "E")) == (0, "C")
+    assert (status_word(bench, if1), status(bench, if1, "E")) == (0, "C")
 
 
 def test_a_cancelled_index_is_decelerating(bench, slow):
     """Index mode: "cancel"; motion status 9 until it stands."""
-    tell(slow, "X90000$")
-    bench.run(6.0)
-    tell(slow, "#")
-    bench.run(0.1)
-    assert number(bench, slow, "K") == 9
+    command(bench, slow, "X90000$", seconds=6.0)
+    command(bench, slow, "#", seconds=0.1)
+    assert status_word(bench, slow) == 9
     bench.run(RAMP_S)
-    assert number(bench, slow, "K") == 0
+    assert status_word(bench, slow) == 0
 
 
 def test_an_emergency_stop_while_decelerating_is_41(bench, slow):
     """Motion status: "41 would indicate the interface has had an emergency stop and is decelerating"."""
-    tell(slow, "X90000$")
-    bench.run(6.0)
+    command(bench, slow, "X90000$", seconds=6.0)
     slow.pins["estop"].drive(False)
     bench.run(0.5)
     assert ask(bench, slow, "K", 0.05) == b"41\r"
@@ -103,8 +94,7 @@ def test_an_emergency_stop_while_decelerating_is_41(bench, slow):
 
 def test_a_limit_while_decelerating_is_73(bench, slow):
     """Quick status: "73 decimal or 49 hex", "a limit input has appeared whilst an axis is ... decelerating"."""
-    tell(slow, "X90000$")
-    bench.run(6.0)
+    command(bench, slow, "X90000$", seconds=6.0)
     slow.pins["limit_plus"].drive(False)
     bench.run(0.5)
     assert ask(bench, slow, "Q", 0.05) == b"\x49"
@@ -112,8 +102,7 @@ def test_a_limit_while_decelerating_is_73(bench, slow):
 
 def test_k_reports_the_same_limit_as_73(bench, slow):
     """Motion status: 1 + 8 + 64."""
-    tell(slow, "X90000$")
-    bench.run(6.0)
+    command(bench, slow, "X90000$", seconds=6.0)
     slow.pins["limit_plus"].drive(False)
     bench.run(0.5)
     assert ask(bench, slow, "K", 0.05) == b"73\r"
@@ -124,11 +113,9 @@ def test_quick_status_is_one_raw_byte_without_an_end(bench, form):
     """Quick status: "a single 8 bit byte", "only applies in 8-bit mode with bit 8 = 1 or data"."""
     if1 = ready(bench, form)
     assert ask(bench, if1, "Q") == b"\0"
-    tell(if1, "X9000@400$")
-    bench.run(0.1)
+    command(bench, if1, "X9000@400$", seconds=0.1)
     assert ask(bench, if1, "Q") == b"\x03"
-    tell(if1, "!")
-    bench.run(0.1)
+    command(bench, if1, "!", seconds=0.1)
     assert ask(bench, if1, "Q") == b"\x83"
 
 
@@ -136,25 +123,21 @@ def test_quick_status_is_one_raw_byte_without_an_end(bench, form):
 def test_quick_status_without_a_free_eighth_bit_comes_with_bit_7_cleared(bench, form):
     """R18: with 7 bits, or bit 8 = 0, "a reply is better than a hang"."""
     if1 = ready(bench, form)
-    tell(if1, "!")
-    bench.run(0.1)
-    tell(if1, "X9000@400$")
-    bench.run(0.1)
-    assert ask(bench, if1, "K") == b"131\r"
-    assert ask(bench, if1, "Q") == b"\x03"
+    command(bench, if1, "!", seconds=0.1)
+    command(bench, if1, "X9000@400$", seconds=0.1)
+    assert (ask(bench, if1, "K"), ask(bench, if1, "Q")) == (b"131\r", b"\x03")
 
 
 def test_quick_status_has_no_end_in_the_v_format_either(bench):
     """Quick status: one byte."""
     if1 = ready(bench, "V31")
-    assert ask(bench, if1, "Q", end="\n") == b"\0"
-    assert ask(bench, if1, "K", end="\n") == b"0\r\n"
+    assert (ask(bench, if1, "Q", end="\n"), ask(bench, if1, "K", end="\n")) == (b"\0", b"0\r\n")
 
 
 def test_figures_come_without_padding(bench, if1):
     """R17: the blank in the manual's " 527 <CR>" is its way of quoting."""
-    tell(if1, "X527$")
-    settle(bench, if1)
+    write(if1, "X527$")
+    until_idle(bench, if1)
     assert ask(bench, if1, "N") == b"527\r"
     assert [ask(bench, if1, letter) for letter in "KFIO"] == [b"0\r", b"0\r", b"200\r", b"0\r"]
 
@@ -165,10 +148,10 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
     def pulses(asked: str) -> list[int]:
         bench = Bench()
         if1 = ready(bench)
-        tell(if1, "X3000@2000$")
+        write(if1, "X3000@2000$")
         for letter in asked:
             bench.run(0.05)
-            tell(if1, letter)
+            write(if1, letter)
         bench.run(10.0)
         assert len(if1.serial.read()) > len(asked) // 2
         return times(if1.axes["X"])
@@ -179,11 +162,8 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
 @pytest.mark.parametrize("text", ["KF", "K$", "X10K", "K10", "Q1", "E$", "N0", "k", "K,"])
 def test_a_status_request_stands_alone(bench, if1, text):
     """Report-back: one command, one message; anything else is no instruction (R7)."""
-    tell(if1, text)
-    bench.run(0.3)
-    if1.serial.read()
-    assert number(bench, if1, "F") == 8
-    assert positions(if1) == (0, 0, 0)
+    send(bench, if1, text, seconds=0.3)
+    assert (number(bench, if1, "F"), positions(if1)) == (8, (0, 0, 0))
 
 
 def test_spaces_in_a_status_request_are_ignored(bench, if1):
@@ -197,7 +177,7 @@ def test_spaces_in_a_status_request_are_ignored(bench, if1):
 def test_busy_status_tells_busy_from_clear(bench, if1):
     """Busy status: "E <CR>" if it is busy and "C <CR>" if it is clear for new data or commands" (R20)."""
     assert ask(bench, if1, "E") == b"C\r"
-    tell(if1, "X400@400$")
+    write(if1, "X400@400$")
     assert ask(bench, if1, "E") == b"E\r"
     bench.run(2.0)
     assert ask(bench, if1, "E") == b"C\r"
@@ -206,17 +186,15 @@ def test_busy_status_tells_busy_from_clear(bench, if1):
 def test_busy_includes_waiting_and_pulsing_but_in_motion_does_not(bench, if1):
     """Busy status: ""motionless" activities such as waiting for inputs and pulsing outputs"."""
     if1.pins["input1"].drive(False)
-    tell(if1, "H1X10@400$")
-    bench.run(0.1)
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("E", 0)
+    command(bench, if1, "H1X10@400$", seconds=0.1)
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 0)
     if1.pins["input1"].drive(True)
     bench.run(0.2)
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("C", 0)
-    tell(if1, "P3,40$")
-    bench.run(0.1)
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("E", 0)
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
+    command(bench, if1, "P3,40$", seconds=0.1)
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("E", 0)
     bench.run(0.3)
-    assert (status(bench, if1, "E"), number(bench, if1, "K")) == ("C", 0)
+    assert (status(bench, if1, "E"), status_word(bench, if1)) == ("C", 0)
 
 
 def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
@@ -228,35 +206,28 @@ def test_busy_status_is_f_with_each_kind_of_fault(bench, if1):
         pin.release()
         bench.run(0.1)
         assert (name, status(bench, if1, "E")) == (name, "F")
-        assert (name, number(bench, if1, "K")) == (name, bit)
+        assert (name, status_word(bench, if1)) == (name, bit)
         assert (name, status(bench, if1, "E")) == (name, "C")
-    tell(if1, "?")
-    bench.run(0.1)
-    assert status(bench, if1, "E") == "F"
-    assert number(bench, if1, "F") == 8
-    assert status(bench, if1, "E") == "C"
+    command(bench, if1, "?", seconds=0.1)
+    assert (status(bench, if1, "E"), number(bench, if1, "F"), status(bench, if1, "E")) == ("F", 8, "C")
 
 
 def test_locked_comes_before_fault_and_fault_before_busy(bench, if1):
     """R20: E answers `[`, then F, then E, then C."""
-    tell(if1, "?")
-    tell(if1, "X4000@400$")
+    write(if1, "?", "X4000@400$")
     assert status(bench, if1, "E") == "F"
-    tell(if1, "[")
+    write(if1, "[")
     assert status(bench, if1, "E") == "["
-    tell(if1, "]")
+    write(if1, "]")
     number(bench, if1, "F")
     assert status(bench, if1, "E") == "E"
-    tell(if1, "#")
-    bench.run(0.1)
+    command(bench, if1, "#", seconds=0.1)
     assert status(bench, if1, "E") == "C"
 
 
 def test_nothing_is_answered_during_a_ramp_calculation_but_everything_afterwards(bench, if1):
     """Report-back: "except for a period of about 1 second following receipt of new acceleration ... data"; sample 7."""
-    tell(if1, "X400@400^20$")
-    tell(if1, "E")
-    bench.run(0.95)
+    command(bench, if1, "X400@400^20$", "E", seconds=0.95)
     assert if1.serial.read() == b"" and positions(if1) == (0, 0, 0)
     bench.run(0.15)
     assert if1.serial.read() == b"E\r" and positions(if1)[0] > 0
@@ -298,8 +269,7 @@ def test_input_status_is_that_of_now_and_clears_nothing(bench, if1):
     assert number(bench, if1, "I") == 201
     if1.pins["estop"].release()
     bench.run(0.1)
-    assert number(bench, if1, "I") == 200
-    assert number(bench, if1, "K") == 32
+    assert (number(bench, if1, "I"), status_word(bench, if1)) == (200, 32)
 
 
 # Communication status
@@ -318,53 +288,42 @@ def test_each_communication_fault_has_its_bit(bench):
     if1.serial.write(b"\0\0")
     bench.run(0.1)
     if1.serial.host.stopbits, if1.serial.host.parity, if1.serial.host.baudrate = 2, "E", 9600
-    tell(if1, "#")
-    bench.run(0.1)
+    command(bench, if1, "#", seconds=0.1)
     assert number(bench, if1, "F") & 4
-    tell(if1, "@30000")
-    bench.run(0.1)
+    command(bench, if1, "@30000", seconds=0.1)
     assert number(bench, if1, "F") == 16
-    tell(if1, "%%%")
-    bench.run(0.1)
+    command(bench, if1, "%%%", seconds=0.1)
     assert number(bench, if1, "F") == 8
 
 
 def test_faults_add_up_until_f_clears_them_all(bench, if1):
     """Clearing: "Failure to do this may result in incorrect fault data being received at a later time"."""
     for text in ("@30000", "!", "#"):
-        tell(if1, text)
+        write(if1, text)
     bench.run(0.1)
-    assert number(bench, if1, "K") == 128
-    assert number(bench, if1, "K") == 128  # K does not clear it
+    assert status_word(bench, if1) == 128
+    assert status_word(bench, if1) == 128  # K does not clear it
     assert ask(bench, if1, "Q") == b"\0"  # bit 8 is 0 in this format
-    assert number(bench, if1, "K") == 128
-    assert number(bench, if1, "F") == 24
-    assert number(bench, if1, "F") == 0
-    assert number(bench, if1, "K") == 0
+    assert (status_word(bench, if1), number(bench, if1, "F"), number(bench, if1, "F")) == (128, 24, 0)
+    assert status_word(bench, if1) == 0
 
 
 def test_a_communication_fault_does_not_inhibit_movement(bench, if1):
     """Clearing: "If the "F" command is not sent, movement will not be inhibited"."""
-    tell(if1, "!")
-    tell(if1, "X100@400$")
-    bench.run(0.5)
-    assert positions(if1) == (100, 0, 0)
-    assert number(bench, if1, "K") == 128
+    command(bench, if1, "!", "X100@400$", seconds=0.5)
+    assert (positions(if1), status_word(bench, if1)) == ((100, 0, 0), 128)
 
 
 def test_a_communication_fault_does_not_light_the_led(bench, if1):
     """R27: the chapter lists fault, limit and emergency stop."""
-    tell(if1, "!")
-    bench.run(0.1)
-    assert number(bench, if1, "K") == 128
+    command(bench, if1, "!", seconds=0.1)
+    assert status_word(bench, if1) == 128
     assert not if1.pins["led"].level
 
 
 def test_battery_backup_mode_is_a_bit_of_f_but_no_fault(bench, if1):
     """IN BATTERY-BACKUP MODE: "not in fact a fault condition but simply indicates that ... data has been locked"."""
-    tell(if1, "[")
-    bench.run(0.1)
-    assert (number(bench, if1, "K"), number(bench, if1, "F"), number(bench, if1, "F")) == (0, 32, 32)
-    tell(if1, "]")
-    bench.run(0.1)
-    assert (number(bench, if1, "K"), number(bench, if1, "F")) == (0, 0)
+    command(bench, if1, "[", seconds=0.1)
+    assert (status_word(bench, if1), number(bench, if1, "F"), number(bench, if1, "F")) == (0, 32, 32)
+    command(bench, if1, "]", seconds=0.1)
+    assert (status_word(bench, if1), number(bench, if1, "F")) == (0, 0)

@@ -6,8 +6,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .helpers import edges
-from .talking import ask, faults, ready, start_ns, tell
+from .talking import ask, command, edges, faults, ready, start_ns, write
 
 
 def levels(if1) -> str:
@@ -27,16 +26,13 @@ def test_all_outputs_are_off_at_power_on(bench, if1):
 
 def test_s2_turns_on_output_2(bench, if1):
     """Outputs: ""S2 $ <CR>" turns on output 2"."""
-    tell(if1, "S2 $")
-    bench.run(0.05)
+    command(bench, if1, "S2 $", seconds=0.05)
     assert levels(if1) == "01000"
 
 
 def test_s13_r2_turns_1_and_3_on_and_2_off(bench, if1):
     """Outputs: ""S13 R2 $ <CR>" turns outputs 1 and 3 on, and turns output 2 off"."""
-    tell(if1, "S2$")
-    tell(if1, "S13 R2 $")
-    bench.run(0.05)
+    command(bench, if1, "S2$", "S13 R2 $", seconds=0.05)
     assert levels(if1) == "10100"
 
 
@@ -56,7 +52,7 @@ def test_s13_r2_turns_1_and_3_on_and_2_off(bench, if1):
 def test_set_and_reset(bench, if1, messages, expected):
     """Outputs: "The 5 optically-isolated outputs may be set high or reset low under program control"."""
     for message in messages:
-        tell(if1, message)
+        write(if1, message)
     bench.run(0.1)
     assert levels(if1) == expected
     assert faults(bench, if1) == (b"0\r", b"0\r")
@@ -67,18 +63,14 @@ def test_set_and_reset(bench, if1, messages, expected):
 )
 def test_the_wrong_order_is_a_data_fault_and_changes_nothing(bench, if1, message):
     """Outputs: "always send the set command first"; "an output cannot be pulsed at the same time as other outputs"."""
-    tell(if1, "S2$")
-    tell(if1, message)
-    bench.run(0.05)
-    assert levels(if1) == "01000"
-    assert faults(bench, if1) == (b"128\r", b"8\r")
+    command(bench, if1, "S2$", message, seconds=0.05)
+    assert (levels(if1), faults(bench, if1)) == ("01000", (b"128\r", b"8\r"))
 
 
 @pytest.mark.parametrize("message", ["S6$", "S0$", "S16$", "R9$", "P6,5$", "P9$", "S123456$"])
 def test_there_are_five_outputs(bench, if1, message):
     """Outputs: "The 5 optically-isolated outputs"."""
-    tell(if1, message)
-    bench.run(0.05)
+    command(bench, if1, message, seconds=0.05)
     assert levels(if1) == "00000"
     answer = faults(bench, if1)
     assert answer[0] == b"128\r" and answer[1] in (b"8\r", b"16\r")
@@ -86,27 +78,23 @@ def test_there_are_five_outputs(bench, if1, message):
 
 def test_without_the_dollar_sign_nothing_is_switched(bench, if1):
     """Outputs: "followed by the output number and the "$" character"."""
-    tell(if1, "S2")
-    bench.run(0.05)
+    command(bench, if1, "S2", seconds=0.05)
     assert levels(if1) == "00000"
 
 
 def test_a_pulse_200_ms_long_on_output_4(bench, if1):
     """Outputs: ""P4, 20 $ <CR>" will generate a pulse 200mS long on output 4"."""
     seen = edges(if1.pins["output4"])
-    tell(if1, "P4, 20 $")
-    bench.run(1)
+    command(bench, if1, "P4, 20 $", seconds=1)
     assert pulses(seen) == [(200 * MS, True)]
     assert levels(if1) == "00000"
 
 
 def test_the_phase_of_the_pulse_depends_on_the_prior_state(bench, if1):
     """Outputs: "The phase of the output pulse will depend on the prior state of the output"."""
-    tell(if1, "S4$")
-    bench.run(0.05)
+    command(bench, if1, "S4$", seconds=0.05)
     seen = edges(if1.pins["output4"])
-    tell(if1, "P4,20$")
-    bench.run(1)
+    command(bench, if1, "P4,20$", seconds=1)
     assert pulses(seen) == [(200 * MS, False)]
     assert levels(if1) == "00010"
 
@@ -114,17 +102,14 @@ def test_the_phase_of_the_pulse_depends_on_the_prior_state(bench, if1):
 def test_the_default_pulse_is_100_ms(bench, if1):
     """Default values: "Pulse output - 10 (100mS)"."""
     seen = edges(if1.pins["output1"])
-    tell(if1, "P1$")
-    bench.run(1)
+    command(bench, if1, "P1$", seconds=1)
     assert pulses(seen) == [(100 * MS, True)]
 
 
 def test_the_pulse_length_is_remembered(bench, if1):
     """Acceleration: "will remember any programmed data unless it is overwritten"."""
     first, second = edges(if1.pins["output4"]), edges(if1.pins["output5"])
-    tell(if1, "P4,20$")
-    tell(if1, "P5$")
-    bench.run(1)
+    command(bench, if1, "P4,20$", "P5$", seconds=1)
     assert pulses(first) == pulses(second) == [(200 * MS, True)]
     assert second[0][0] >= first[1][0]  # one after the other
 
@@ -133,8 +118,7 @@ def test_the_pulse_length_is_remembered(bench, if1):
 def test_increments_of_10_ms_up_to_990(bench, if1, length):
     """Outputs: "pulse length in increments of 10mS. The maximum pulse length is 990mS"."""
     seen = edges(if1.pins["output3"])
-    tell(if1, f"P3,{length}$")
-    bench.run(2)
+    command(bench, if1, f"P3,{length}$", seconds=2)
     assert pulses(seen) == [(length * 10 * MS, True)]
 
 
@@ -142,18 +126,15 @@ def test_increments_of_10_ms_up_to_990(bench, if1, length):
 def test_a_longer_pulse_is_out_of_range(bench, if1, message):
     """R25: out of range; and the length stays as it was."""
     seen = edges(if1.pins["output4"])
-    tell(if1, message)
-    bench.run(0.05)
+    command(bench, if1, message, seconds=0.05)
     assert faults(bench, if1) == (b"128\r", b"16\r")
-    tell(if1, "P4$")
-    bench.run(1)
+    command(bench, if1, "P4$", seconds=1)
     assert pulses(seen) == [(100 * MS, True)]
 
 
 def test_output_0_is_a_delay(bench, if1):
     """Adding time delays: "pulse output command "P" and specifying output 0": 500 ms, busy but not in motion."""
-    tell(if1, "P0,50$")
-    tell(if1, "S1$")
+    write(if1, "P0,50$", "S1$")
     seen = edges(if1.pins["output1"])
     begin = bench.now
     bench.run(0.45)
@@ -164,38 +145,31 @@ def test_output_0_is_a_delay(bench, if1):
 
 def test_pulsing_is_busy_and_not_in_motion(bench, if1):
     """Busy status: "motionless" activities such as waiting for inputs and pulsing outputs"."""
-    tell(if1, "P1,90$")
-    assert ask(bench, if1, "E") == b"E\r"
-    assert ask(bench, if1, "K") == b"0\r"
+    write(if1, "P1,90$")
+    assert (ask(bench, if1, "E"), ask(bench, if1, "K")) == (b"E\r", b"0\r")
     bench.run(0.7)
     assert ask(bench, if1, "E") == b"C\r"
 
 
 def test_cancel_ends_a_pulse(bench, if1):
     """Cancel: it ends what is going on."""
-    tell(if1, "P1,99$")
-    bench.run(0.1)
-    tell(if1, "#")
+    command(bench, if1, "P1,99$", seconds=0.1)
+    write(if1, "#")
     assert ask(bench, if1, "E", 0.05) == b"C\r"
-    tell(if1, "S2$")
-    bench.run(0.05)
+    command(bench, if1, "S2$", seconds=0.05)
     assert if1.pins["output2"].level
 
 
 def test_outputs_stay_as_they_are_through_moves_and_cancel(bench, if1):
     """Outputs: they change on set, reset and pulse only."""
-    tell(if1, "S135$")
-    tell(if1, "X400$")
-    bench.run(0.3)
-    tell(if1, "#")
-    bench.run(0.3)
+    command(bench, if1, "S135$", "X400$", seconds=0.3)
+    command(bench, if1, "#", seconds=0.3)
     assert levels(if1) == "10101"
 
 
 def test_power_off_turns_them_off(bench, if1):
     """Default values: off when the power is applied."""
-    tell(if1, "S12345$")
-    bench.run(0.1)
+    command(bench, if1, "S12345$", seconds=0.1)
     if1.power(False)
     assert levels(if1) == "00000"
     if1.power(True)
@@ -205,8 +179,7 @@ def test_power_off_turns_them_off(bench, if1):
 
 def test_switching_while_a_motor_runs_waits_for_it(bench, if1):
     """R9: `$` messages are held until the current work is done."""
-    tell(if1, "X40$")
-    tell(if1, "S1$")
+    write(if1, "X40$", "S1$")
     seen = edges(if1.pins["output1"])
     bench.run(1)
     ends = start_ns(if1.axes["X"]) + 100 * MS
@@ -216,9 +189,7 @@ def test_switching_while_a_motor_runs_waits_for_it(bench, if1):
 def test_with_link_3_in_position_b_output_5_is_not_programmable(bench):
     """Optional fault output: "The output cannot be controlled by program commands with the link in this position"."""
     if1 = ready(bench, fault_output=True)
-    tell(if1, "S5$")
-    tell(if1, "S1$")
-    tell(if1, "P5,5$")
+    write(if1, "S5$", "S1$", "P5,5$")
     seen = edges(if1.pins["output5"])
     bench.run(0.5)
     assert levels(if1) == "10000" and seen == []

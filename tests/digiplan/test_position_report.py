@@ -4,40 +4,36 @@ import pytest
 
 from axistwin import Bench
 
-from .helpers import number, positions, settle, strokes, times
-from .talking import ask, ready, tell
+from .talking import ask, command, moves, number, positions, ready, times, until_idle, write
 
 
 def test_the_steps_of_a_finished_index(bench, if1):
     """Position report-back: ""N <CR>" sent by controller, " 527 <CR>" returned by interface"."""
     assert number(bench, if1, "N") == 0
-    tell(if1, "X527$")
-    settle(bench, if1)
+    write(if1, "X527$")
+    until_idle(bench, if1)
     assert ask(bench, if1, "N") == b"527\r"
 
 
 @pytest.mark.parametrize("text", ["X-300$", "Y300$", "XYZ300$", "X-Y+Z-300@1000$", "X300/Y20@1000$"])
 def test_steps_are_counted_whatever_axis_and_direction(bench, if1, text):
     """Position report-back: "the number of steps produced from the start of the index or run"."""
-    tell(if1, text)
-    settle(bench, if1)
+    write(if1, text)
+    until_idle(bench, if1)
     assert number(bench, if1, "N") == 300
 
 
 def test_a_cancelled_index_tells_the_steps_made(bench, if1):
     """Position report-back: "If an index or run command is terminated, ... the number of clock pulses sent"."""
-    tell(if1, "X90000@5000$")
-    bench.run(3.0)
-    tell(if1, "#")
-    bench.run(2.0)
+    command(bench, if1, "X90000@5000$", seconds=3.0)
+    command(bench, if1, "#", seconds=2.0)
     assert 0 < positions(if1)[0] < 90000
     assert number(bench, if1, "N") == positions(if1)[0] == len(times(if1.axes["X"]))
 
 
 def test_an_index_ended_by_an_external_signal_tells_the_steps_made(bench, if1):
     """Position report-back: terminated "by an external signal"."""
-    tell(if1, "Y-90000@5000$")
-    bench.run(3.0)
+    command(bench, if1, "Y-90000@5000$", seconds=3.0)
     if1.pins["estop"].drive(False)
     bench.run(2.0)
     assert number(bench, if1, "N") == -positions(if1)[1] == len(times(if1.axes["Y"]))
@@ -45,29 +41,24 @@ def test_an_index_ended_by_an_external_signal_tells_the_steps_made(bench, if1):
 
 def test_a_run_tells_the_steps_made_and_the_next_one_counts_anew(bench, if1):
     """Position report-back: "from the start of the index or run"."""
-    tell(if1, "X@1000G$")
-    bench.run(10.0)
-    tell(if1, "#")
-    bench.run(1.0)
+    command(bench, if1, "X@1000G$", seconds=10.0)
+    command(bench, if1, "#", seconds=1.0)
     first = positions(if1)[0]
     assert number(bench, if1, "N") == first > 9000
-    tell(if1, "X-@300G$")
-    bench.run(3.0)
-    tell(if1, "#")
-    bench.run(1.0)
+    command(bench, if1, "X-@300G$", seconds=3.0)
+    command(bench, if1, "#", seconds=1.0)
     assert number(bench, if1, "N") == first - positions(if1)[0]
-    tell(if1, "Z5$")
-    settle(bench, if1)
+    write(if1, "Z5$")
+    until_idle(bench, if1)
     assert number(bench, if1, "N") == 5
-    tell(if1, "S1$")
-    settle(bench, if1)
+    write(if1, "S1$")
+    until_idle(bench, if1)
     assert number(bench, if1, "N") == 5
 
 
 def test_in_a_sequence_the_last_index_counts(bench, if1):
     """Position report-back: each move of a sequence is an index."""
-    tell(if1, ":X100@400:P0,30:Y30:P0,30:$")
-    bench.run(0.45)
+    command(bench, if1, ":X100@400:P0,30:Y30:P0,30:$", seconds=0.45)
     assert number(bench, if1, "N") == 100
     bench.run(0.3)
     assert number(bench, if1, "N") == 30
@@ -75,7 +66,7 @@ def test_in_a_sequence_the_last_index_counts(bench, if1):
 
 def test_below_the_start_stop_speed_the_error_in_motion_is_small(bench, if1):
     """Position report-back: "Below the start/stop speed, the error will generally be small"."""
-    tell(if1, "X4000@300$")
+    write(if1, "X4000@300$")
     for _ in range(20):
         bench.run(0.5)
         before = positions(if1)[0]
@@ -85,7 +76,7 @@ def test_below_the_start_stop_speed_the_error_in_motion_is_small(bench, if1):
 
 def test_above_the_start_stop_speed_the_error_in_motion_is_up_to_256_steps(bench, if1):
     """Position report-back: "Above the start/stop speed, there will be an error of up to 256 steps"."""
-    tell(if1, "X60000@5000$")
+    write(if1, "X60000@5000$")
     errors = set()
     for _ in range(25):
         bench.run(0.37)
@@ -94,31 +85,28 @@ def test_above_the_start_stop_speed_the_error_in_motion_is_up_to_256_steps(bench
         assert before - 256 <= told <= positions(if1)[0] + 256
         errors.add(told - before)
     assert len(errors) > 1
-    settle(bench, if1)
+    until_idle(bench, if1)
     assert number(bench, if1, "N") == 60000
 
 
 def test_the_counter_returns_to_zero_beyond_32_bits(bench):
     """Position report-back: "approximately 4 x 10^9 steps (FFFF.FFFF hex), beyond this point ... returns to zero"."""
     if1 = ready(bench)
-    tell(if1, ">3")
-    bench.run(1.2)
-    tell(if1, "X@99999G$")  # 100,000 steps/s
+    command(bench, if1, ">3", seconds=1.2)
+    write(if1, "X@99999G$")  # 100,000 steps/s
     bench.run(42_949.0)
     assert 2**32 - 600_000 < number(bench, if1, "N") < 2**32  # the way up took some 500,000
     assert positions(if1)[0] < 2**32
     bench.run(7.0)
     told, made = number(bench, if1, "N"), positions(if1)[0]
     assert made > 2**32 and told < 300_000
-    tell(if1, "#")
-    bench.run(20.0)
+    command(bench, if1, "#", seconds=20.0)
     assert number(bench, if1, "N") == positions(if1)[0] - 2**32
 
 
 def test_a_drive_fault_leaves_something_to_report(bench, if1):
     """Position report-back: after a drive fault "the position returned is not meaningful"; but there is an answer."""
-    tell(if1, "X90000@5000$")
-    bench.run(3.0)
+    command(bench, if1, "X90000@5000$", seconds=3.0)
     if1.pins["x_fault"].drive(not if1.pins["x_fault"].level)
     bench.run(1.0)
     assert number(bench, if1, "N") >= 0
@@ -126,11 +114,9 @@ def test_a_drive_fault_leaves_something_to_report(bench, if1):
 
 def test_the_count_of_an_index_with_backlash_correction_has_both_ways_in_it(bench, if1):
     """Position report-back: "the number of clock pulses sent to the motor": 120 and back 20."""
-    tell(if1, "B-20")
-    tell(if1, "X100B$")
-    settle(bench, if1)
-    assert strokes(if1.axes["X"]) == [120, -20]
-    assert number(bench, if1, "N") == 140
+    write(if1, "B-20", "X100B$")
+    until_idle(bench, if1)
+    assert (moves(if1.axes["X"]), number(bench, if1, "N")) == ([120, -20], 140)
 
 
 # In linear interpolation
@@ -140,10 +126,8 @@ def stopped_interpolated_run(seconds: float, speed: int) -> tuple[int, int]:
     """An interpolated run, cancelled after so many seconds: the major axis's steps, and what N says."""
     bench = Bench()
     if1 = ready(bench)
-    tell(if1, f"X1000/Y250@{speed}G$")
-    bench.run(seconds)
-    tell(if1, "#")
-    bench.run(2.0)
+    command(bench, if1, f"X1000/Y250@{speed}G$", seconds=seconds)
+    command(bench, if1, "#", seconds=2.0)
     return positions(if1)[0], number(bench, if1, "N")
 
 
@@ -171,24 +155,21 @@ def test_an_interpolated_run_at_or_below_the_start_stop_rate_counts_32_bits():
 
 def test_a_plain_run_counts_32_bits_above_the_start_stop_rate(bench, if1):
     """R21: the 16 bits are those of interpolated runs only."""
-    tell(if1, "X@10000G$")
-    bench.run(10.0)
-    tell(if1, "#")
-    bench.run(2.0)
+    command(bench, if1, "X@10000G$", seconds=10.0)
+    command(bench, if1, "#", seconds=2.0)
     assert number(bench, if1, "N") == positions(if1)[0] > 70_000
 
 
 def test_the_longest_interpolated_index_is_told_exactly(bench, if1):
     """In linear interpolation: "the maximum number of steps returned is 65535"."""
-    tell(if1, "X65535/Y3@10000$")
-    settle(bench, if1)
+    write(if1, "X65535/Y3@10000$")
+    until_idle(bench, if1)
     assert number(bench, if1, "N") == 65_535
 
 
 @pytest.mark.parametrize(("speed", "coarse"), [(400, False), (403, False), (404, True), (500, True), (900, True)])
 def test_the_position_is_coarse_from_the_first_speed_above_start_stop_on(bench, if1, speed, coarse):
     """Position report-back: "Above the start/stop speed", 400 steps/s; 404 runs at 406.25, 403 at 400."""
-    tell(if1, f"X@{speed}G$")
-    bench.run(2.0)
+    command(bench, if1, f"X@{speed}G$", seconds=2.0)
     told = [number(bench, if1, "N") for _ in range(4)]
     assert all(count % 256 == 0 for count in told) is coarse

@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, find, initialise, ready, tell
+from .talking import ask, command, detect, initialise, ready
 
 
 @pytest.mark.parametrize("line", ["dtr", "rts"])
@@ -14,8 +14,7 @@ def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
     """
     if1 = ready(bench, "U67")
     setattr(if1.serial.host, line, False)
-    tell(if1, said, "")
-    bench.run(0.2)
+    command(bench, if1, said, end="")
     assert if1.serial.rts
     if1.power(False)
     bench.run(0.1)
@@ -24,15 +23,14 @@ def test_what_waits_for_dsr_and_cts_is_gone_with_the_power(bench, line, said):
     assert if1.serial.read() == b"" and not if1.serial.rts
     if1.power(True)
     if1.serial.host.bytesize, if1.serial.host.stopbits = 8, 2
-    find(bench, if1)  # U and CR, and nothing before them
+    detect(bench, if1)  # U and CR, and nothing before them
 
 
 def test_an_x_off_that_waits_when_the_power_goes_does_not_come_after_it(bench):
     """Control of data transfer: the buffer is empty after power-up."""
     if1 = ready(bench, "U67")
     if1.serial.host.rts = False
-    tell(if1, ">1\r" + "0" * 55, "")
-    bench.run(0.2)
+    command(bench, if1, ">1\r" + "0" * 55, end="")
     if1.power_cycle()
     bench.run(1.2)
     if1.serial.host.rts = True

@@ -6,17 +6,14 @@ import pytest
 
 from axistwin.units import MS
 
-from .helpers import edges, number, positions, settle, status, strokes, times
-from .talking import ask, ready, tell
+from .talking import ask, command, edges, moves, number, positions, ready, status, status_word, times, until_idle, write
 
 
 def running(bench, if1, words, axis="X"):
     """The speed of a run, a second after it was asked for."""
-    tell(if1, f"{words}{axis}G$")
-    bench.run(3)
+    command(bench, if1, f"{words}{axis}G$", seconds=3)
     velocity = if1.axes[axis].velocity
-    tell(if1, "#")
-    bench.run(1)
+    command(bench, if1, "#", seconds=1)
     return float(velocity)
 
 
@@ -30,17 +27,15 @@ def test_a_speed_within_the_resolution(bench, if1, printed, speed, final):
 
 def test_99999_in_range_3(bench, if1, printed):
     """Speed: 99,999 steps/sec "will result in a speed of 100,000 steps/sec due to the 25 s/s resolution"."""
-    tell(if1, ">3 ^500")
-    bench.run(1.2)
+    command(bench, if1, ">3 ^500", seconds=1.2)
     printed("Speed", "99,999 steps/sec in range 3, steps/sec", 100_000.0, running(bench, if1, "@99999"))
 
 
 def test_all_parameters_in_one_message(bench, if1, printed):
     """Acceleration rate: ">1 <10 ^15 @ 4800": start/stop 1000, acceleration 15,000, speed 4800."""
-    tell(if1, ">1 <10 ^15 @ 4800")
-    bench.run(1.2)
-    tell(if1, "X20000$")
-    settle(bench, if1)
+    command(bench, if1, ">1 <10 ^15 @ 4800", seconds=1.2)
+    write(if1, "X20000$")
+    until_idle(bench, if1)
     at = times(if1.axes["X"])
     printed("Acceleration rate", "<10: interval of the first pulses, ns", MS, at[1] - at[0])
     fastest = min(after - before for before, after in pairwise(at))
@@ -54,27 +49,24 @@ def test_all_parameters_in_one_message(bench, if1, printed):
 
 def test_start_stop_1200(bench, if1, printed):
     """Start/stop speed: "<12" "will set the start/stop rate at 1200 steps/sec in speed range 1"."""
-    tell(if1, "<12")
-    bench.run(1.2)
-    tell(if1, "X3000@2000$")
-    settle(bench, if1)
+    command(bench, if1, "<12", seconds=1.2)
+    write(if1, "X3000@2000$")
+    until_idle(bench, if1)
     at = times(if1.axes["X"])
     printed("Start/stop speed", "<12: interval of the first pulses, ns", 1e9 / 1200, at[1] - at[0], within=1)
 
 
 def test_backlash_of_20_steps(bench, if1, printed):
     """Backlash correction: "the motor will run 120 steps in the positive direction, then reverse and move back 20"."""
-    tell(if1, "B - 20")
-    tell(if1, "X 100 B $")
-    settle(bench, if1)
-    printed("Backlash correction", "B - 20, X 100 B: steps out and back", [120, -20], strokes(if1.axes["X"]))
+    write(if1, "B - 20", "X 100 B $")
+    until_idle(bench, if1)
+    printed("Backlash correction", "B - 20, X 100 B: steps out and back", [120, -20], moves(if1.axes["X"]))
 
 
 def test_a_reversal_takes_3_ms(bench, if1, printed):
     """Backlash correction: the motor reverses after "at least 3mS"; here those 3 ms and a period of 1/400 s."""
-    tell(if1, "B - 20")
-    tell(if1, "X 100 B $")
-    settle(bench, if1)
+    write(if1, "B - 20", "X 100 B $")
+    until_idle(bench, if1)
     at = times(if1.axes["X"])
     printed("Backlash correction", "from the last step out to the first step back, ms", 5.5, (at[120] - at[119]) / 1e6)
 
@@ -82,8 +74,7 @@ def test_a_reversal_takes_3_ms(bench, if1, printed):
 def test_a_pulse_of_200_ms(bench, if1, printed):
     """Output switching: "P4, 20 $" "will generate a pulse 200mS long on output 4"."""
     out = edges(if1.pins["output4"])
-    tell(if1, "P4, 20 $")
-    bench.run(1)
+    command(bench, if1, "P4, 20 $", seconds=1)
     (on, up), (off, down) = out
     assert up and not down
     printed("Output switching commands", "P4, 20: length of the pulse, ns", 200 * MS, off - on)
@@ -92,7 +83,7 @@ def test_a_pulse_of_200_ms(bench, if1, printed):
 def test_an_inter_character_delay_of_50_ms(bench, if1, printed):
     """Inter-character delay: "D5" "will set a minimum delay of 50mS"."""
     assert ask(bench, if1, "D5", 1.2) == b""
-    tell(if1, "N")
+    write(if1, "N")
     assert bench.run_until(lambda: if1.serial.pending == 0, 1)
     started = bench.now
     received = []
@@ -107,35 +98,34 @@ def test_an_inter_character_delay_of_50_ms(bench, if1, printed):
 
 
 def test_a_sequence_of_six_and_six_moves(bench, if1, printed):
-    """Repeating: "giving a total of six X moves and six Y moves"."""
-    tell(if1, ": S1 : X 400 @ 100 : Y : = 5, 2 : R1 : $")
-    settle(bench, if1)
-    found = [len(strokes(if1.axes[axis])) for axis in "XY"]
-    printed("Repeating parts of a sequence", "= 5, 2: moves of X and Y", [6, 6], found)
+    """Repeating: "giving a total of six X made and six Y made"."""
+    write(if1, ": S1 : X 400 @ 100 : Y : = 5, 2 : R1 : $")
+    until_idle(bench, if1)
+    found = [len(moves(if1.axes[axis])) for axis in "XY"]
+    printed("Repeating parts of a sequence", "= 5, 2: made of X and Y", [6, 6], found)
     printed("Repeating parts of a sequence", "= 5, 2: where X, Y and Z stand", (2400, 2400, 0), positions(if1))
 
 
 def test_nested_repeats(bench, if1, printed):
     """Repeating: "the Z motor runs for 50 steps and then the entire sequence is repeated ... a further 24 times"."""
-    tell(if1, ": S1 : X400 @ 10000 : Y : = 5, 2 : R1 : Z50 : = 24, 1 : $")
-    bench.run(200)
-    settle(bench, if1)
-    moves = [len(strokes(if1.axes[axis])) for axis in "XYZ"]
-    printed("Repeating parts of a sequence", "= 24, 1: moves of X, Y and Z", [150, 150, 25], moves)
+    command(bench, if1, ": S1 : X400 @ 10000 : Y : = 5, 2 : R1 : Z50 : = 24, 1 : $", seconds=200)
+    until_idle(bench, if1)
+    made = [len(moves(if1.axes[axis])) for axis in "XYZ"]
+    printed("Repeating parts of a sequence", "= 24, 1: made of X, Y and Z", [150, 150, 25], made)
 
 
 def test_a_square(bench, if1, printed):
-    """Programming a sequence: "four moves which cause an X-Y system to describe a square"."""
-    tell(if1, ": X 1000 @ 200 : Y : X- : Y- : $")
-    settle(bench, if1)
-    found = [strokes(if1.axes[axis]) for axis in "XY"]
-    printed("Programming a sequence", "the moves of X and of Y", [[1000, -1000], [1000, -1000]], found)
+    """Programming a sequence: "four made which cause an X-Y system to describe a square"."""
+    write(if1, ": X 1000 @ 200 : Y : X- : Y- : $")
+    until_idle(bench, if1)
+    found = [moves(if1.axes[axis]) for axis in "XY"]
+    printed("Programming a sequence", "the made of X and of Y", [[1000, -1000], [1000, -1000]], found)
 
 
 def test_a_delay_of_500_ms(bench, if1, printed):
     """Adding time delays: "The interface will wait for 500mS after the X move"."""
-    tell(if1, ": X 1000 P0, 50 : Y 100 @ 100 : $")
-    settle(bench, if1)
+    write(if1, ": X 1000 P0, 50 : Y 100 @ 100 : $")
+    until_idle(bench, if1)
     gap = (times(if1.axes["Y"])[0] - times(if1.axes["X"])[-1]) / 1e6
     # Y's first pulse comes a period of 10 ms after its start; a step takes 1 ms of the interface's time
     printed("Adding time delays", "P0, 50: from the end of X to the begin of Y, ms", 500 + 10, gap, within=2)
@@ -150,19 +140,17 @@ def test_a_delay_of_500_ms(bench, if1, printed):
 )
 def test_an_interpolated_move(bench, if1, printed, words, steps, speeds):
     """Duplicating: "X axis to move 2000 steps at a speed of 1000 steps/sec, and both Y and Z axes ... at 250"."""
-    tell(if1, words)
-    bench.run(0.7)
+    command(bench, if1, words, seconds=0.7)
     found = {axis: float(if1.axes[axis].velocity) for axis in speeds}
     printed("Linear interpolation mode", f"{words}: steps/sec", speeds, found)
-    settle(bench, if1)
+    until_idle(bench, if1)
     printed("Linear interpolation mode", f"{words}: steps", steps, positions(if1))
 
 
 def test_a_speed_beyond_the_constraints(bench, if1, printed):
     """Constraints: "k <CR> = 128, F <CR> = 16" beyond 10,000 steps/sec."""
-    tell(if1, "X20000/Y500@10001$")
-    bench.run(0.5)
-    printed("Constraints in linear interpolation mode", "10,001 steps/sec: K", 128, number(bench, if1, "K"))
+    command(bench, if1, "X20000/Y500@10001$", seconds=0.5)
+    printed("Constraints in linear interpolation mode", "10,001 steps/sec: K", 128, status_word(bench, if1))
     printed("Constraints in linear interpolation mode", "10,001 steps/sec: F", 16, number(bench, if1, "F"))
 
 
@@ -170,26 +158,24 @@ def test_an_emergency_stop_is_asked_for_three_times(bench, if1, printed):
     """Clearing fault conditions: "32", "32" again once the emergency stop has been removed, then "0"."""
     if1.pins["estop"].drive(False)
     bench.run(0.1)
-    first = number(bench, if1, "K")
+    first = status_word(bench, if1)
     if1.pins["estop"].drive(True)
-    found = [first, number(bench, if1, "K"), number(bench, if1, "K")]
+    found = [first, status_word(bench, if1), status_word(bench, if1)]
     printed("Clearing fault conditions", "an emergency stop: K before, after, and once more", [32, 32, 0], found)
 
 
 def test_an_emergency_stop_that_decelerates(bench, if1, printed):
     """Motion status: "41 would indicate the interface has had an emergency stop and is decelerating"."""
-    tell(if1, "^1 X20000 @ 4000 $")
-    bench.run(8)
+    command(bench, if1, "^1 X20000 @ 4000 $", seconds=8)
     if1.pins["estop"].drive(False)
     bench.run(0.05)
-    printed("Motion status", "emergency stop, decelerating, in motion: K", 41, number(bench, if1, "K"))
+    printed("Motion status", "emergency stop, decelerating, in motion: K", 41, status_word(bench, if1))
 
 
 def test_quick_status_of_a_limit_while_decelerating(bench, printed):
     """Quick status: "a single byte of value 73 decimal or 49 hex": limit, decelerating, in motion."""
     if1 = ready(bench, message="U37")
-    tell(if1, "^1 X20000 @ 4000 $")
-    bench.run(8)
+    command(bench, if1, "^1 X20000 @ 4000 $", seconds=8)
     if1.pins["limit_plus"].drive(False)
     found = ask(bench, if1, "Q", 0.1)
     printed("Quick status", "a limit whilst decelerating: the byte", 73, found[0])
@@ -197,7 +183,7 @@ def test_quick_status_of_a_limit_while_decelerating(bench, printed):
 
 def test_the_distance_that_is_reported(bench, if1, printed):
     """Position report-back: " 527" "steps were sent to the motor by the time it came to rest"."""
-    tell(if1, "X527@400$")
-    settle(bench, if1)
+    write(if1, "X527@400$")
+    until_idle(bench, if1)
     printed("Position report-back", "527 steps were sent: N", "527", status(bench, if1, "N"))
     assert positions(if1) == (527, 0, 0)

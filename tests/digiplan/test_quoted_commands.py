@@ -14,7 +14,7 @@ from axistwin.bench import product
 from axistwin.bench.acts import Say
 from axistwin.cli.check import diagnose
 from axistwin.controllers.diagnostics import Severity
-from axistwin.controllers.digiplan.chapters.initialise import read_format
+from axistwin.controllers.digiplan.chapters.data_format import read_format
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import parse
 from axistwin.conversations.conversation import load

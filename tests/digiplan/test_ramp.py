@@ -10,17 +10,18 @@ from axistwin import Bench
 from axistwin.units import MS, S
 
 from .talking import (
+    arrivals,
     ask,
     at_speed,
+    command,
     constant,
     faults,
-    heard,
     pulse_times_of,
     ramped,
     ready,
     since_start,
     start_ns,
-    tell,
+    write,
 )
 
 INCREMENT = {1: 100, 2: 200, 3: 400, 4: 16}
@@ -30,8 +31,7 @@ RESOLUTION = {1: Fraction(25, 4), 2: Fraction(25, 2), 3: Fraction(25), 4: Fracti
 
 def first_rate(bench, if1) -> Fraction:
     """The rate at which a fast run starts, from its first pulse."""
-    tell(if1, "^1")
-    tell(if1, "X@4000G$")
+    write(if1, "^1", "X@4000G$")
     bench.run_until(lambda: if1.axes["X"].moving, 5)
     bench.run(0.05)
     first = since_start(if1.axes["X"])[0]
@@ -64,7 +64,7 @@ def first_rate(bench, if1) -> Fraction:
 )
 def test_the_start_stop_speed_is_a_multiple_of_the_ramp_increment(bench, if1, range_, asked, actual):
     """Start/stop: "the interface can only set up a rate which is a multiple of the ramp increment for that range"."""
-    tell(if1, f">{range_}<{asked}")
+    write(if1, f">{range_}<{asked}")
     assert first_rate(bench, if1) == actual
     assert faults(bench, if1)[1] == b"0\r"
 
@@ -77,30 +77,24 @@ def test_the_default_start_stop_speed_is_400(bench, if1):
 @pytest.mark.parametrize("message", ["<0", "<41", "<100", "<4000", "^0", "^501", "^1000", "^99999999999"])
 def test_outside_the_limits_is_out_of_range_and_not_taken(bench, if1, message):
     """Start/stop: "between 100 and 4000"; acceleration: "multiples of 1000 ... up to 500,000".  R10: 0 is out too."""
-    tell(if1, message)
-    bench.run(1.1)
+    command(bench, if1, message, seconds=1.1)
     assert faults(bench, if1) == (b"128\r", b"16\r")
-    tell(if1, "X100@1000$")
-    bench.run(1)
+    command(bench, if1, "X100@1000$", seconds=1)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(100, 400, 1000, 100, 10_000))
 
 
 @pytest.mark.parametrize("message", ["<1", "<40", "^1", "^500", "< 0 4", "^0010"])
 def test_the_limits_themselves_are_no_fault(bench, if1, message):
     """Start/stop: 100 to 4000 steps/sec; acceleration: 1000 to 500,000 steps/sec2."""
-    tell(if1, message)
-    bench.run(1.1)
+    command(bench, if1, message, seconds=1.1)
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
 def test_below_the_start_stop_speed_the_clock_runs_at_a_fixed_frequency(bench, if1):
     """Start/stop: "Below this speed, no acceleration is applied and the clock will run at a fixed frequency"."""
-    tell(if1, "<12")
-    tell(if1, "X200@1200$")
-    bench.run(3)
+    command(bench, if1, "<12", "X200@1200$", seconds=3)
     assert since_start(if1.axes["X"]) == constant(1200, 200)
-    tell(if1, "X200@1100$")
-    bench.run(3)
+    command(bench, if1, "X200@1100$", seconds=3)
     assert since_start(if1.axes["X"]) == constant(1100, 200)
 
 
@@ -109,9 +103,7 @@ def test_just_above_the_start_stop_speed_the_clock_is_accelerated(bench, if1):
 
     Range 4, start/stop 300 asked for and 288 set: 299 lies above.  16/10000 s = 1.6 ms at 288, no pulse yet.
     """
-    tell(if1, ">4<3")
-    tell(if1, "X100@299$")
-    bench.run(3)
+    command(bench, if1, ">4<3", "X100@299$", seconds=3)
     expected = pulse_times_of([(288, Fraction(16, 10_000)), (299, (100 - Fraction(4608, 5000)) / 299)])
     assert expected[0] == int((Fraction(16, 10_000) + (1 - Fraction(288 * 16, 10_000)) / 299) * S)
     times = since_start(if1.axes["X"])
@@ -121,8 +113,7 @@ def test_just_above_the_start_stop_speed_the_clock_is_accelerated(bench, if1):
 
 def test_the_ramp_of_the_defaults_to_1000(bench, if1):
     """Speed: "accelerates in increments", 100 each 100/10,000 s: 400 ... 900 are six levels, 39 pulses, 60 ms."""
-    tell(if1, "X1000@1000$")
-    bench.run(2)
+    command(bench, if1, "X1000@1000$", seconds=2)
     times = since_start(if1.axes["X"])
     # The 39th pulse ends the ramp up at 60 ms; 922 pulses at 1000/s; the ramp down takes 60 ms from 982 ms on.
     assert times[3] == 10 * MS and times[8] == 20 * MS and times[38] == 60 * MS
@@ -133,8 +124,7 @@ def test_the_ramp_of_the_defaults_to_1000(bench, if1):
 
 def test_the_last_rise_may_be_smaller(bench, if1):
     """Speed: "accelerates in increments as shown up to the final speed": 400, 500, 506.25."""
-    tell(if1, "X100@504$")
-    bench.run(1)
+    command(bench, if1, "X100@504$", seconds=1)
     down = 2 * Fraction(9)  # 10 ms at 400 and 10 ms at 500, up and down
     expected = [(400, Fraction(1, 100)), (500, Fraction(1, 100))]
     expected = [*expected, (Fraction(2025, 4), (100 - down) / Fraction(2025, 4)), *reversed(expected)]
@@ -156,9 +146,7 @@ def test_the_last_rise_may_be_smaller(bench, if1):
 )
 def test_ramps_in_all_ranges(bench, if1, message, distance, start, top, increment, acceleration):
     """Acceleration: "the rate at which the clock accelerates from the start/stop speed up to the programmed speed"."""
-    tell(if1, message)
-    tell(if1, f"Z{distance}$")
-    bench.run(12)
+    command(bench, if1, message, f"Z{distance}$", seconds=12)
     times = since_start(if1.axes["Z"])
     assert len(times) == distance
     assert times == pulse_times_of(ramped(distance, start, top, increment, acceleration))
@@ -166,26 +154,24 @@ def test_ramps_in_all_ranges(bench, if1, message, distance, start, top, incremen
 
 def test_all_of_it_may_stand_in_the_first_move_instruction(bench, if1):
     """Acceleration: data "may be sent as part of the initialisation routine or may be included with the first move"."""
-    tell(if1, ">1 <10 ^15 @ 4800 X 5000 $")
-    bench.run(5)
+    command(bench, if1, ">1 <10 ^15 @ 4800 X 5000 $", seconds=5)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(5000, 1000, 4800, 100, 15_000))
 
 
 def test_parameters_may_follow_the_distance(bench, if1):
     """Appendix 3, sample 7: the acceleration stands last, before `$`."""
-    tell(if1, "X1000@1000^20$")
-    bench.run(5)
+    command(bench, if1, "X1000@1000^20$", seconds=5)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(1000, 400, 1000, 100, 20_000))
 
 
 @pytest.mark.parametrize("message", ["^10", "<4", ">1", "^25", "<12", ">3", ">1 <10 ^15 @ 4800"])
 def test_a_new_ramp_takes_up_to_a_second_in_which_it_does_not_respond(bench, if1, message):
     """Acceleration: "this takes up to 1 second and it will not respond during this period".  R12: one second."""
-    answers = heard(bench, if1)
-    tell(if1, message)
+    answers = arrivals(bench, if1)
+    write(if1, message)
     bench.run_until(lambda: not if1.serial.pending, 1)
     received = bench.now + 10 * S // 9600  # the end of CR's first stop bit
-    tell(if1, "E")
+    write(if1, "E")
     bench.run(1.5)
     begins = answers[0][0] - 10 * S // 9600
     assert received + 1 * S <= begins <= received + 1 * S + 5 * MS
@@ -196,8 +182,7 @@ def test_a_new_ramp_takes_up_to_a_second_in_which_it_does_not_respond(bench, if1
 def test_the_calculation_may_take_less(bench, seconds):
     """Acceleration: "up to 1 second": an option (R12)."""
     if1 = ready(bench, recalculation_s=seconds)
-    tell(if1, "^10")
-    bench.run(0.02)
+    command(bench, if1, "^10", seconds=0.02)
     assert ask(bench, if1, "E", seconds - 0.04 if seconds else 0) == b""
     bench.run(0.1)
     assert if1.serial.read() == b"C\r"
@@ -205,11 +190,7 @@ def test_the_calculation_may_take_less(bench, seconds):
 
 def test_it_will_act_on_any_commands_after_calculating_the_new_ramp(bench, if1):
     """Acceleration: "it will still accept any characters sent to it, and will act on any commands after"."""
-    tell(if1, "^20")
-    tell(if1, "S1$")
-    tell(if1, "X5$")
-    tell(if1, "I")
-    bench.run(0.95)
+    command(bench, if1, "^20", "S1$", "X5$", "I", seconds=0.95)
     assert if1.serial.read() == b"" and not if1.pins["output1"].level and if1.axes["X"].position == 0
     bench.run(0.15)
     assert if1.serial.read() == b"200\r" and if1.pins["output1"].level and if1.axes["X"].position == 5
@@ -218,8 +199,7 @@ def test_it_will_act_on_any_commands_after_calculating_the_new_ramp(bench, if1):
 def test_a_move_with_new_ramp_data_begins_when_the_ramp_is_calculated(bench, if1):
     """Appendix 3, sample 7: `X1000@1000^10$`, and at once `E`, which is answered after the calculation: busy."""
     begin = bench.now
-    tell(if1, "X1000@1000^10$")
-    tell(if1, "E")
+    write(if1, "X1000@1000^10$", "E")
     bench.run(1.5)
     assert begin + 1 * S <= start_ns(if1.axes["X"]) <= begin + 1 * S + 30 * MS
     assert if1.serial.read() == b"E\r"
@@ -227,9 +207,7 @@ def test_a_move_with_new_ramp_data_begins_when_the_ramp_is_calculated(bench, if1
 
 def test_cancel_sent_during_the_calculation_is_acted_on_after_it(bench, if1):
     """Acceleration: characters are accepted, commands obeyed afterwards."""
-    tell(if1, "X100^10$")
-    tell(if1, "#")
-    bench.run(3)
+    command(bench, if1, "X100^10$", "#", seconds=3)
     assert if1.axes["X"].position < 10
     assert ask(bench, if1, "E") == b"C\r"
 
@@ -239,38 +217,28 @@ def test_cancel_sent_during_the_calculation_is_acted_on_after_it(bench, if1):
 
 def test_a_speed_sent_while_moving_is_used_by_the_next_move(bench, if1):
     """R8: stored, used by the next move."""
-    tell(if1, "X400$")
-    tell(if1, "@200")
-    bench.run(2)
+    command(bench, if1, "X400$", "@200", seconds=2)
     assert since_start(if1.axes["X"]) == constant(400, 400)
-    tell(if1, "Y100$")
-    bench.run(2)
+    command(bench, if1, "Y100$", seconds=2)
     assert since_start(if1.axes["Y"]) == constant(200, 100)
 
 
 def test_ramp_data_sent_while_moving_are_calculated_when_the_move_has_ended(bench, if1):
     """R8: one ramp generator: the recalculation comes after the move; status is answered until then."""
-    tell(if1, "X400$")
-    tell(if1, "^20")
-    bench.run(0.1)
+    command(bench, if1, "X400$", "^20", seconds=0.1)
     moved_until = start_ns(if1.axes["X"]) + 1 * S
     assert ask(bench, if1, "K", 0.05) == b"3\r"
     bench.run((moved_until - bench.now) / S + 0.05)
-    assert if1.axes["X"].position == 400
-    assert ask(bench, if1, "E", 0.8) == b""
+    assert (if1.axes["X"].position, ask(bench, if1, "E", 0.8)) == (400, b"")
     bench.run(0.2)
     assert if1.serial.read() == b"C\r"
-    tell(if1, "X200@1000$")
-    bench.run(2)
+    command(bench, if1, "X200@1000$", seconds=2)
     assert since_start(if1.axes["X"]) == pulse_times_of(ramped(200, 400, 1000, 100, 20_000))
 
 
 def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
     """R8 and R9: first the move in hand, then the calculation, then the move that was held."""
-    tell(if1, "X400$")
-    tell(if1, "^20")
-    tell(if1, "Y200@1000$")
-    bench.run(4)
+    command(bench, if1, "X400$", "^20", "Y200@1000$", seconds=4)
     x, y = if1.axes["X"], if1.axes["Y"]
     x_ends = start_ns(x) + 1 * S
     assert x_ends + 1 * S <= start_ns(y) <= x_ends + 1 * S + 10 * MS
@@ -279,21 +247,16 @@ def test_a_move_behind_new_ramp_data_waits_for_the_ramp(bench, if1):
 
 def test_ramp_data_do_not_change_the_run_they_come_into(bench, if1):
     """R8."""
-    tell(if1, "X@1000G$")
-    bench.run(0.5)
-    tell(if1, ">4<40^500")
-    bench.run(3)
+    command(bench, if1, "X@1000G$", seconds=0.5)
+    command(bench, if1, ">4<40^500", seconds=3)
     assert if1.axes["X"].velocity == 1000
-    tell(if1, "#")
-    bench.run(3)
+    command(bench, if1, "#", seconds=3)
     assert faults(bench, if1) == (b"0\r", b"0\r")
 
 
 def test_an_error_is_told_at_once_although_it_moves(bench, if1):
     """R8: stored, but R10: at the terminator."""
-    tell(if1, "XG$")
-    tell(if1, "@25001")
-    bench.run(0.1)
+    command(bench, if1, "XG$", "@25001", seconds=0.1)
     assert faults(bench, if1) == (b"131\r", b"16\r")
 
 
@@ -309,8 +272,7 @@ def test_pulses_issued_are_the_distance_asked_for_and_every_pulse_is_in_its_plac
     speed, distance = data.draw(st.integers(1, MAXIMUM[range_]), "speed"), data.draw(st.integers(1, 4000), "distance")
     bench = Bench()
     if1 = ready(bench, recalculation_s=0.01)
-    tell(if1, f">{range_}<{start}^{acceleration}@{speed}Y-{distance}$")
-    bench.run(0.2)
+    command(bench, if1, f">{range_}<{start}^{acceleration}@{speed}Y-{distance}$")
     bench.run_until(lambda: not if1.axes["Y"].moving, 5000)
     bench.run(1000)
     increment, resolution = INCREMENT[range_], RESOLUTION[range_]
@@ -326,8 +288,7 @@ def test_a_short_index_is_symmetrical(distance, acceleration, speed):
     """Index mode: "a profile giving a symmetrical acceleration and deceleration": pulse n and pulse D - n mirror."""
     bench = Bench()
     if1 = ready(bench, recalculation_s=0.01)
-    tell(if1, f"^{acceleration}@{speed}X{distance}$")
-    bench.run(60)
+    command(bench, if1, f"^{acceleration}@{speed}X{distance}$", seconds=60)
     times = since_start(if1.axes["X"])
     assert len(times) == distance
     assert all(
@@ -338,6 +299,6 @@ def test_a_short_index_is_symmetrical(distance, acceleration, speed):
 
 def test_a_run_ends_its_ramp_at_the_same_time_as_an_index(bench, if1):
     """Run mode: the same ramp, and then the programmed speed."""
-    tell(if1, "X@1000G$")
+    write(if1, "X@1000G$")
     assert at_speed(bench, if1) == 1000
     assert since_start(if1.axes["X"])[:500] == pulse_times_of(ramped(1000, 400, 1000, 100, 10_000))[:500]

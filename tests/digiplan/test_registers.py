@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, ready, tell
+from .talking import ask, command, ready, write
 
 ASKED = ("E", "K", "F", "I", "O", "N")
 
@@ -16,7 +16,7 @@ def test_a_register_that_is_a_text_says_so(bench, if1):
 
 def test_what_changes_while_nothing_happens_says_so(bench, if1):
     """Quick status, position: they follow from the motion, in the middle of a ramp, a run, a deceleration."""
-    tell(if1, "X@20000G$")
+    write(if1, "X@20000G$")
     seen = []
     for seconds in (0.01, 0.5, 3):
         bench.run(seconds)
@@ -40,8 +40,7 @@ def test_they_are_what_the_commands_report(bench, messages):
     """Report-back functions; reading a register clears nothing."""
     if1 = ready(bench)
     for message in messages:
-        tell(if1, message)
-        bench.run(0.5)
+        command(bench, if1, message, seconds=0.5)
     read = {name: if1.registers[name].read() for name in ASKED}
     assert read == {name: if1.registers[name].read() for name in ASKED}
     told = {name: ask(bench, if1, name, 0.02).decode().rstrip("\r") for name in ASKED}
@@ -49,9 +48,7 @@ def test_they_are_what_the_commands_report(bench, messages):
 
 
 def test_without_power_there_is_nothing(bench, if1):
-    tell(if1, "W")
-    tell(if1, "X5$")
-    bench.run(0.5)
+    command(bench, if1, "W", "X5$", seconds=0.5)
     if1.power(False)
     values = {name: register.read() for name, register in if1.registers.items()}
     assert values == {**dict.fromkeys(values, 0), "state": "off", "E": "off"}

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .helpers import number, positions, status, strokes
-from .talking import ready, tell
+from .talking import moves, number, positions, ready, send, status, write
 
 MOST_STEPS_DONE = 150
 
@@ -66,7 +65,7 @@ class Expansion:
     distance: int = 0
     backlash: int = 0
     outputs: set[int] = field(default_factory=set)
-    strokes: dict[str, list[int]] = field(default_factory=lambda: {"X": [], "Y": [], "Z": []})
+    moves: dict[str, list[int]] = field(default_factory=lambda: {"X": [], "Y": [], "Z": []})
     done: int = 0
 
     def run(self, steps: list) -> bool:
@@ -98,15 +97,15 @@ class Expansion:
         for axis, sign in step.directions.items():
             forth = sign * self.distance
             if step.backlash and self.distance and self.backlash * sign < 0:
-                self.strokes[axis] += [forth - self.backlash, self.backlash]
+                self.moves[axis] += [forth - self.backlash, self.backlash]
             elif self.distance:
-                self.strokes[axis].append(forth)
+                self.moves[axis].append(forth)
         self.outputs |= step.set_outputs
         self.outputs -= step.reset_outputs
 
 
 @st.composite
-def moves(draw) -> Move:
+def random_moves(draw) -> Move:
     axes = draw(st.lists(st.sampled_from("XYZ"), max_size=3, unique=True))
     backlash = bool(axes) and draw(st.booleans())
     sign = st.sampled_from((1, -1))
@@ -130,7 +129,7 @@ def moves(draw) -> Move:
 def sequences(draw) -> list:
     steps: list = []
     for n in range(1, draw(st.integers(1, 9)) + 1):
-        kinds = [moves(), moves(), st.builds(StoreBacklash, st.integers(-40, 40))]
+        kinds = [random_moves(), random_moves(), st.builds(StoreBacklash, st.integers(-40, 40))]
         if n > 1:
             kinds.append(st.builds(Repeat, st.integers(1, 3), st.integers(1, n - 1)))
         steps.append(draw(st.one_of(kinds)))
@@ -140,31 +139,29 @@ def sequences(draw) -> list:
 @given(steps=sequences())
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 def test_any_legal_sequence_does_what_its_steps_say(steps):
-    """Programming a sequence, repeating, backlash: every stroke of every axis and every output, as the text says."""
+    """Programming a sequence, repeating, backlash: every move of every axis and every output, as the text says."""
     expected = Expansion()
     assume(expected.run(steps))
     bench = Bench()
     if1 = ready(bench)
-    tell(if1, ":" + ":".join(map(str, steps)) + ":$")
-    bench.run(0.3 + expected.done * 0.65)
-    if1.serial.read()
+    send(bench, if1, ":" + ":".join(map(str, steps)) + ":$", seconds=0.3 + expected.done * 0.65)
     for _ in range(200):
         if status(bench, if1, "E") != "E":
             break
         bench.run(1.0)
     assert (status(bench, if1, "E"), number(bench, if1, "F")) == ("C", 0)
-    assert {name: strokes(if1.axes[name]) for name in "XYZ"} == expected.strokes
-    assert positions(if1) == tuple(sum(expected.strokes[name]) for name in "XYZ")
+    assert {name: moves(if1.axes[name]) for name in "XYZ"} == expected.moves
+    assert positions(if1) == tuple(sum(expected.moves[name]) for name in "XYZ")
     assert {n for n in range(1, 6) if if1.pins[f"output{n}"].level} == expected.outputs
 
-    again = Expansion(expected.distance, expected.backlash, expected.outputs, expected.strokes)
+    again = Expansion(expected.distance, expected.backlash, expected.outputs, expected.moves)
     again.run(steps)
-    tell(if1, ":$")
+    write(if1, ":$")
     for _ in range(400):
         bench.run(0.5)
         if status(bench, if1, "E") != "E":
             break
-    assert {name: strokes(if1.axes[name]) for name in "XYZ"} == again.strokes
+    assert {name: moves(if1.axes[name]) for name in "XYZ"} == again.moves
     assert {n for n in range(1, 6) if if1.pins[f"output{n}"].level} == again.outputs
 
 
@@ -232,17 +229,16 @@ def test_any_bytes_and_levels_at_any_time_neither_raise_nor_hang_and_twice_is_th
     for name in PINS:
         controller.pins[name].release()
     end = "\n" if form[0] == "V" else "\r"
-    for text in ("", "]", "#", "K", "K", "F", "D0"):
-        tell(controller, text, end)
+    for text in ("", form, "]", "#", "K", "K", "F", "D0"):  # the format: a `(` after `[` has broken in
+        write(controller, text, end=end)
         bench.run(1.2)
     bench.run(20.0)
     controller.serial.read()
-    tell(controller, "E", end)
+    write(controller, "E", end=end)
     bench.run(0.2)
     assert b"C" in controller.serial.read()
     before = positions(controller)
-    tell(controller, "@400", end)
-    tell(controller, "X7$", end)
+    write(controller, "@400", "X7$", end=end)
     bench.run(1.0)
     assert positions(controller) == (before[0] + 7, *before[1:])
 

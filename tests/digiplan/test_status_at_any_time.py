@@ -2,7 +2,7 @@
 
 import pytest
 
-from .talking import ask, ready, tell
+from .talking import ask, ready, write
 
 WAITING = ("X40$", "Y20$", "@200", "Z8$")
 """A move, a move that is held, and two messages that wait in the buffer.  40 steps at 400 steps/s take 100 ms."""
@@ -14,7 +14,7 @@ def positions(controller):
 
 def three_moves(controller):
     for message in WAITING:
-        tell(controller, message)
+        write(controller, message)
 
 
 @pytest.mark.parametrize(
@@ -27,8 +27,7 @@ def test_a_request_is_answered_whatever_waits_before_it(bench, if1, letter, repl
     assert ask(bench, if1, letter, 0.02) == reply
     assert if1.axes["X"].moving
     bench.run(1)
-    assert positions(if1) == (40, 20, 8)
-    assert ask(bench, if1, "F") == b"0\r"
+    assert (positions(if1), ask(bench, if1, "F")) == ((40, 20, 8), b"0\r")
 
 
 def test_the_position_too(bench, if1):
@@ -43,8 +42,7 @@ def test_the_position_too(bench, if1):
 def test_requests_between_waiting_messages_do_not_change_their_order(bench, if1):
     """Report-back: what waits keeps its order: Y runs at 400, and Z at the 200 steps/s that were sent before it."""
     for message in WAITING:
-        tell(if1, message)
-        tell(if1, "E")
+        write(if1, message, "E")
     bench.run(0.06)
     assert if1.serial.read() == b"E\rE\rE\rE\r"
     bench.run(1)
@@ -61,27 +59,25 @@ def test_with_echo_a_request_is_echoed_and_answered(bench):
     assert if1.serial.read() == b"X40$\rY20$\r@200\r"  # Z8$ has not been processed yet
     assert ask(bench, if1, "E", 0.02) == b"E\rE\r"
     bench.run(1)
-    assert if1.serial.read() == b"Z8$\r"
-    assert positions(if1) == (40, 20, 8)
+    assert (if1.serial.read(), positions(if1)) == (b"Z8$\r", (40, 20, 8))
 
 
 def test_in_v_format_a_request_ends_in_a_line_feed(bench):
     """Initialisation: "all following instructions must be terminated by <LF>"; the carriage return is optional."""
     if1 = ready(bench, "V61")
     for message in WAITING:
-        tell(if1, message, "\n")
+        write(if1, message, end="\n")
     bench.run(0.04)
-    assert ask(bench, if1, "K", 0.02, "\r\n") == b"3\r\n"
-    assert ask(bench, if1, "E", 0.02, "\n") == b"E\r\n"
+    assert (ask(bench, if1, "K", 0.02, "\r\n"), ask(bench, if1, "E", 0.02, "\n")) == (b"3\r\n", b"E\r\n")
     assert ask(bench, if1, "E", 0.02, "") == b""
 
 
 def test_what_is_typed_at_once_is_answered_too(bench, if1):
     """Report-back: also if the request was in the buffer before the message that waits had been read."""
-    tell(if1, ">1")  # a second of calculation, in which all of it comes in
+    write(if1, ">1")  # a second of calculation, in which all of it comes in
     bench.run(0.05)
     three_moves(if1)
-    tell(if1, "E")
+    write(if1, "E")
     assert bench.run_until(lambda: if1.axes["X"].moving, 2)
     bench.run(0.02)
     assert if1.serial.read() == b"E\r" and if1.axes["X"].moving
@@ -90,18 +86,15 @@ def test_what_is_typed_at_once_is_answered_too(bench, if1):
 def test_unlocking_is_no_request_and_keeps_its_place(bench, if1):
     """Lockout: `[` waits behind a held move; the `]` that was sent after it comes after it."""
     for message in ("X40$", "Y20$", "[", "]", "Z8$"):
-        tell(if1, message)
+        write(if1, message)
     bench.run(1)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert positions(if1) == (40, 20, 8)
+    assert (ask(bench, if1, "E"), positions(if1)) == (b"C\r", (40, 20, 8))
 
 
 def test_cancel_throws_away_what_waits_and_not_what_was_answered(bench, if1):
     """Run mode: "send the cancel code": behind a request that is being answered it ends all of it."""
     three_moves(if1)
-    tell(if1, "E")
-    tell(if1, "#")
-    tell(if1, "Z3$")
+    write(if1, "E", "#", "Z3$")
     bench.run(1)
     x, y, z = positions(if1)
     assert 0 < x < 40 and (y, z) == (0, 3)
@@ -111,9 +104,9 @@ def test_cancel_throws_away_what_waits_and_not_what_was_answered(bench, if1):
 def test_a_request_makes_room_in_the_buffer(bench, if1):
     """Control of data transfer: DTR is set again below 20 %; what is answered is no longer in the buffer."""
     for message in ("XG$", "Y20$", "@200"):
-        tell(if1, message)
+        write(if1, message)
     for _ in range(30):
-        tell(if1, "K")
+        write(if1, "K")
     bench.run(0.5)
     assert if1.serial.dtr
     assert if1.serial.read().endswith(b"3\r") and ask(bench, if1, "F") == b"0\r"

@@ -17,8 +17,7 @@ import axistwin
 from axistwin import AxistwinError, Bench
 from axistwin.bench import Controller
 
-from .helpers import positions, settle, status
-from .talking import find, ready, tell
+from .talking import command, detect, positions, ready, send, status, until_idle, write
 
 
 class Crash(BaseException):
@@ -30,15 +29,12 @@ def store(directory: Path, steps: int, name: str = "if2") -> Controller:
     bench = Bench()
     if2 = bench.add("if2", name, state=directory)
     if if2.serial.host.dtr:
-        find(bench, if2)
+        detect(bench, if2)
     if2.serial.write(b"*")
     bench.run(0.1)
-    tell(if2, "U61")
-    bench.run(1.2)
-    if2.serial.read()
+    send(bench, if2, "U61", seconds=1.2)
     for text in (f":H1:X{steps}@400:$", "["):
-        tell(if2, text)
-        bench.run(0.1)
+        command(bench, if2, text, seconds=0.1)
     return if2
 
 
@@ -48,7 +44,7 @@ def stored_steps(directory: Path, name: str = "if2") -> int | None:
     if2 = bench.add("if2", name, state=directory, wiring="3-wire")
     if2.pins["input1"].drive(True)
     bench.run(1.1)
-    tell(if2, "E")
+    write(if2, "E")
     bench.run(0.1)
     if if2.serial.read() != b"[\r":
         return None
@@ -59,8 +55,7 @@ def stored_steps(directory: Path, name: str = "if2") -> int | None:
 def test_another_bench_finds_what_was_locked(tmp_path):
     """Storing: it is "retained with power removed"; so it is when the program ends."""
     store(tmp_path / "deep" / "down", 123)
-    assert stored_steps(tmp_path / "deep" / "down") == 123
-    assert stored_steps(tmp_path / "deep" / "down") == 123
+    assert (stored_steps(tmp_path / "deep" / "down"), stored_steps(tmp_path / "deep" / "down")) == (123, 123)
 
 
 def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch):
@@ -68,8 +63,7 @@ def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     bench = Bench()
     if2 = ready(bench, model="if2")
-    tell(if2, "[")
-    bench.run(0.1)
+    command(bench, if2, "[", seconds=0.1)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -87,8 +81,7 @@ def test_unlocking_is_on_disk_too(tmp_path):
     bench = Bench()
     if2 = bench.add("if2", state=tmp_path, wiring="3-wire")
     bench.run(1.1)
-    tell(if2, "]")
-    bench.run(0.1)
+    command(bench, if2, "]", seconds=0.1)
     assert stored_steps(tmp_path) is None
 
 
@@ -97,10 +90,8 @@ def test_erasing_is_on_disk_too(tmp_path):
     store(tmp_path, 10)
     bench = Bench()
     if2 = bench.add("if2", state=tmp_path)
-    find(bench, if2)
-    if2.serial.write(b"*")
-    bench.run(0.1)
-    assert if2.serial.read() == b"U\r"
+    detect(bench, if2)
+    assert send(bench, if2, "*", seconds=0.1, end="") == b"U\r"
     assert stored_steps(tmp_path) is None
 
 
@@ -108,10 +99,9 @@ def test_an_if1_leaves_nothing_that_matters(tmp_path):
     """R31: an IF1 has no battery, and a state directory gives it none."""
     bench = Bench()
     if1 = ready(bench, state=tmp_path)
-    tell(if1, "X10@400$")
-    settle(bench, if1)
-    tell(if1, "[")
-    bench.run(0.1)
+    write(if1, "X10@400$")
+    until_idle(bench, if1)
+    command(bench, if1, "[", seconds=0.1)
     again = Bench()
     if1 = ready(again, state=tmp_path)
     assert status(again, if1, "E") == "C"
@@ -142,8 +132,7 @@ def crash_at(monkeypatch: pytest.MonkeyPatch, moment: int) -> list[str]:
 def lock_anew(if2: Controller, bench: Bench, steps: int) -> None:
     """Unlock, another sequence, lock: three messages."""
     for text in ("]", "#", f":H1:X{steps}@400:$", "["):
-        tell(if2, text)
-        bench.run(0.1)
+        command(bench, if2, text, seconds=0.1)
 
 
 @pytest.mark.parametrize("moment", range(24))
@@ -349,10 +338,7 @@ def test_an_image_that_does_not_tell_how_the_lock_command_came_is_unlocked_by_an
     bench = Bench()
     if2 = bench.add("if2", state=tmp_path, wiring="3-wire")
     bench.run(1.1)
-    tell(if2, "]")
-    tell(if2, "E")
-    bench.run(0.1)
-    assert if2.serial.read() == b"E\r"
+    assert send(bench, if2, "]", "E", seconds=0.1) == b"E\r"
 
 
 def test_a_directory_in_the_place_of_the_file_is_told_in_one_line(tmp_path):

@@ -12,8 +12,7 @@ from axistwin.controllers.digiplan.options import Wiring
 from axistwin.errors import UsageError
 from axistwin.terminal.keyboards import KEYBOARDS
 
-from .helpers import edges, number, settle, times
-from .talking import ask, ready, tell
+from .talking import ask, command, edges, number, ready, send, times, until_idle, write
 
 PAGE = Path(__file__).parents[2] / "docs" / "digiplan.md"
 
@@ -27,8 +26,8 @@ def directions(if1):
 def test_all_directions_are_high_at_first(bench, if1):
     """Default values: "All Direction O/P - High (open collector)"; so they are without power, too."""
     assert directions(if1) == [True, True, True]
-    tell(if1, "X-10$")
-    settle(bench, if1)
+    write(if1, "X-10$")
+    until_idle(bench, if1)
     assert directions(if1) == [False, True, True]
     if1.power(False)
     assert directions(if1) == [True, True, True]
@@ -41,8 +40,8 @@ def test_plus_is_high_and_minus_is_low(bench, if1):
         ("X$", [True, True, False]),
         ("Z/Y-5$", [True, False, True]),
     ):
-        tell(if1, text)
-        settle(bench, if1)
+        write(if1, text)
+        until_idle(bench, if1)
         assert directions(if1) == levels, text
         number(bench, if1, "F")
 
@@ -50,18 +49,16 @@ def test_plus_is_high_and_minus_is_low(bench, if1):
 def test_the_direction_is_there_before_the_first_pulse_and_turns_for_a_backlash_correction(bench, if1):
     """Backlash: 30 steps there; a pause of 3 ms; 10 back."""
     seen = edges(if1.pins["x_direction"])
-    tell(if1, "B+10")
-    tell(if1, "X-20B@400$")
-    settle(bench, if1)
+    write(if1, "B+10", "X-20B@400$")
+    until_idle(bench, if1)
     pulses = times(if1.axes["X"])
-    assert len(pulses) == 40
-    assert [level for _, level in seen] == [False, True]
+    assert (len(pulses), [level for _, level in seen]) == (40, [False, True])
     assert seen[0][0] < pulses[0] and pulses[29] < seen[1][0] < pulses[30]
 
 
 def test_the_clock_is_high_for_5_us_from_each_pulse_on(bench, if1):
     """X clock: nothing is said about the width; 5 µs is half a period at the highest speed, 100,000 steps/s."""
-    tell(if1, "X3Z3@400$")
+    write(if1, "X3Z3@400$")
     bench.run_until(lambda: if1.axes["X"].moving, 1)
     began_ns, clock = bench.now, bench.clock
     levels = {}
@@ -75,7 +72,7 @@ def test_the_clock_is_high_for_5_us_from_each_pulse_on(bench, if1):
 
 def test_the_minor_axis_has_a_slower_clock(bench, if1):
     """Linear interpolation: X 4 pulses, Y 2 in the same time: Y with the second and the fourth of X."""
-    tell(if1, "X4/Y2@400$")
+    write(if1, "X4/Y2@400$")
     bench.run_until(lambda: if1.axes["X"].moving, 1)
     began_ns, seen = bench.now, []
     for pulse in (1, 2, 3, 4):
@@ -98,12 +95,12 @@ def test_a_clock_output_can_be_forced_and_is_low_without_power(bench, if1):
 
 def test_without_the_24_v_supply_no_output_is_on(bench, if1):
     """Power requirements: the links are "necessary in order to power the opto-isolators on the interface outputs"."""
-    tell(if1, "S135$")
-    settle(bench, if1)
+    write(if1, "S135$")
+    until_idle(bench, if1)
     if1.pins["supply"].drive(False)
     assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
-    tell(if1, "S2R3$")
-    settle(bench, if1)
+    write(if1, "S2R3$")
+    until_idle(bench, if1)
     assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [False] * 5
     if1.pins["supply"].release()
     assert [if1.pins[f"output{n}"].level for n in range(1, 6)] == [True, True, False, False, True]
@@ -123,8 +120,7 @@ def test_a_pulse_inverts_what_is_programmed_not_what_is_forced(bench, if1):
     """Output switching: the phase depends "on the prior state of the output"."""
     if1.pins["output4"].drive(True)
     seen = edges(if1.pins["output4"])
-    tell(if1, "P4,20$")
-    bench.run(0.1)
+    command(bench, if1, "P4,20$", seconds=0.1)
     if1.pins["output4"].release()  # in the pulse: it was reset, so it is on
     assert if1.pins["output4"].level
     bench.run(0.3)
@@ -145,9 +141,7 @@ def test_unlinked_it_receives_and_transmits_nothing(bench):
     """Alternative connection methods: CTS and DSR "will be held negative".  It "will not transmit"."""
     if1 = bench.add("if1", wiring="3-wire unlinked")
     bench.run(1.5)
-    if1.serial.write(b"(")
-    bench.run(1.0)
-    assert if1.serial.read() == b""
+    assert send(bench, if1, "(", seconds=1.0, end="") == b""
     assert not if1.terminals["dsr"].level and not if1.terminals["cts"].level and if1.terminals["rts"].level
 
 
@@ -208,8 +202,7 @@ def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
     if1 = bench.add("if1")
     told = hints(bench, if1)
     bench.run(1.5)
-    tell(if1, "X1000$")
-    bench.run(0.2)
+    command(bench, if1, "X1000$")
     assert told == ["characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"]
     assert if1.hint == told[0]
     if1.serial.write(b"(")
@@ -224,14 +217,13 @@ def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
     bench.run(1.5)
     if1.serial.write(b"(")
     bench.run(0.1)
-    tell(if1, "U")
+    write(if1, "U")
     bench.run(0.1)
     assert told == []
-    tell(if1, "X1000$")
-    tell(if1, "E")
+    write(if1, "X1000$", "E")
     bench.run(0.1)
     assert told == ["characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"]
-    tell(if1, "U61")
+    write(if1, "U61")
     bench.run(1.2)
     assert if1.hint == "" and len(told) == 1
 
@@ -242,8 +234,7 @@ def test_who_listens_to_hints_no_longer_is_told_none(bench):
     end = if1.subscribe_hint(told.append)
     end()
     bench.run(1.5)
-    tell(if1, "X1000$")
-    bench.run(0.2)
+    command(bench, if1, "X1000$")
     assert told == []
 
 

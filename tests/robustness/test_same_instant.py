@@ -13,7 +13,7 @@ import axistwin
 from axistwin import Bench
 from axistwin.sim.pins import connect
 
-from ..digiplan.talking import ask, initialise, ready, tell
+from ..digiplan.talking import ask, initialise, ready, write
 
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "same_instant.py"
 SOURCES = Path(axistwin.__file__).parent
@@ -85,7 +85,7 @@ def test_a_fault_and_a_loss_of_power(model, work, fault):
     ):
         bench = Bench()
         it = ready(bench, model=model)
-        tell(it, WORKS[work])
+        write(it, WORKS[work])
         bench.run(0.045)
         for act in acts:
             if act == "fault":
@@ -95,7 +95,7 @@ def test_a_fault_and_a_loss_of_power(model, work, fault):
             elif act == "cut":
                 bench.faults.add("power_cut", it.name, duration=0.01)
             else:
-                tell(it, act)
+                write(it, act)
         stood = it.axes["X"].position
         bench.run(0.5)
         assert it.axes["X"].position == stood
@@ -105,7 +105,7 @@ def test_a_fault_and_a_loss_of_power(model, work, fault):
         it.pins[fault].release()
         it.power_cycle()
         initialise(bench, it)
-        tell(it, "X5$")
+        write(it, "X5$")
         bench.run(0.2)
         assert it.axes["X"].position == stood + 5
         assert ask(bench, it, "E") == b"C\r"
@@ -117,7 +117,7 @@ def test_an_output_wired_to_the_emergency_stop_ends_what_switches_it(message):
     bench = Bench()
     it = ready(bench)
     connect(it.pins["output1"], it.pins["estop"], invert=True)
-    tell(it, message)
+    write(it, message)
     bench.run(1)
     assert (ask(bench, it, "E"), ask(bench, it, "K")) == (b"F\r", b"32\r")
     it.pins["estop"].drive(True)
@@ -160,7 +160,7 @@ def test_power_is_off_in_the_nanosecond_in_which_it_was_asked_for():
     edges = []
     for name in ("output1", "output2"):
         it.pins[name].subscribe(lambda pin: edges.append((pin.name, pin.level, bench.now)))
-    tell(it, "S12$")
+    write(it, "S12$")
     bench.run(1)
     assert len({at_ns for _, _, at_ns in edges}) == 1
     assert not it.powered and not it.pins["output1"].level and not it.pins["output2"].level

@@ -1,11 +1,10 @@
-"""The card itself: its terminals and its plug, which are there with and without power (chapter Installation)."""
+"""The card: its terminals and its plug, with and without power (chapter Installation)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES
-from axistwin.controllers.digiplan.chapters.initialise import State
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.chapters.report import busy_letter, communication_bits, motion_bits, steps
@@ -18,6 +17,7 @@ from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.rules import RULES
+from axistwin.controllers.digiplan.state import Hardware, Stage
 from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
@@ -25,27 +25,28 @@ from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import CalculatedPin, Pin, connect
 from axistwin.sim.progress import Line, LineWatcher, Progress
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
 
 
 class NoBattery:
-    """The IF1's memory, which keeps nothing."""
+    """Memory of the IF1, which keeps nothing."""
 
     def load(self) -> bytes | None:
-        """Nothing is ever there."""
+        """Return None: nothing is kept."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Nothing is kept."""
+        """Keep nothing."""
 
 
 class Card:
-    """An IF1 or IF2 as it lies on the bench.
+    """An IF1 or IF2 on the bench.
 
-    `dtr rts` are its outputs, `dsr cts` the terminals where a host's lines arrive; what the interface sees at DSR and
-    CTS depends on the `wiring`.
+    `dtr rts` are its outputs, `dsr cts` the terminals for the host's lines; the levels at the interface's own DSR and
+    CTS depend on the `wiring`.
     """
 
     def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], options: Options, store: Store) -> None:
@@ -55,40 +56,38 @@ class Card:
         self.pins |= {name: Pin(clock, name, level=True) for name in (*CLOSED, "supply")}
         self.pins |= {name: Pin(clock, name, level=True, output=True) for name in DIRECTIONS.values()}
         self.pins |= {f"{axis.lower()}_clock": self._clock_output(axis) for axis in DIRECTIONS}
-        self._outputs = Outputs(self.pins, follow_led=options.fault_output)
         self.uart = Uart(clock, format=None)
         self.dtr, self.rts = (Pin(clock, name, output=True) for name in ("dtr", "rts"))
         self.dsr, self.cts = (Pin(clock, name) for name in ("dsr", "cts"))
         self.lines = _Wiring(self, options.wiring)
+        outputs = Outputs(self.pins, follow_led=options.fault_output)
+        self._hardware = Hardware(clock, self.uart, self.lines, self.pins, outputs, axes, options, store)
         self.alarms = Alarms(*ALARMS)
         self._progress = Progress()
-        self._trouble_watchers: list[Callable[[str], None]] = []
+        self._hints: Signal[[str]] = Signal()
         self._interface: Interface | None = None
 
     def _clock_output(self, axis: str) -> Pin:
-        return CalculatedPin(
-            self.clock,
-            f"{axis.lower()}_clock",
-            lambda: self._interface is not None and self._interface.motion.clock_level(axis),
-        )
+        def level() -> bool:
+            return self._interface is not None and self._interface.motion.clock_level(axis)
+
+        return CalculatedPin(self.clock, f"{axis.lower()}_clock", level)
 
     @property
     def busy(self) -> bool:
         """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
-        return self._interface is not None and (self._interface.busy or self._interface.deaf)
+        return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     @property
     def procedures(self) -> Sequence[Process]:
-        """Those of the interface."""
+        """The procedures of the interface."""
         return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:
-        """Switch it on or off."""
+        """Switch the card on or off."""
         if on and self._interface is None:
-            self._interface = Interface(
-                self.clock, self.uart, self.lines, self.pins, self._outputs, self.axes, self.options, self.store
-            )
-            self._interface.on_trouble = self._tell_trouble
+            self._interface = Interface(self._hardware)
+            self._interface.on_hint = self._hints.emit
             self._interface.faults.on_fault = self.alarms.report
             self._interface.on_step = lambda number: self._progress.report(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
@@ -99,23 +98,18 @@ class Card:
                 pin.set(False)
             for name in DIRECTIONS.values():
                 self.pins[name].set(True)
-            self._outputs.reset()
+            self._hardware.outputs.reset()
 
     def hint(self) -> str:
-        """Why it takes no commands, while it waits for the baud rate or the data format and drops what comes."""
-        return "" if self._interface is None else self._interface.trouble
+        """Return why commands are dropped while the baud rate or the data format is unknown; otherwise ""."""
+        return "" if self._interface is None else self._interface.hint
 
-    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when there is something to tell.  Returns what ends it."""
-        self._trouble_watchers.append(watcher)
-        return lambda: self._trouble_watchers.remove(watcher)
-
-    def _tell_trouble(self, line: str) -> None:
-        for watcher in tuple(self._trouble_watchers):
-            watcher(line)
+    def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
+        """Call `callback(hint)` for each new hint.  Return an unsubscribe function."""
+        return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:
-        """The one sequence, steps 1 to 63; none of them runs before it has begun and when it has ended."""
+        """Return the stored sequence, steps 1 to 63, with the step in progress."""
         interface = self._interface
         if interface is None:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
@@ -123,80 +117,68 @@ class Card:
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Tell of each step when it begins."""
+        """Call `watcher` for each step when the step begins."""
         return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
-        """Faults and status, named after the commands that report them; K without what follows from the motion.
+        """Return faults and status, named after the commands that report them; K without the motion bits, Q with them.
 
-        Q is K with it.  E is empty until there is a data format, since the command is not answered before.
-        `step` is the step of the sequence that is being carried out; 0: none is, where O stays at the last one.
+        E is empty until there is a data format, since the command is not answered before.
+        `step` is the step of the sequence in progress, 0 if no sequence runs; O stays at the last step.
         """
 
-        def kept(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
+        def figure(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
             return lambda: 0 if self._interface is None else read(self._interface)
 
-        def told(read: Callable[[Interface], str]) -> Callable[[], str]:
+        def text(read: Callable[[Interface], str]) -> Callable[[], str]:
             return lambda: "off" if self._interface is None else read(self._interface)
 
         return {
-            "state": Register(told(lambda interface: interface.state.value), text=True),
-            "E": Register(told(_busy_status), text=True),
-            "K": Register(kept(lambda interface: int(interface.faults.status()))),
-            "F": Register(kept(communication_bits)),
-            "I": Register(kept(lambda interface: interface.faults.inputs())),
-            "O": Register(kept(lambda interface: interface.step_number)),
-            "Q": Register(kept(motion_bits), restless=True),
-            "N": Register(kept(steps), restless=True),
-            "step": Register(kept(lambda interface: interface.step)),
+            "state": Register(text(lambda it: it.stage.value), text=True),
+            "E": Register(text(lambda it: busy_letter(it) if it.stage is Stage.READY else ""), text=True),
+            "K": Register(figure(lambda it: int(it.faults.status()))),
+            "F": Register(figure(communication_bits)),
+            "I": Register(figure(lambda it: it.faults.inputs())),
+            "O": Register(figure(lambda it: it.step_number)),
+            "Q": Register(figure(motion_bits), restless=True),
+            "N": Register(figure(steps), restless=True),
+            "step": Register(figure(lambda it: it.step)),
         }
 
 
-def _busy_status(interface: Interface) -> str:
-    """The letter of E, once the interface answers."""
-    return busy_letter(interface) if interface.state is State.READY else ""
-
-
 class _Wiring:
-    """What the interface finds at its control lines."""
+    """The control lines at the interface."""
 
     def __init__(self, card: Card, wiring: str) -> None:
         self.dtr, self.rts = card.dtr, card.rts
-        self._own = {"dtr": card.dtr, "rts": card.rts}
-        self.dsr = self._input(card.dsr, CABLES[wiring].dsr)
-        self.cts = self._input(card.cts, CABLES[wiring].cts)
+        cable = CABLES[wiring]
+        self.dsr, self.cts = self._input(card.dsr, cable.dsr), self._input(card.cts, cable.cts)
 
     def _input(self, plug: Pin, source: str) -> Pin:
-        """DSR or CTS, connected to the plug, to an output of its own, or to nothing, which leaves it reset."""
+        """Return DSR or CTS, connected to the plug, to an output of the interface, or to nothing (reset)."""
         if source == "host":
             return plug
-        found = Pin(plug.clock, plug.name)
+        line = Pin(plug.clock, plug.name)
         if source:
-            connect(self._own[source], found)
-        return found
+            connect({"dtr": self.dtr, "rts": self.rts}[source], line)
+        return line
 
 
 ORDERS = (
     Order("start :$", b":$\r\n", "Carry out the stored sequence from its first step"),
     Order("cancel #", b"#\r\n", "Cancel: stop every axis with deceleration, end the sequence"),
 )
-"""Ended for both data formats: in V it is LF that ends them and CR is optional, in U a LF means nothing."""
+"""With the terminators of both data formats: in V, LF ends a message and CR is optional; in U, LF is ignored."""
 
 
-def _without_battery(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
-    return Card(clock, axes, options, NoBattery())
-
-
-def _product(
-    model: str, title: str, build: Callable[[Clock, Mapping[str, PulseAxis], Options, Store], Card], battery: bool
-) -> Product:
+def _product(model: str, title: str, battery: bool) -> Product:
     return Product(
         model=model,
         title=title,
         commands=COMMANDS,
         axes=("X", "Y", "Z"),
         options=Options,
-        build=build,
+        build=lambda clock, axes, options, store: Card(clock, axes, options, store if battery else NoBattery()),
         check=partial(check, battery=battery),
         rules=RULES,
         line=UartFormat(9600, 8, "N", 2),
@@ -210,6 +192,6 @@ def _product(
 
 
 PRODUCTS = {
-    "if1": _product("if1", "Digiplan IF1 stepper motor interface", _without_battery, battery=False),
-    "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", Card, battery=True),
+    "if1": _product("if1", "Digiplan IF1 stepper motor interface", battery=False),
+    "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", battery=True),
 }

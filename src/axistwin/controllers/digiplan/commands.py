@@ -9,14 +9,9 @@ from axistwin.controllers.digiplan.chapters.speed import setting
 from axistwin.controllers.digiplan.language import Accept, Direction, Instruction, Lines, Order, Written, written
 from axistwin.controllers.digiplan.step import RANGES
 
-# Where a command may stand
-PART = Accept.WRITTEN
-SETUP = Accept.SETUP
-DIRECT = Accept.DIRECT
-STEP = Accept.STEP
-MOVE = Accept.DIRECT | Accept.STEP
-ALONE = Accept.DIRECT | Accept.ALONE
-UNLOCK = Accept.DIRECT | Accept.ALONE | Accept.LOCKED
+# Where a command is allowed
+PART, SETUP, DIRECT, STEP = Accept.WRITTEN, Accept.SETUP, Accept.DIRECT, Accept.STEP
+MOVE, ALONE, UNLOCK = DIRECT | STEP, DIRECT | Accept.ALONE, DIRECT | Accept.ALONE | Accept.LOCKED
 ASK = UNLOCK | Accept.REQUEST
 
 # Chapters of the manual

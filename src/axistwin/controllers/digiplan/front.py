@@ -1,16 +1,16 @@
-"""What an IF1 or IF2 shows: its one lamp, its lines, and what its status commands would report.
+"""Front panel of an IF1 or IF2: its one lamp, its lines, and the values of its status commands.
 
 Chapters Configuring the interface, Installation, The RS232C control lines, Report-back functions, Clearing fault
 conditions.
 """
 
-from axistwin.controllers.digiplan.chapters.initialise import State
 from axistwin.controllers.digiplan.chapters.motion import DIRECTIONS
 from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
+from axistwin.controllers.digiplan.state import Stage
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 OFF = "off"
-STATES = {state.value: state.value for state in State} | {OFF: "no power"}
+STATES = {stage.value: stage.value for stage in Stage} | {OFF: "no power"}
 BUSY = {"[": "locked", "F": "fault", "E": "busy", "C": "clear for new commands", "": "no answer yet", OFF: "off"}
 CONFIGURING, INSTALLATION, LINES = "Configuring the interface", "Installation", "The RS232C control lines"
 CLOSED = "Normally closed: it must be held at +24 V."
@@ -21,19 +21,19 @@ SUPPLY = "Without it no output can be on: from the drives through links 1 and 2,
 
 
 def _lamp(label: str, name: str, pin: str, doc: str = "", *, lit: bool = True, tone: Tone = Tone.PLAIN) -> Lamp:
-    """The lamp of a terminal, which says where that is."""
+    """Return the lamp of a terminal; its text names the connector."""
     return Lamp(label, name, pin, lit=lit, tone=tone, doc=f"{doc}  {TERMINALS[pin]}.".strip())
 
 
 FRONT = (
     Group("Interface", CONFIGURING, (
         Lamp("LED", "fault lamp", "led", tone=Tone.FAULT, doc=(
-            "On for about a second after power-up; flashes twice per second until the data format has come; then on "
+            "On for about a second after power-up; flashes twice per second until the data format is received; then on "
             "while there is a fault, a limit or an emergency stop, until K or Q has been read and the cause is gone.")),
         Word("", "state", "state", STATES, unpowered="no power"),
-        Word("E", "busy status", "E", BUSY, {"F": Tone.FAULT, "[": Tone.WARNING}, doc="What the command E reports."),
-        Reading("O", "step of the sequence", "O", doc="What the command O reports: 1 to 63; 0 before there was one."),
-        Reading("N", "steps since the last index or run began", "N", "steps", doc="What the command N reports."),
+        Word("E", "busy status", "E", BUSY, {"F": Tone.FAULT, "[": Tone.WARNING}, doc="Answer to the command E."),
+        Reading("O", "step of the sequence", "O", doc="Answer to the command O: 1 to 63; 0 before the first step."),
+        Reading("N", "steps since the last index or run began", "N", "steps", doc="Answer to the command N."),
     )),
     Group("Outputs", f"{INSTALLATION}: Using the optically-isolated outputs", (
         *(_lamp(f"{n}", f"output {n}", f"output{n}") for n in range(1, 5)),
@@ -41,10 +41,10 @@ FRONT = (
         _lamp("24 V", "supply of the outputs", "supply", SUPPLY),
     ), row=True),
     Group("Lines", LINES, (
-        _lamp("DTR", "data terminal ready", "dtr", "Its output: it takes characters."),
-        _lamp("RTS", "request to send", "rts", "Its output: it is about to transmit."),
-        _lamp("DSR", "data set ready", "dsr", "As it finds it: nothing is transmitted unless DSR and CTS are on."),
-        _lamp("CTS", "clear to send", "cts", "As it finds it: nothing is transmitted unless DSR and CTS are on."),
+        _lamp("DTR", "data terminal ready", "dtr", "Output: the interface accepts characters."),
+        _lamp("RTS", "request to send", "rts", "Output: the interface is about to transmit."),
+        _lamp("DSR", "data set ready", "dsr", "Input: nothing is transmitted unless DSR and CTS are on."),
+        _lamp("CTS", "clear to send", "cts", "Input: nothing is transmitted unless DSR and CTS are on."),
     ), row=True),
     Group("Stops and limits", f"{INSTALLATION}: Emergency stop and limit inputs", (
         _lamp("STOP", "emergency stop", "estop", STOP, lit=False, tone=Tone.FAULT),
@@ -66,16 +66,16 @@ FRONT = (
         Lamp("8", "decelerating", "Q", 3),
         Lamp("16", "drive fault", "Q", 4, tone=Tone.FAULT, doc="K or Q clears it when the cause is gone."),
         Lamp("32", "emergency stop", "Q", 5, tone=Tone.FAULT, doc="K or Q clears it when the cause is gone."),
-        Lamp("64", "limit", "Q", 6, tone=Tone.FAULT, doc="K or Q clears it; then one may drive off the limit."),
-        Lamp("128", "communication fault", "Q", 7, tone=Tone.WARNING, doc="F tells which, and clears it."),
+        Lamp("64", "limit", "Q", 6, tone=Tone.FAULT, doc="K or Q clears it; then the axis can leave the limit."),
+        Lamp("128", "communication fault", "Q", 7, tone=Tone.WARNING, doc="F reports which fault, and clears it."),
     ), row=True),
     Group("Communication status F", "Report-back functions: Motion status", (
         Lamp("1", "parity fault", "F", 0, tone=Tone.WARNING),
-        Lamp("2", "overrun", "F", 1, tone=Tone.WARNING, doc="A character came before the one before it was taken."),
+        Lamp("2", "overrun", "F", 1, tone=Tone.WARNING, doc="A character arrived before the previous one was read."),
         Lamp("4", "framing fault", "F", 2, tone=Tone.WARNING),
         Lamp("8", "data fault", "F", 3, tone=Tone.WARNING, doc="A wrong message, or the buffer overflowed."),
         Lamp("16", "out of range", "F", 4, tone=Tone.WARNING),
         Lamp("32", "locked", "F", 5, doc="By [, until ]; it is no fault."),
     ), row=True),
 )  # fmt: skip
-"""Group by group."""
+"""All groups."""

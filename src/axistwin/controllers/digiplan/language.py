@@ -1,7 +1,7 @@
 """The command language: a message's text becomes steps, or problems with their places.
 
-One parser for the interface, which turns a problem into a fault bit, and for the checker, which shows it to a person.
-Spaces are ignored everywhere; nothing is carried out before the whole message has been read.
+The interface turns a problem into a fault bit, the checker shows the problem to the user; both use this parser.
+Spaces are ignored everywhere; nothing is carried out before the whole message has been parsed.
 """
 
 import re
@@ -23,48 +23,40 @@ NUMBER, SIGNS = frozenset("0123456789,"), frozenset("+-")
 
 
 class Accept(Flag):
-    """Where a command may stand, and when it is heard."""
+    """Where a command is allowed, and when it is obeyed."""
 
-    DIRECT = auto()  # in a message of its own right
+    DIRECT = auto()  # in a direct message
     STEP = auto()  # in a step of a sequence
-    ALONE = auto()  # it is the whole message
+    ALONE = auto()  # as the whole message
     LOCKED = auto()  # also while locked
-    REQUEST = auto()  # it asks for status, and is answered while a message is being held
+    REQUEST = auto()  # a status request, which is answered also while a message is held
     SETUP = auto()  # during initialisation only
-    WRITTEN = auto()  # a character that other commands are written with
+    WRITTEN = auto()  # a part of the notation of other commands
 
 
 class Order(IntEnum):
-    """The format of a message: what is there must stand in this order (Combining inputs and outputs with moves)."""
+    """Order of the parts of a message or step (Combining inputs and outputs with move instructions)."""
 
-    HIGH = 1
-    LOW = 2
-    ABORT = 3
-    MOVE = 4  # index and speed data; several
-    SET = 5
-    RESET = 6
-    PULSE = 7
-    REPEAT = 8
-    ANY = 0
+    ANY, HIGH, LOW, ABORT, MOVE, SET, RESET, PULSE, REPEAT = range(9)  # MOVE: index and speed data, several
 
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A command character with its place in the format."""
+    """A command character with its position in the format."""
 
     order: Order = Order.ANY
     form: str = ""
-    """How it is written, where its parameters do not tell."""
+    """Notation, if it does not follow from the parameters."""
 
     @property
     def syntax(self) -> str:
-        """How it is written: what stands in brackets may be left out."""
+        """Notation: parts in brackets are optional."""
         parts = "".join(part.form for part in self.parameters)
         return self.form or f"{self.code}{' ' if parts[:1].isalpha() else ''}{parts}"
 
     @cached_property
     def pattern(self) -> re.Pattern[str]:
-        """How its parameters are written after it."""
+        """Pattern of the parameters that follow the character."""
         return re.compile("".join(part.pattern for part in self.parameters if isinstance(part, Written)))
 
 
@@ -76,12 +68,12 @@ class Written(Field):
 
     @property
     def form(self) -> str:
-        """How it stands in a syntax line, behind its comma if it has one."""
+        """The parameter in a syntax line, after its comma if it has one."""
         text = f"{',' if ',' in self.pattern else ''}{self.name}"
         return f"[{text}]" if self.optional else text
 
     def read(self, text: str | None) -> tuple[Any, bool]:
-        """The value, and whether it is within the range."""
+        """Return the value, and True if the value is within the range."""
         if not text:
             return None, True
         try:
@@ -93,17 +85,17 @@ class Written(Field):
 
 @dataclass(frozen=True)
 class Direction(Written):
-    """`+` or `-`; nothing is `+`."""
+    """`+` or `-`; without a sign `+`."""
 
     pattern: str = r"([+-]?)"
 
     @property
     def form(self) -> str:
-        """A sign or none."""
+        """An optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:
-        """+1 or -1."""
+        """Return +1 or -1; always in range."""
         return (-1 if text == "-" else +1), True
 
 
@@ -112,28 +104,28 @@ class Lines(Written):
     """One or more inputs or outputs, a digit each."""
 
     def read(self, text: str | None) -> tuple[tuple[int, ...], bool]:
-        """The numbers of the lines."""
+        """Return the numbers of the lines, and True if all are within the range."""
         digits = tuple(int(digit) for digit in text or "")
         return digits, all(self.allows(digit) for digit in digits)
 
 
 @dataclass
 class Message:
-    """A message as read: one command alone, one direct step, or the steps of a sequence."""
+    """A parsed message: one command alone, one direct step, or the steps of a sequence."""
 
     text: str
     problems: list[Problem] = field(default_factory=list)
     alone: Command | None = None
     steps: list[Step] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
-    """Where each step begins in the text."""
+    """Index in the text at which each step begins."""
     sequence: bool = False
     start: bool = False
-    """Whether it ends in `$`."""
+    """True if the message ends in `$`."""
 
 
 def parse(text: str, commands: CommandSet) -> Message:
-    """Read a message without its terminator.  A `#` throws away what was typed before it."""
+    """Parse a message without its terminator.  A `#` cancels the characters before it."""
     return _Reader(text, commands).read()
 
 
@@ -141,9 +133,8 @@ class _Reader:
     def __init__(self, text: str, commands: CommandSet) -> None:
         self.commands = commands
         self.message = Message(text)
-        kept = [(character, place) for place, character in enumerate(text) if character != " "]
-        self.text = "".join(character for character, _ in kept)
-        self.places = [place for _, place in kept] + [len(text)]
+        self.text = text.replace(" ", "")
+        self.places = [place for place, character in enumerate(text) if character != " "] + [len(text)]
         self.at = 0
         self.begins: list[int] = []  # of the steps, in the text without spaces
 
@@ -158,20 +149,21 @@ class _Reader:
             self._read_sequence(end)
         elif self.text:
             self._read_step(end)
-            self._check_direct()
+            step = self.message.steps[0]
+            if (step.high or step.low) and not step.moves:
+                self._wrong(rules.WAITS, "an input can only be waited for together with a move", 0)
         return self.message
 
     def _wrong(self, rule: Rule, message: str, at: int | None = None, end: int = 0, chapter: str = "") -> None:
-        """Something is wrong from `at` on, or here, up to but without `end`."""
+        """Add a problem from `at` (default: here) up to but without `end`."""
         begin = min(self.at if at is None else at, len(self.places) - 1)
         fault = Fault.RANGE if rule in OUT_OF_RANGE else Fault.DATA
         behind = self.places[end - 1] + 1 if end > begin else 0
-        self.message.problems.append(
-            Problem(rule, fault, self.places[begin], message, chapter or rule.chapter, end=behind)
-        )
+        problem = Problem(rule, fault, self.places[begin], message, chapter or rule.chapter, end=behind)
+        self.message.problems.append(problem)
 
     def _read_alone(self) -> bool:
-        """A command that is a message by itself: a status request, lock, cancel ..."""
+        """Read a command that is a message by itself: a status request, lock, cancel ..."""
         command = self.commands.get(self.text[self.at])
         if command is None or Accept.ALONE not in command.accepted:
             return False
@@ -181,29 +173,21 @@ class _Reader:
         return True
 
     def _read_sequence(self, end: int) -> None:
-        """`:step:step: ... :$`.  With no step at all: the stored sequence again."""
-        self._check_sequence_end(end)
+        """Read `:step:step: ... :$`.  Without any step: the stored sequence again."""
+        if not self.message.start or not self.text[:end].endswith(":"):
+            self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
         while self.at < end:
             self.at += 1  # the colon
-            stop = self.text.find(":", self.at, end)
-            if stop < 0:
-                stop = end
+            colon = self.text.find(":", self.at, end)
+            stop = end if colon < 0 else colon
             if stop == self.at and stop >= end - 1:
                 break  # `:$`, also written `::$`
             self._read_step(stop)
             self.at = stop
             self._check_sequence_step()
         if len(self.message.steps) > MOST_STEPS:
-            self._wrong(
-                rules.TOO_MANY,
-                f"{len(self.message.steps)} steps: a sequence has {MOST_STEPS} at most",
-                self.begins[MOST_STEPS],
-                end,
-            )
-
-    def _check_sequence_end(self, end: int) -> None:
-        if not self.message.start or not self.text[:end].endswith(":"):
-            self._wrong(rules.SEQUENCE_END, "a sequence ends in :$", len(self.text))
+            message = f"{len(self.message.steps)} steps: a sequence has {MOST_STEPS} at most"
+            self._wrong(rules.TOO_MANY, message, self.begins[MOST_STEPS], end)
 
     def _check_sequence_step(self) -> None:
         step, number, begin = self.message.steps[-1], len(self.message.steps), self.begins[-1]
@@ -212,11 +196,6 @@ class _Reader:
         if step.repeat and step.repeat[1] > number:
             message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"
             self._wrong(rules.REPEAT, message, begin, self.at)
-
-    def _check_direct(self) -> None:
-        step = self.message.steps[0]
-        if (step.high or step.low) and not step.moves:
-            self._wrong(rules.WAITS, "an input can only be waited for together with a move", 0)
 
     def _read_step(self, end: int) -> None:
         step, seen, wrong_before = Step(), Order.ANY, len(self.message.problems)
@@ -238,7 +217,7 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Characters that are no command, with the number behind them; or a number that no command wants."""
+        """Read characters that are no command, with the number after them; or a number that belongs to no command."""
         if self.text[begin] in NUMBER:
             self._skip_number(end)
             self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
@@ -260,7 +239,7 @@ class _Reader:
         return f"{message}: {before.code} ({before.name}) takes {takes}"
 
     def _skip_number(self, end: int) -> None:
-        """So that what belongs to something wrong is not wrong once more."""
+        """Skip the number of a wrong command, so that it is not a second problem."""
         while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
@@ -316,7 +295,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # it wants another number than this one, and that is said next
+            return  # the command takes another number; the next call reports that
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -334,4 +313,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """A character that other commands are written with; the parser reads it together with them."""
+    """Part of the notation of other commands; the parser reads it together with them."""

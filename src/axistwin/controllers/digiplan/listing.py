@@ -8,31 +8,33 @@ from axistwin.controllers.digiplan.language import parse
 from axistwin.controllers.digiplan.step import Step
 
 SEQUENCE = "sequence"
-"""What the one program of an interface is called."""
+"""Name of the one program of an interface."""
 RAMP = {"speed_range": ">", "start_stop": "<", "acceleration": "^", "character_delay": "D"}
-"""Parameters that may not stand in a sequence, by their commands."""
+"""Commands of the parameters that are not allowed in a sequence."""
 
 
 @lru_cache(maxsize=64)
 def listed(sequence: str) -> tuple[str, ...]:
-    """The steps of a sequence in order, each without the colons around it; nothing if none is stored."""
+    """Return the steps of a sequence, each without the colons around it; empty if no sequence is stored."""
     return tuple(typed(step) for step in parse(sequence, COMMANDS).steps)
 
 
 def typed(step: Step) -> str:
-    """A step in the order in which the manual has its parts; read again, it is the same step.
+    """Return the text of a step in the manual's order: H L A, or H L, parameters, axes and speed, S R or P; repeat.
 
-    H L A, or H L, parameters, axes and speed, S R, or P; then the repeat.
+    Parsed again, the text gives the same step.
     """
+    pulse, length = step.pulse, step.settings.get("pulse_length")
     parts = (
         _lines("H", step.high),
         _lines("L", step.low),
         "A" if step.abort else "",
-        _parameters(step.settings),
+        *(f"{command}{step.settings[name]}" for name, command in RAMP.items() if name in step.settings),
+        f"B{step.settings['backlash']:+}" if "backlash" in step.settings else "",
         _move(step),
         _lines("S", step.set),
         _lines("R", step.reset),
-        _pulse(step),
+        "" if pulse is None else f"P{pulse}" if length is None else f"P{pulse},{length}",
         "={},{}".format(*step.repeat) if step.repeat else "",
         "%" if step.hand_over else "",
     )
@@ -44,13 +46,8 @@ def _lines(command: str, numbers: Iterable[int]) -> str:
     return command + digits if digits else ""
 
 
-def _parameters(settings: Mapping[str, int]) -> str:
-    ramp = "".join(f"{command}{settings[name]}" for name, command in RAMP.items() if name in settings)
-    return ramp + (f"B{settings['backlash']:+}" if "backlash" in settings else "")
-
-
 def _move(step: Step) -> str:
-    """Axes with their distance behind the last of them, speed, G, correction."""
+    """Return axes with their distance after the last of them, speed, G, correction."""
     settings = step.settings
     minor = f"/{_axes(step.minor, settings.get('minor_distance'))}" if step.interpolated else ""
     speed = f"@{settings['speed']}" if "speed" in settings else ""
@@ -59,13 +56,5 @@ def _move(step: Step) -> str:
 
 
 def _axes(directions: Mapping[str, int], distance: int | None) -> str:
-    """Nothing is +."""
     named = "".join(f"{axis}{'-' if direction < 0 else ''}" for axis, direction in directions.items())
     return named + ("" if distance is None else str(distance))
-
-
-def _pulse(step: Step) -> str:
-    if step.pulse is None:
-        return ""
-    length = step.settings.get("pulse_length")
-    return f"P{step.pulse}" + ("" if length is None else f",{length}")

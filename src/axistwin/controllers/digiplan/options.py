@@ -1,4 +1,4 @@
-"""What differs from one installed IF1 or IF2 to the next, and figures of which the manual gives only a bound."""
+"""Options of an installed IF1 or IF2, and figures of which the manual gives only a bound."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -23,16 +23,16 @@ class Options:
 
     wiring: Wiring = "5-wire"
     """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.
-    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS.  3-wire unlinked: nothing on either, so that nothing is
-    transmitted.  The cables of appendix 3 are one of the first two."""
+    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS.  3-wire unlinked: neither is connected, so that nothing
+    is transmitted.  The cables of appendix 3 are one of the first two."""
     fault_output: bool = False
     """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
     busy: Busy = "hold"
-    """What happens to a message that starts something while something is going on."""
+    """Treatment of a message with `$` during a move or sequence."""
     limits: Limits = "any motion"
-    """What a limit switch that opens stops: any motion but one that is leaving it, or only motion towards it."""
+    """Motion that a limit switch stops: any motion but one that leaves the switch, or only motion towards it."""
     unlock: Unlock = "lock format"
-    """Whether `]` must come at the baud rate, number of bits and parity of `[`, or as the data format says by then."""
+    """Format of `]`: baud rate, number of bits and parity of `[`, or any format that is set at that time."""
     self_test_s: float = 1.0
     """The LED comes on "for approximately 1 second"."""
     recalculation_s: float = 1.0
@@ -40,7 +40,7 @@ class Options:
     strobe_ms: float = 1.0
     """From the UART to the input buffer "at approximately 1mS intervals"."""
     strict_format: bool = False
-    """Whether characters within 5 ms of the data format message are lost."""
+    """True: characters within 5 ms of the data format message are lost."""
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():

@@ -1,4 +1,4 @@
-"""What a message or a sequence step asks for, and the parameters it leaves behind."""
+"""Messages and sequence steps as data, and the parameters that they set."""
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -6,12 +6,12 @@ from enum import Enum
 from axistwin.controllers.diagnostics import Rule
 
 
-class EndOfWork(Exception):  # noqa: N818  # it is not an error of ours
-    """What was being carried out is over: a move is refused, or a parameter is out of range."""
+class EndOfWork(Exception):  # noqa: N818  # no error of the program
+    """End of the work in progress: a move is refused, or a parameter is out of range."""
 
 
 class Fault(Enum):
-    """How the interface finds a message wrong."""
+    """Kind of fault that a wrong message raises."""
 
     DATA = "data fault"
     RANGE = "out of range"
@@ -19,7 +19,7 @@ class Fault(Enum):
 
 @dataclass(frozen=True)
 class Problem:
-    """Something wrong with a message: where (index into its text), what, and the manual's chapter."""
+    """A problem of a message: its place (index into the text), a description, and the manual's chapter."""
 
     rule: Rule
     fault: Fault
@@ -27,20 +27,20 @@ class Problem:
     message: str
     chapter: str
     about: tuple[str, ...] = ()
-    """The `Parameters` it is about, if it is about values that do not go together."""
+    """Names of the `Parameters` that do not go together."""
     end: int = 0
-    """The index behind what it is about; 0: it is about the one character there."""
+    """Index after the last character concerned; 0: only the character at `position` is."""
 
 
 @dataclass
 class Step:
     """One direct message, or one step of a sequence, in the order in which it is carried out.
 
-    Directions are +1 and -1.  None and empty: not said.
+    Directions are +1 and -1.  None and empty: not stated.
     """
 
     settings: dict[str, int] = field(default_factory=dict)
-    """Parameters that are kept: see `Parameters`; `speed` and `distance` among them."""
+    """Values of `Parameters`, which are kept."""
     high: tuple[int, ...] = ()
     low: tuple[int, ...] = ()
     abort: bool = False
@@ -55,16 +55,16 @@ class Step:
     repeat: tuple[int, int] | None = None
     hand_over: bool = False
     places: dict[str, int] = field(default_factory=dict, compare=False)
-    """Where in the text each of the settings is said."""
+    """Index in the text of each of the settings."""
 
     @property
     def moves(self) -> bool:
-        """Whether it names an axis."""
+        """True if the step names an axis."""
         return bool(self.major)
 
     @property
     def empty(self) -> bool:
-        """Whether it asks for nothing at all."""
+        """True if the step contains nothing."""
         return self == Step()
 
 
@@ -79,7 +79,7 @@ RANGES: dict[str, tuple[int, int]] = {
     "pulse_length": (1, 99),
     "character_delay": (0, 25),
 }
-"""What each parameter can be."""
+"""Lowest and highest value of each parameter."""
 
 RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 """Parameters after which the interface calculates a new ramp."""
@@ -87,7 +87,7 @@ RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the interface remembers until it is overwritten (chapter Default values)."""
+    """Values that are kept until they are overwritten (chapter Default values)."""
 
     speed_range: int = 1
     speed: int = 400  # steps/s
@@ -100,13 +100,13 @@ class Parameters:
     character_delay: int = 0  # x 10 ms
 
     def after(self, step: Step) -> "Parameters":
-        """These with what the step sets."""
+        """Return these parameters with the settings of the step."""
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":
-        """What a run leaves behind: an index length of zero."""
+        """Return these parameters with an index length of zero, as a run sets it."""
         return replace(self, distance=0, minor_distance=0)
 
     def left_by(self, step: Step) -> "Parameters":
-        """What is kept when the step has begun its move."""
+        """Return the parameters after the step has begun its move."""
         return self.after(step).without_index() if step.run else self.after(step)

@@ -1,48 +1,20 @@
-"""Chapter Using the battery backup (IF2 only): what an interface that is locked keeps without power."""
+"""Chapter Using the battery backup (IF2 only): the data that a locked interface keeps without power."""
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 
-from axistwin.controllers.digiplan.chapters.initialise import BAUD_RATES, FORMAT_MESSAGE
-from axistwin.controllers.digiplan.chapters.serial_data import Frame
+from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES, FORMAT_MESSAGE, Frame, MessageFormat
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import parse
 from axistwin.controllers.digiplan.step import RANGES, Parameters
 from axistwin.controllers.product import Store
 from axistwin.errors import UsageError
-from axistwin.sim.frames import UartFormat
 from axistwin.storage import excerpt
 
 
 @dataclass(frozen=True)
-class MessageFormat:
-    """Format in which a message was received: baud rate, data bits, parity, bit 8 of the command and its terminator.
-
-    An 8-bit receiver without parity finds the parity bit of a 7-bit sender in bit 8.
-    """
-
-    baudrate: int
-    bytesize: int
-    parity: str
-    eighth: tuple[bool, ...] = (False, False)
-
-    @classmethod
-    def of(cls, line: UartFormat, eighth: Sequence[bool]) -> "MessageFormat":
-        """Return the format of a message on this line, given the eighth bit of each character."""
-        return cls(line.baudrate, line.bytesize, line.parity, (any(eighth[:-1]), *eighth[-1:]))
-
-    def check(self) -> None:
-        """Raise ValueError if no message can have this format."""
-        _require(type(self.baudrate) is int and self.baudrate in BAUD_RATES, "lock")
-        _require(type(self.bytesize) is int and self.bytesize in (7, 8), "lock")
-        _require(self.parity in ("N", "O", "E"), "lock")
-        _require(len(self.eighth) == 2 and all(type(bit) is bool for bit in self.eighth), "lock")
-
-
-@dataclass(frozen=True)
 class Retained:
-    """What the battery keeps while the interface is locked; unlocked, nothing is kept."""
+    """Data that the battery keeps while the interface is locked; unlocked, nothing is kept."""
 
     locked: bool = False
     baudrate: int = 9600
@@ -53,12 +25,12 @@ class Retained:
     """Format of the lock command; None: any."""
 
     def save(self, store: Store) -> None:
-        """Keep it, readable for people."""
+        """Store the data as JSON text."""
         store.save(json.dumps(asdict(self), indent=1).encode())
 
     @classmethod
     def recall(cls, store: Store) -> "Retained":
-        """What was kept, or the defaults.  Raises UsageError if somebody has spoilt the file."""
+        """Return the stored data, or the defaults.  Raises UsageError if the file is damaged."""
         contents = store.load()
         if contents is None:
             return cls()
@@ -74,7 +46,7 @@ class Retained:
         return retained
 
     def check(self) -> None:
-        """Raise ValueError if this is nothing that an interface could have kept."""
+        """Raise ValueError if no interface can have stored these data."""
         parameters = asdict(self.parameters)
         for name, (low, high) in RANGES.items():
             _require(type(parameters[name]) is int and low <= parameters[name] <= high, name)
@@ -83,8 +55,11 @@ class Retained:
         frame = self.frame
         _require(FORMAT_MESSAGE.fullmatch(f"{frame.terminator}{frame.x1}{frame.x2}") is not None, "frame")
         _require(type(frame.x1) is int and type(frame.x2) is int, "frame")
-        if self.lock is not None:
-            self.lock.check()
+        if lock := self.lock:
+            _require(type(lock.baudrate) is int and lock.baudrate in BAUD_RATES, "lock")
+            _require(type(lock.bytesize) is int and lock.bytesize in (7, 8), "lock")
+            _require(lock.parity in ("N", "O", "E"), "lock")
+            _require(len(lock.eighth) == 2 and all(type(bit) is bool for bit in lock.eighth), "lock")
         _require(type(self.sequence) is str and not parse(self.sequence, COMMANDS).problems, "sequence")
 
 

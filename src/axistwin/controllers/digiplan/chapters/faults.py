@@ -1,4 +1,4 @@
-"""Chapter Clearing fault conditions: what goes wrong is remembered until the host has asked for it.
+"""Chapter Clearing fault conditions: a fault is stored until the host has requested the status.
 
 `MotionFault` are bits of the motion status K, `LineFault` those of the communication status F, `InputBit` those of I.
 """
@@ -6,11 +6,13 @@
 from collections.abc import Callable, Mapping
 from enum import IntFlag
 
+from axistwin.controllers.digiplan.chapters.motion import RampGenerator
+from axistwin.controllers.digiplan.options import Limits
 from axistwin.sim.pins import Pin
 
 
 class MotionFault(IntFlag):
-    """Bits 16 to 128 of K: what inhibits motion, and the sum of the communication faults, which does not."""
+    """Bits 16 to 128 of K: the faults that inhibit motion, and COMMUNICATION, which does not."""
 
     NONE = 0
     DRIVE = 16
@@ -31,70 +33,54 @@ class LineFault(IntFlag):
     LOCKED = 32
 
 
-INPUT_BITS = {
-    "estop": 1,
-    "x_fault": 2,
-    "y_fault": 4,
-    "input1": 8,
-    "limit_plus": 16,
-    "limit_minus": 32,
-    "input2": 64,
-    "input3": 128,
-}
+INPUTS = ("estop", "x_fault", "y_fault", "input1", "limit_plus", "limit_minus", "input2", "input3")
+INPUT_BITS = {name: 1 << bit for bit, name in enumerate(INPUTS)}
 """Bits of I: 1 while no current flows in the input's opto-isolator."""
 
 DRIVES = {"x_fault": "X", "y_fault": "Y"}
 LIMITS = {"limit_plus": +1, "limit_minus": -1}
 ALARMS = tuple(str(fault.name).lower() for kind in (MotionFault, LineFault) for fault in kind)
-"""What the faults are called when they are told."""
+"""Names under which faults are reported."""
 CLOSED = ("estop", *LIMITS, *DRIVES)
-"""Terminals through which current flows while all is well."""
+"""Terminals through which current flows in normal operation."""
 
 
 class Faults:
-    """The fault bits, and the lamp that shows them."""
+    """The fault bits, and the fault lamp."""
 
     def __init__(self, pins: Mapping[str, Pin], show: Callable[[bool], None]) -> None:
         self.pins, self._show = pins, show
         self._inputs = [(pins[name], bit) for name, bit in INPUT_BITS.items()]
-        self.motion = MotionFault.NONE
-        self.line = LineFault.NONE
+        self.motion, self.line = MotionFault.NONE, LineFault.NONE
         self.on_fault: Callable[[str], None] = lambda name: None
-        """Told of each fault when it is raised, by its name in small letters."""
-        for name in DRIVES:
-            self.motion |= MotionFault.NONE if pins[name].level else MotionFault.DRIVE
-        if not pins["estop"].level:
-            self.motion |= MotionFault.EMERGENCY_STOP
-        if not all(pins[name].level for name in LIMITS):
-            self.motion |= MotionFault.LIMIT
+        """Called with the name of each fault, in small letters, when the fault is raised."""
+        for name in CLOSED:
+            if not pins[name].level:
+                self.motion |= _fault_of(name)
 
     def inputs(self) -> int:
-        """The byte of the command I."""
-        byte = 0
-        for pin, bit in self._inputs:
-            if not pin.level:
-                byte |= bit
-        return byte
+        """Return the byte of the command I."""
+        return sum(bit for pin, bit in self._inputs if not pin.level)
 
     def status(self) -> MotionFault:
-        """The fault bits of K."""
+        """Return the fault bits of K."""
         return self.motion | MotionFault.COMMUNICATION if self.line else self.motion
 
     def raise_motion(self, fault: MotionFault) -> None:
-        """Remember it and light the lamp."""
+        """Store a motion fault and light the lamp."""
         self.motion |= fault
         self.show()
         self.on_fault(str(fault.name).lower())
 
     def raise_line(self, fault: LineFault) -> None:
-        """Remember a communication fault; motion is not inhibited and the lamp stays."""
+        """Store a communication fault; motion is not inhibited and the lamp does not change."""
         self.line |= fault
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """K or Q was answered: bits go whose cause is gone; a limit's goes at once, so that one may drive off it.
+        """Clear the bits after an answer to K or Q if their cause is gone; LIMIT always, so that the axis can leave it.
 
-        While locked an emergency stop stays until the power is removed.
+        While locked, EMERGENCY_STOP stays until the power is removed.
         """
         self.motion &= ~MotionFault.LIMIT
         if all(self.pins[name].level for name in DRIVES):
@@ -104,22 +90,63 @@ class Faults:
         self.show()
 
     def line_has_been_read(self) -> None:
-        """F was answered."""
+        """Clear the bits after an answer to F."""
         self.line = LineFault.NONE
 
     def show(self) -> None:
-        """The lamp: on until the bit is cleared and the input is normal again."""
-        normal = all(self.pins[name].level for name in CLOSED)
-        self._show(bool(self.motion) or not normal)
+        """Set the lamp: on until the bits are cleared and the inputs are normal."""
+        self._show(bool(self.motion) or not all(self.pins[name].level for name in CLOSED))
 
     def blocked(self, directions: Mapping[str, int]) -> bool:
-        """Whether a move may not begin.  Towards an open limit switch it may not, and that is a limit fault again.
-
-        A drive fault or an emergency stop whose cause is still there has not been cleared by any request.
-        """
-        if self.motion:
-            return True
-        if any(not self.pins[name].level and sign in directions.values() for name, sign in LIMITS.items()):
+        """True if a fault inhibits a move.  A move towards an open limit switch raises the limit fault again."""
+        ahead = (name for name, sign in LIMITS.items() if sign in directions.values())
+        if not self.motion and not all(self.pins[name].level for name in ahead):
             self.raise_motion(MotionFault.LIMIT)
-            return True
-        return False
+        return bool(self.motion)
+
+
+class StopInputs:
+    """Emergency stop, limit switches and drive faults: a change of these inputs raises a fault and stops motion.
+
+    `limits`: the motion that a limit switch stops when it opens.
+    """
+
+    def __init__(self, faults: Faults, motion: RampGenerator, cancel: Callable[[], None], limits: Limits) -> None:
+        self._pins, self._faults, self._motion, self._cancel, self._limits = faults.pins, faults, motion, cancel, limits
+        self._leaving: frozenset[str] = frozenset()
+        self._unwatch = [self._pins[name].subscribe(self._changed) for name in CLOSED]
+
+    def close(self) -> None:
+        """Unsubscribe from the inputs."""
+        for unwatch in self._unwatch:
+            unwatch()
+
+    def may_move(self, directions: Mapping[str, int]) -> bool:
+        """False if a fault or an open limit switch in one of these directions inhibits the motion.
+
+        A limit switch that is open when a motion away from it begins does not stop that motion.
+        """
+        self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
+        return not self._faults.blocked(directions)
+
+    def _changed(self, pin: Pin) -> None:
+        if pin.level:
+            self._faults.show()
+            return
+        self._faults.raise_motion(_fault_of(pin.name))
+        if pin.name in DRIVES:
+            self._motion.drop(DRIVES[pin.name])  # without deceleration
+        if pin.name not in LIMITS or self._limit_stops(pin.name):
+            self._cancel()
+
+    def _limit_stops(self, name: str) -> bool:
+        """True for motion towards the limit, and for other motion unless that motion leaves the limit."""
+        ahead = LIMITS[name] in self._motion.directions.values()
+        behind = self._limits == "any motion" and name not in self._leaving
+        return self._motion.running and (ahead or behind)
+
+
+def _fault_of(name: str) -> MotionFault:
+    if name in DRIVES:
+        return MotionFault.DRIVE
+    return MotionFault.LIMIT if name in LIMITS else MotionFault.EMERGENCY_STOP

@@ -1,24 +1,20 @@
 """Chapters Index mode instructions and Backlash correction: moves of a given length."""
 
-from typing import TYPE_CHECKING
-
 from axistwin.controllers.digiplan.chapters.speed import actual_start_stop, ramp
+from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
 from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
-
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
 
 REVERSAL_NS = 3 * MS
 """Pause before the motor reverses: "at least 3mS"."""
 
 
 def axis(name: str, step: Step, direction: int, distance: int | None) -> str | None:
-    """Commands X Y Z: an axis, its direction (nothing is +) and perhaps the distance, 0 to 999,999,999 steps.
+    """Commands X Y Z: an axis, its direction (default +) and optionally the distance, 0 to 999,999,999 steps.
 
-    Several axes share one distance, the last one said; it is kept for later indexes, the direction is not.
+    Several axes share one distance, the last one stated; it is kept for later indexes, the direction is not.
     After `/` they are the minor axes, with a distance of their own.  Chapter Index mode instructions.
     """
     if name in step.major or name in step.minor:
@@ -41,38 +37,38 @@ def backlash(step: Step, distance: int | None) -> str | None:
     return None if step.major else "the axis is missing before B"
 
 
-def index(interface: "Interface", step: Step) -> Procedure:
+def index(state: State, step: Step) -> Procedure:
     """Run all axes of the step by the distance, up and down the ramp; return when they are at rest.
 
     With correction, a move against the backlash direction goes further by the backlash distance and comes back by it
     at the start/stop speed, so that it always finishes in the same direction.  It does not come back towards an open
-    limit switch.  That direction is the same for all
-    axes: of several that go different ways some end in a wrong place, as the manual warns.
+    limit switch.  The direction is the same for all axes: with different directions, some axes end in a wrong place,
+    as the manual warns.
     """
-    parameters, generator = interface.in_force, interface.motion
+    parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
     back = abs(parameters.backlash) if _overshoots(parameters, step) else 0
     generator.begin(table.index(parameters.distance + back), table, step.major)
     yield generator.ended
     if back:
-        yield interface.clock.timeout(REVERSAL_NS)
+        yield state.clock.timeout(REVERSAL_NS)
         rate = actual_start_stop(parameters.speed_range, parameters.start_stop)
         reverse = dict.fromkeys(step.major, 1 if parameters.backlash > 0 else -1)
-        if not interface.may_move(reverse):
+        if not state.stops.may_move(reverse):
             raise EndOfWork
         generator.begin(Profile([Segment(rate, back / rate)]), table, reverse, further=True)
         yield generator.ended
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """Whether the index goes against the backlash direction and is to be corrected; one of no length goes nowhere."""
+    """True if the index is corrected: it has a length and goes against the backlash direction."""
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 
 
-def cancel(interface: "Interface") -> None:
+def cancel(state: State) -> None:
     """Command #: stop every axis with deceleration, end a sequence, a wait or a pulse; the rest of the index is lost.
 
-    What was typed before it is thrown away.  Chapter Index mode instructions.
+    Characters before it in the message are dropped.  Chapter Index mode instructions.
     """
-    interface.cancel()
+    state.work.cancel()

@@ -1,56 +1,37 @@
-"""Chapter Initialisation: self-test, automatic baud rate, data format.
+"""Chapter Initialisation: self-test, automatic baud rate, data format."""
 
-RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY
-"""
-
-import re
-from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
-from axistwin.controllers.digiplan.chapters.serial_data import CR, LF, Frame, uart_format
+from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES, CR, LF, Frame, read_format, uart_format
+from axistwin.controllers.digiplan.state import Stage, State
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
-
-BAUD_RATES = (110, 300, 600, 1200, 2400, 4800, 9600)
 LOW_BITS = 4  # of "(": start bit and three zeros
 TOLERANCE = 10  # a baud rate is recognised within a tenth of it
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"  # sample 4 sends back what the interface has answered
+ECHOED = "U"  # sample 4 sends back the answer of the interface
 FALSE_CHARACTER = 0x7F
-"""What an 8-bit receiver without parity makes of a parity bit of 0 that follows a bit 8 of 1."""
-FORMAT_MESSAGE = re.compile(r"([UV])([1-8])([1-9])")
+"""The character in which an 8-bit receiver without parity reads a parity bit of 0 that follows a bit 8 of 1."""
 FLASH_NS = 250 * MS  # "flashes twice per second"
 REINITIALISE_NS = 5 * MS  # of the UART, after the data format
 
 
-class State(Enum):
-    """How far the interface has come since power was applied."""
-
-    RESET = "self-test"
-    WAIT = "waiting for ("
-    FORMAT = "waiting for the data format"
-    READY = "ready"
-
-
 def baud_rate(low_ns: Fraction) -> int | None:
-    """The baud rate at which `(` keeps the line low for so long."""
-    low, per = low_ns.numerator, low_ns.denominator  # in integers: a host may be sending anything, very fast
+    """Return the baud rate at which `(` holds the line low for this time."""
+    low, per = low_ns.numerator, low_ns.denominator  # in integers, which are faster
     expected = LOW_BITS * S * per
     rates = (rate for rate in BAUD_RATES if TOLERANCE * abs(low * rate - expected) < expected)
     return next(rates, None)
 
 
-def detect_baud_rate(interface: "Interface") -> Procedure:
-    """Wait for the first `(` and take over its baud rate; anything else is not heard."""
-    uart, detected = interface.uart, interface.clock.event()
+def detect_baud_rate(state: State) -> Procedure:
+    """Wait for the first `(` and set its baud rate; other characters are dropped."""
+    uart, detected = state.uart, state.clock.event()
     measured: UartFormat | None = None
 
     def measure(low_ns: Fraction) -> UartFormat | None:
@@ -58,40 +39,64 @@ def detect_baud_rate(interface: "Interface") -> Procedure:
         rate = baud_rate(low_ns)
         measured = None if rate is None else uart_format(rate, Frame())
         if measured is None:
-            interface.drop(NO_BAUD_RATE)
+            state.drop(NO_BAUD_RATE)
         return measured
 
     def receive(byte: int, _: LineError) -> None:
         if byte & 0x7F == BAUD_DETECT:
             uart.format = measured
-            interface.buffer.open()
+            state.buffer.open()
             detected.succeed()
         else:
-            interface.drop(NO_BAUD_RATE)
+            state.drop(NO_BAUD_RATE)
 
     uart.format, uart.on_measure, uart.on_receive = None, measure, receive
     yield detected
 
 
-def data_format(interface: "Interface") -> Procedure:
-    """Wait for a good `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
+def set_data_format(state: State) -> Procedure:
+    """Answer the `(`, wait for the data format, and set the UART."""
+    uart, buffer = state.uart, state.buffer
+    assert uart.format is not None
+    state.baudrate = uart.format.baudrate
+    state.stage, state.hint = Stage.FORMAT, ""
+    buffer.checking = False
+    buffer.set_tolerant(True)
+    state.pins["led"].flash(FLASH_NS)
+    yield from state.transmit(b"U\r")
+    state.frame = yield from _data_format(state)
+    if uart.sending:
+        yield uart.when_idle()
+    uart.format = uart_format(state.baudrate, state.frame)
+    buffer.set_tolerant(False)
+    state.ignored = (LF, FALSE_CHARACTER) if state.frame.terminator == "U" else (FALSE_CHARACTER,)
+    if state.options.strict_format:
+        buffer.close()
+        yield state.clock.timeout(REINITIALISE_NS)
+        buffer.open()
+    if not state.locked:
+        state.calculate_ramp()
 
-    Characters with framing errors are taken, so that a host may keep its own format from the beginning.
-    `(` is answered `U <CR>` again, as often as wanted, and `*` too after it has erased the memory.  A wrong message is
-    dropped without a word, and the whole of it is sent again.
+
+def _data_format(state: State) -> Procedure:
+    """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
+
+    Characters with framing errors are accepted, so that a host can use its own format from the beginning.
+    Each `(` is answered `U <CR>`, and so is `*` after it has erased the memory.  A wrong message is dropped without an
+    answer; the host must repeat the whole message.
     """
     reader = FormatReader()
     while True:
-        character = (yield from interface.next_character()) & 0x7F
+        character = (yield from state.next_character()) & 0x7F
         if character in (BAUD_DETECT, ERASE):
             reader.text = ""
             if character == ERASE:
-                interface.erase()
-            yield from interface.transmit(b"U\r")
+                state.erase()
+            yield from state.transmit(b"U\r")
         elif frame := reader.take(character):
             return frame
         elif reader.dropped:
-            interface.drop(NO_FORMAT)
+            state.drop(NO_FORMAT)
 
 
 class FormatReader:
@@ -99,12 +104,12 @@ class FormatReader:
 
     def __init__(self) -> None:
         self.text = ""
-        """What has come of it; a message that is none is dropped."""
+        """Characters received so far; a wrong message is dropped."""
         self.dropped = False
-        """True: the last character ended a message that is no data format."""
+        """True: the last character ended a wrong message."""
 
     def take(self, character: int) -> Frame | None:
-        """The data format, once the message has been ended as it should be."""
+        """Return the data format if this character ends a valid message."""
         self.dropped = False
         if character in (CR, LF):
             if frame := read_format(self.text, character):
@@ -117,19 +122,10 @@ class FormatReader:
         return None
 
 
-def read_format(text: str, terminator: int) -> Frame | None:
-    """The data format that a message names, if it is a good one and ends as it should."""
-    match = FORMAT_MESSAGE.fullmatch(text)
-    if match is None:
-        return None
-    frame = Frame(match[1], int(match[2]), int(match[3]))
-    return frame if frame.ends_message == terminator else None
-
-
 def only_at_initialisation(_: Step) -> str:
-    """Commands ( * U V: baud rate detection, erasing, data format.  Heard while the interface is being initialised.
+    """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
 
-    Once it is ready they are a data fault.  While it is locked, `(` begins the initialisation again if DSR is held and
-    nothing moves.  Chapters Initialisation, Breaking into a locked interface.
+    Afterwards they are a data fault.  While it is locked, `(` begins the initialisation again if DSR is held and
+    nothing moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

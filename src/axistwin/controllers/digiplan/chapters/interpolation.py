@@ -1,26 +1,21 @@
 """Chapter Linear interpolation mode: a long and a short index that begin and end together."""
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters.speed import ramp, too_fast
-from axistwin.controllers.digiplan.rules import CONSTRAINT
+from axistwin.controllers.digiplan.rules import CONSTRAINT, CONSTRAINTS
+from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 from axistwin.sim.clock import Procedure
-
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
 
 MOST_SPEED = 10_000  # steps/s
 LEAST_ACCELERATION = 5  # x 1000 steps/s²
 MOST_DISTANCE = 65_535  # steps of the major axis
 ONLY_RANGE = 1
 
-CHAPTER = "Constraints in linear interpolation mode"
-
 
 def minor_axis(step: Step) -> str | None:
-    """Command /: what follows is the minor axis, or two of them.
+    """Command /: the next axes, one or two, are minor axes.
 
     The minor axis runs its own distance at speed x minor / major.  Speed up to 10,000 steps/s, acceleration from 5000
     steps/s², major distance up to 65,535 steps, speed range 1; otherwise out of range.
@@ -35,38 +30,36 @@ def minor_axis(step: Step) -> str | None:
 
 
 def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
-    """The constraint that an interpolated move with these parameters breaks."""
+    """Return the constraint that an interpolated move with these parameters breaks."""
     p = parameters
-    broken = {
-        f"speed {p.speed} is above {MOST_SPEED} steps/s": (p.speed > MOST_SPEED, "speed"),
-        f"acceleration {p.acceleration}000 is below {LEAST_ACCELERATION}000 steps/s²": (
-            p.acceleration < LEAST_ACCELERATION,
-            "acceleration",
-        ),
-        f"major index {p.distance} is above {MOST_DISTANCE} steps": (p.distance > MOST_DISTANCE, "distance"),
-        f"speed range {p.speed_range} is not {ONLY_RANGE}": (p.speed_range != ONLY_RANGE, "speed_range"),
-        f"minor index {p.minor_distance} is longer than the major one, {p.distance}": (
-            p.minor_distance > p.distance,
-            "minor_distance",
-        ),
-        "a run needs two distances for its ratio": (run and p.minor_distance * p.distance == 0, "minor_distance"),
-    }
-    for text, (holds, about) in broken.items():
-        if holds:
-            return Problem(CONSTRAINT, Fault.RANGE, 0, f"in linear interpolation, {text}", CHAPTER, (about,))
-    return None
+    if p.speed > MOST_SPEED:
+        about, text = "speed", f"speed {p.speed} is above {MOST_SPEED} steps/s"
+    elif p.acceleration < LEAST_ACCELERATION:
+        about, text = "acceleration", f"acceleration {p.acceleration}000 is below {LEAST_ACCELERATION}000 steps/s²"
+    elif p.distance > MOST_DISTANCE:
+        about, text = "distance", f"major index {p.distance} is above {MOST_DISTANCE} steps"
+    elif p.speed_range != ONLY_RANGE:
+        about, text = "speed_range", f"speed range {p.speed_range} is not {ONLY_RANGE}"
+    elif p.minor_distance > p.distance:
+        about, text = "minor_distance", f"minor index {p.minor_distance} is longer than the major one, {p.distance}"
+    elif run and p.minor_distance * p.distance == 0:
+        about, text = "minor_distance", "a run needs two distances for its ratio"
+    else:
+        return None
+    return Problem(CONSTRAINT, Fault.RANGE, 0, f"in linear interpolation, {text}", CONSTRAINTS, (about,))
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Why a move with these parameters is out of range: its speed, or a constraint of linear interpolation."""
+    """Return the problem if a move is out of range: its speed, or a constraint of linear interpolation."""
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 
-def interpolate(interface: "Interface", step: Step) -> Procedure:
+def interpolate(state: State, step: Step) -> Procedure:
     """Run major and minor axes by their distances; return when they are at rest, both on their counts."""
-    parameters, generator = interface.in_force, interface.motion
+    parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
     ratio = Fraction(parameters.minor_distance, parameters.distance) if parameters.distance else Fraction(0)
+    minor = step.minor if ratio else {}
     profile = table.index(parameters.distance)
-    generator.begin_interpolated(profile, table, step.major, step.minor if ratio else {}, ratio)
+    generator.begin(profile, table, {**step.major, **minor}, dict.fromkeys(minor, ratio))
     yield generator.ended

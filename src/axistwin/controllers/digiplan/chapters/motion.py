@@ -1,4 +1,4 @@
-"""The one ramp generator: axes that move together share clock, speed and ramp; each has a direction of its own.
+"""The ramp generator: axes that move together share clock, speed and ramp; each axis has its own direction.
 
 A rate multiplier makes a second, slower clock for the minor axes of a linear interpolation.
 """
@@ -15,11 +15,11 @@ from axistwin.sim.pins import Pin
 DIRECTIONS = {axis: f"{axis.lower()}_direction" for axis in "XYZ"}
 """The direction output of each axis."""
 PULSE_NS = 5_000
-"""How long a clock output is high: half a period at 100,000 steps/s, the highest speed."""
+"""Time for which a clock output is high: half a period at 100,000 steps/s, the highest speed."""
 
 
 class RampGenerator:
-    """Gives pulses to the axes that are gated to it, and tells them their directions."""
+    """Gives pulses and directions to the axes that take part in a motion."""
 
     def __init__(self, clock: Clock, axes: Mapping[str, PulseAxis], pins: Mapping[str, Pin]) -> None:
         self.clock, self.axes, self.pins = clock, axes, pins
@@ -27,27 +27,27 @@ class RampGenerator:
         self.ramp: Ramp | None = None
         self.directions: dict[str, int] = {}
         self.ended: Event = clock.event()
-        """Happens when the motion is over, as things are now; after a change of course there is another."""
+        """Event at the end of the motion; a change of the profile replaces this event."""
         self.interpolating = False
         self._ratios: dict[str, Fraction] = {}
         self._start_ns = 0
         self._steps_before = 0
 
-    def begin(self, profile: Profile, ramp: Ramp, directions: Mapping[str, int], *, further: bool = False) -> None:
-        """Start the axes; `further`: the steps count as part of the motion before."""
-        self._steps_before = self.steps if further else 0
-        self._ratios, self.interpolating = {}, False
-        self._set_off(profile, ramp, directions)
-
-    def begin_interpolated(
-        self, profile: Profile, ramp: Ramp, major: Mapping[str, int], minor: Mapping[str, int], ratio: Fraction
+    def begin(
+        self,
+        profile: Profile,
+        ramp: Ramp,
+        directions: Mapping[str, int],
+        minor: Mapping[str, Fraction] | None = None,
+        *,
+        further: bool = False,
     ) -> None:
-        """Start the major axes with `profile`, the minor ones at `ratio` of its rate."""
-        self._steps_before = 0
-        self._ratios, self.interpolating = dict.fromkeys(minor, ratio), True
-        self._set_off(profile, ramp, {**major, **minor})
+        """Start the axes; `further`: the steps count as part of the previous motion.
 
-    def _set_off(self, profile: Profile, ramp: Ramp, directions: Mapping[str, int]) -> None:
+        `minor`: in an interpolation, the ratio of the rate of each minor axis to that of the profile.
+        """
+        self._steps_before = self.steps if further else 0
+        self._ratios, self.interpolating = dict(minor or {}), minor is not None
         self.profile, self.ramp, self.directions = profile, ramp, dict(directions)
         self._start_ns = self.clock.now
         for axis, direction in directions.items():
@@ -70,7 +70,7 @@ class RampGenerator:
 
     @property
     def running(self) -> bool:
-        """Whether pulses are still to come."""
+        """True if pulses are still to come."""
         return not self.profile.over(self._elapsed_ns)
 
     @property
@@ -85,7 +85,7 @@ class RampGenerator:
 
     @property
     def levels(self) -> Sequence[Fraction]:
-        """The rates of the ramp of this motion, from the start/stop speed on; empty: its speed is not above that."""
+        """The rates of the ramp, from the start/stop speed upwards; empty if the speed is not above start/stop."""
         return () if self.ramp is None else self.ramp.levels
 
     @property
@@ -94,14 +94,14 @@ class RampGenerator:
         return self._steps_before + self.profile.pulses_by(self._elapsed_ns)
 
     def clock_level(self, axis: str) -> bool:
-        """The level of an axis's clock output: high from each pulse on for 5 µs."""
+        """Return the level of the clock output of an axis: high for 5 µs from each pulse."""
         if axis not in self.directions:
             return False
         share, elapsed_ns = self._share(axis), self._elapsed_ns
         return share.pulses_by(elapsed_ns) > share.pulses_by(max(elapsed_ns - PULSE_NS, 0))
 
     def decelerate(self) -> None:
-        """Come to rest along the ramp, from now on; at or below the start/stop speed, at once."""
+        """Decelerate to rest along the ramp; at or below the start/stop speed, stop at once."""
         if not self.running or self.trend < 0:
             return
         assert self.ramp is not None
@@ -114,7 +114,7 @@ class RampGenerator:
         self._plan_end()
 
     def drop(self, axis: str) -> None:
-        """An axis loses its clock without deceleration; the last one stops the ramp generator."""
+        """Stop an axis without deceleration; the last axis stops the ramp generator."""
         if self.directions.pop(axis, None) is None or not self.running:
             return
         self.axes[axis].halt()
@@ -122,6 +122,6 @@ class RampGenerator:
             self._change(self.profile.cut(self._elapsed_ns))
 
     def stop(self) -> None:
-        """No more pulses on any axis: the power is gone."""
+        """Stop all axes at once: the power is off."""
         for axis in tuple(self.directions):
             self.drop(axis)

@@ -1,24 +1,18 @@
 """Chapters Output control and Combining inputs and outputs with move instructions."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
 from axistwin.sim.pins import Pin
 from axistwin.units import MS
 
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
-
 PULSE_UNIT_NS = 10 * MS
-
-
 OUTPUTS = range(1, 6)
 
 
 class Outputs:
-    """The five opto-isolated outputs: what is programmed, and their transistors, which need the 24 V supply.
+    """The five opto-isolated outputs: their programmed states, and their transistors, which need the 24 V supply.
 
     `follow_led`: link 3 of the card in position b; output 5 follows the LED and cannot be programmed.
     """
@@ -26,8 +20,9 @@ class Outputs:
     def __init__(self, pins: Mapping[str, Pin], *, follow_led: bool) -> None:
         self._pins = {number: pins[f"output{number}"] for number in OUTPUTS}
         self._supply, self._follow_led = pins["supply"], follow_led
+        self.clock = self._supply.clock
         self._on = dict.fromkeys(OUTPUTS, False)
-        self._supply.subscribe(lambda _: self._settle())
+        self._supply.subscribe(lambda _: self._update())
         if follow_led:
             pins["led"].subscribe(lambda led: self._set(5, led.level))
 
@@ -36,12 +31,12 @@ class Outputs:
         return self._on.get(number, False)
 
     def switch(self, number: int, on: bool) -> None:
-        """Turn an output on or off; output 0 and the fault output are left alone."""
+        """Turn an output on or off; output 0 and the fault output do not change."""
         if number in self._on and not (number == 5 and self._follow_led):
             self._set(number, on)
 
     def reset(self) -> None:
-        """The power is gone."""
+        """Turn all outputs off: the power is off."""
         for number in OUTPUTS:
             self._set(number, False)
 
@@ -49,7 +44,7 @@ class Outputs:
         self._on[number] = on
         self._pins[number].set(on and self._supply.level)
 
-    def _settle(self) -> None:
+    def _update(self) -> None:
         for number, on in self._on.items():
             self._set(number, on)
 
@@ -75,7 +70,7 @@ def reset_outputs(step: Step, outputs: tuple[int, ...]) -> None:
 
 
 def pulse_output(step: Step, output: int, length: int | None) -> None:
-    """Command P with output 1 to 5 and length 1 to 99 x 10 ms: invert it for so long; output 0 is a mere delay.
+    """Command P with output 1 to 5, length 1 to 99 x 10 ms: invert the output for this time; output 0 is only a delay.
 
     The length is kept.  Chapters Output switching commands, Adding time delays.
     """
@@ -84,28 +79,24 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
         step.settings["pulse_length"] = length
 
 
-def wait_for_inputs(interface: "Interface", step: Step) -> Procedure:
+def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
     """Wait until all inputs of H are high at once, then until all of L are low: levels, one list after the other."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
-        pins = [interface.pins[f"input{number}"] for number in inputs]
-        while waiting := [pin for pin in pins if pin.level is not wanted]:
+        listed = [pins[f"input{number}"] for number in inputs]
+        while waiting := [pin for pin in listed if pin.level is not wanted]:
             yield waiting[0].changed()
 
 
-def switch_outputs(interface: "Interface", step: Step) -> Procedure:
-    """What the step asks of the outputs, S before R; a pulse takes its time."""
+def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:
+    """Switch the outputs of a step, S before R; or pulse one for its length."""
     for number in step.set:
-        interface.outputs.switch(number, True)
+        outputs.switch(number, True)
     for number in step.reset:
-        interface.outputs.switch(number, False)
+        outputs.switch(number, False)
     if step.pulse is not None:
-        yield from _pulse(interface, step.pulse)
-
-
-def _pulse(interface: "Interface", number: int) -> Procedure:
-    before = interface.outputs.is_on(number)
-    interface.outputs.switch(number, not before)
-    try:
-        yield interface.clock.timeout(interface.parameters.pulse_length * PULSE_UNIT_NS)
-    finally:
-        interface.outputs.switch(number, before)
+        before = outputs.is_on(step.pulse)
+        outputs.switch(step.pulse, not before)
+        try:
+            yield outputs.clock.timeout(pulse_length * PULSE_UNIT_NS)
+        finally:
+            outputs.switch(step.pulse, before)

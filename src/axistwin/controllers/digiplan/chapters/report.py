@@ -1,22 +1,18 @@
-"""Chapter Report-back functions: what the interface answers.  None of it disturbs a motion."""
-
-from typing import TYPE_CHECKING
+"""Chapter Report-back functions: answers to status requests.  They do not disturb a motion."""
 
 from axistwin.controllers.digiplan.chapters.faults import LineFault
-
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
+from axistwin.controllers.digiplan.state import State
 
 IN_MOTION, AT_SPEED, ACCELERATING, DECELERATING = 1, 2, 4, 8
 COUNTER = 1 << 32
 SHORT_COUNTER = 1 << 16
-COARSE = 256  # steps: what the position is rounded down to above the start/stop speed
+COARSE = 256  # steps: resolution of the position above the start/stop speed
 
 
-def motion_bits(interface: "Interface") -> int:
-    """The bits of K and Q."""
-    motion = interface.motion
-    status = int(interface.faults.status())
+def motion_bits(state: State) -> int:
+    """Return the bits of K and Q."""
+    motion = state.motion
+    status = int(state.faults.status())
     if motion.running:
         status |= IN_MOTION
         if motion.trend:
@@ -26,83 +22,83 @@ def motion_bits(interface: "Interface") -> int:
     return status
 
 
-def _number(interface: "Interface", value: int) -> bytes:
-    return interface.frame.answer(b"%d" % value)
+def _number(state: State, value: int) -> bytes:
+    return state.frame.answer(b"%d" % value)
 
 
-def motion_status(interface: "Interface") -> bytes:
+def motion_status(state: State) -> bytes:
     """Command K: 1 in motion, 2 at programmed speed, 4 accelerating, 8 decelerating, 16 drive fault, 32 emergency stop,
     64 limit, 128 communication fault, as a decimal number.
 
     Clears fault bits whose cause is gone.  Chapter Motion status.
     """
-    status = motion_bits(interface)
-    interface.faults.motion_has_been_read(interface.locked)
-    return _number(interface, status)
+    status = motion_bits(state)
+    state.faults.motion_has_been_read(state.locked)
+    return _number(state, status)
 
 
-def quick_status(interface: "Interface") -> bytes:
+def quick_status(state: State) -> bytes:
     """Command Q: the motion status as one raw byte without a terminator; it clears like K.
 
     Meaningful with 8 data bits and bit 8 = data or 1; otherwise bit 7 is lost.  Chapter Quick status.
     """
-    status = motion_bits(interface)
-    interface.faults.motion_has_been_read(interface.locked)
-    return bytes([interface.frame.raw(status)])
+    status = motion_bits(state)
+    state.faults.motion_has_been_read(state.locked)
+    return bytes([state.frame.raw(status)])
 
 
-def communication_status(interface: "Interface") -> bytes:
+def communication_status(state: State) -> bytes:
     """Command F: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.
 
     Clears all but the last.  Chapter Motion status.
     """
-    status = communication_bits(interface)
-    interface.faults.line_has_been_read()
-    return _number(interface, status)
+    status = communication_bits(state)
+    state.faults.line_has_been_read()
+    return _number(state, status)
 
 
-def communication_bits(interface: "Interface") -> int:
-    """The bits of F."""
-    return interface.faults.line.value | (LineFault.LOCKED.value if interface.locked else 0)
+def communication_bits(state: State) -> int:
+    """Return the bits of F."""
+    return state.faults.line.value | (LineFault.LOCKED.value if state.locked else 0)
 
 
-def input_status(interface: "Interface") -> bytes:
+def input_status(state: State) -> bytes:
     """Command I: a bit for each input in which no current flows.  Chapter Input status."""
-    return _number(interface, interface.faults.inputs())
+    return _number(state, state.faults.inputs())
 
 
-def sequence_status(interface: "Interface") -> bytes:
-    """Command O: the step of the sequence, 1 to 63; 0 before there was one.  Chapter Sequence status."""
-    return _number(interface, interface.step_number)
+def sequence_status(state: State) -> bytes:
+    """Command O: the step of the sequence, 1 to 63; 0 before the first step.  Chapter Sequence status."""
+    return _number(state, state.step_number)
 
 
-def busy_status(interface: "Interface") -> bytes:
+def busy_status(state: State) -> bytes:
     """Command E: `[` locked, `F` a fault, `E` busy, `C` clear for new commands.  Chapter Busy status."""
-    return interface.frame.answer(busy_letter(interface).encode("ascii"))
+    return state.frame.answer(busy_letter(state).encode("ascii"))
 
 
-def busy_letter(interface: "Interface") -> str:
-    """The letter of E."""
-    if interface.locked:
+def busy_letter(state: State) -> str:
+    """Return the letter of E."""
+    if state.locked:
         return "["
-    if interface.faults.status():
+    if state.faults.status():
         return "F"
-    return "E" if interface.busy else "C"
+    return "E" if state.work.busy else "C"
 
 
-def position(interface: "Interface") -> bytes:
+def position(state: State) -> bytes:
     """Command N: steps since the last index or run began, modulo 2^32.
 
     In motion above the start/stop speed the last 256 steps are not counted yet.  An interpolated run faster than
     that has a counter of 16 bits, which loses a step when it rolls over: from then on there are N + 65,537 steps.
     Chapters Position report-back, Position report-back in linear interpolation mode.
     """
-    return _number(interface, steps(interface))
+    return _number(state, steps(state))
 
 
-def steps(interface: "Interface") -> int:
-    """The number of N."""
-    motion = interface.motion
+def steps(state: State) -> int:
+    """Return the number of N."""
+    motion = state.motion
     made, levels = motion.steps, motion.levels
     if motion.running and levels and motion.rate > levels[0]:
         made -= made % COARSE

@@ -1,14 +1,11 @@
-"""Chapters Run mode instructions and Aborting a run-mode move in a sequence: moves that go on until stopped."""
+"""Chapters Run mode instructions and Aborting a run-mode move in a sequence: moves that continue until stopped."""
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters.speed import ramp
+from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import Step
 from axistwin.sim.clock import Procedure
-
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
 
 
 def go(step: Step) -> str | None:
@@ -29,20 +26,19 @@ def abort(step: Step) -> None:
     step.abort = True
 
 
-def run(interface: "Interface", step: Step) -> None:
-    """Begin the run; it goes on while the next step of a sequence is carried out.  The index length is lost."""
-    parameters = interface.in_force
+def run(state: State, step: Step) -> None:
+    """Begin a run, which continues during the next steps of a sequence.  The index length is lost."""
+    parameters = state.in_force
     table = ramp(parameters)
+    minor = None
     if step.interpolated:
-        ratio = Fraction(parameters.minor_distance, parameters.distance)
-        interface.motion.begin_interpolated(table.run(), table, step.major, step.minor, ratio)
-    else:
-        interface.motion.begin(table.run(), table, step.major)
-    interface.parameters = interface.parameters.without_index()
+        minor = dict.fromkeys(step.minor, Fraction(parameters.minor_distance, parameters.distance))
+    state.motion.begin(table.run(), table, {**step.major, **step.minor}, minor)
+    state.parameters = state.parameters.without_index()
 
 
-def stop_run(interface: "Interface") -> Procedure:
-    """Decelerate what runs and wait until it is at rest."""
-    interface.motion.decelerate()
-    while interface.motion.running:
-        yield interface.motion.ended
+def stop_run(state: State) -> Procedure:
+    """Decelerate the run, and wait until the axes are at rest."""
+    state.motion.decelerate()
+    while state.motion.running:
+        yield state.motion.ended

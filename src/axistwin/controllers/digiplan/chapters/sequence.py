@@ -1,20 +1,17 @@
 """Chapter Sequence mode: up to 63 steps, with repeats, waits and the controller's intervention."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.digiplan.chapters import interpolation, outputs, run
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.digiplan.chapters.index import index
+from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Step
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
-if TYPE_CHECKING:
-    from axistwin.controllers.digiplan.interface import Interface
-
 CYCLE_NS = 1 * MS
-"""A step that has nothing to wait for takes the interface one cycle of about 1 ms."""
+"""A step without a wait takes one cycle of about 1 ms."""
 
 
 def repeat(step: Step, times: int, first: int) -> None:
@@ -26,27 +23,27 @@ def repeat(step: Step, times: int, first: int) -> None:
 
 
 def hand_over(step: Step) -> None:
-    """Command %: in a sequence, give control to the host until it sends % in its turn.
+    """Command %: in a sequence, give control to the host until the host sends %.
 
-    The interface says so with % and its terminator.  Chapter Controller intervention in a sequence.
+    The interface reports this by % and its terminator.  Chapter Controller intervention in a sequence.
     """
     step.hand_over = True
 
 
-def sequence(interface: "Interface", steps: Sequence[Step]) -> Procedure:
-    """Carry out the steps.  A repeat inside another one starts afresh on each pass of the outer one."""
+def sequence(state: State, steps: Sequence[Step]) -> Procedure:
+    """Carry out the steps.  An inner repeat starts again on each pass of the outer one."""
     left: dict[int, int] = {}
     number = 1
     try:
         while number <= len(steps):
-            step, began_ns = steps[number - 1], interface.clock.now
-            interface.begin_step(number)
-            yield from perform(interface, step)
-            if interface.clock.now == began_ns:
-                yield interface.clock.timeout(CYCLE_NS)
+            step, began_ns = steps[number - 1], state.clock.now
+            state.begin_step(number)
+            yield from perform(state, step)
+            if state.clock.now == began_ns:
+                yield state.clock.timeout(CYCLE_NS)
             number = _next(step, number, left)
     finally:
-        interface.step = 0
+        state.step = 0
 
 
 def _next(step: Step, number: int, left: dict[int, int]) -> int:
@@ -62,39 +59,39 @@ def _next(step: Step, number: int, left: dict[int, int]) -> int:
     return first
 
 
-def perform(interface: "Interface", step: Step) -> Procedure:
+def perform(state: State, step: Step) -> Procedure:
     """Carry out one step, or one direct message, in the order of its format."""
     if step.high or step.low:
-        yield from outputs.wait_for_inputs(interface, step)
-    interface.parameters = interface.parameters.after(step)
+        yield from outputs.wait_for_inputs(state.pins, step)
+    state.parameters = state.parameters.after(step)
     if step.abort:
-        yield from run.stop_run(interface)
+        yield from run.stop_run(state)
     if step.major:
-        yield from _move(interface, step)
+        yield from _move(state, step)
     if step.set or step.reset or step.pulse is not None:
-        yield from outputs.switch_outputs(interface, step)
+        yield from outputs.switch_outputs(state.outputs, step, state.parameters.pulse_length)
     if step.hand_over:
-        yield from _intervention(interface)
+        yield from _intervention(state)
 
 
-def _move(interface: "Interface", step: Step) -> Procedure:
-    while interface.motion.running:  # there is one ramp generator: a run must be stopped first
-        yield interface.motion.ended
-    if interpolation.out_of_range(interface.in_force, step):
-        interface.faults.raise_line(LineFault.RANGE)
+def _move(state: State, step: Step) -> Procedure:
+    while state.motion.running:  # there is one ramp generator: a run must be stopped first
+        yield state.motion.ended
+    if interpolation.out_of_range(state.in_force, step):
+        state.faults.raise_line(LineFault.RANGE)
         raise EndOfWork
-    if not interface.may_move({**step.major, **step.minor}):
+    if not state.stops.may_move({**step.major, **step.minor}):
         raise EndOfWork
     if step.run:
-        run.run(interface, step)
+        run.run(state, step)
     elif step.interpolated:
-        yield from interpolation.interpolate(interface, step)
+        yield from interpolation.interpolate(state, step)
     else:
-        yield from index(interface, step)
+        yield from index(state, step)
 
 
-def _intervention(interface: "Interface") -> Procedure:
-    """Tell the host that it has control, and carry out what it sends until it gives control back."""
-    yield from interface.transmit(interface.frame.answer(b"%"))
-    while (step := (yield interface.give_control())) is not None:
-        yield from perform(interface, step)
+def _intervention(state: State) -> Procedure:
+    """Report to the host that it has control, and carry out its steps until it gives control back."""
+    yield from state.transmit(state.frame.answer(b"%"))
+    while (step := (yield state.work.give_control())) is not None:
+        yield from perform(state, step)

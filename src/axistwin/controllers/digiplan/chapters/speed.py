@@ -1,4 +1,4 @@
-"""Chapters Speed, Start/stop speed and Acceleration rate: what is asked for, and what the clock can do."""
+"""Chapters Speed, Start/stop speed and Acceleration rate: programmed and actual values."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -27,19 +27,19 @@ RANGES = {
 
 
 def actual_speed(speed_range: int, speed: int) -> Fraction:
-    """The nearest multiple of the range's resolution, at least one of them: 503 in range 1 runs at 500."""
+    """Return the nearest multiple of the range's resolution, at least 1: 503 in range 1 runs at 500."""
     resolution = RANGES[speed_range].resolution
     return resolution * max(1, round(speed / resolution))
 
 
 def actual_start_stop(speed_range: int, hundreds: int) -> Fraction:
-    """The multiple of the range's ramp increment that is not above: 300 steps/s in range 4 runs at 288."""
+    """Return the next lower multiple of the range's ramp increment: 300 steps/s in range 4 runs at 288."""
     increment = RANGES[speed_range].increment
     return Fraction(increment * max(1, hundreds * 100 // increment))
 
 
 def ramp(parameters: Parameters) -> Ramp:
-    """The ramp table of these parameters: every `increment / acceleration` seconds one increment more."""
+    """Return the ramp table: the rate rises by one increment every `increment / acceleration` seconds."""
     return _ramp(parameters.speed_range, parameters.speed, parameters.start_stop, parameters.acceleration)
 
 
@@ -55,7 +55,7 @@ def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> R
 
 
 def too_fast(parameters: Parameters) -> Problem | None:
-    """A speed above the maximum of the speed range is out of range."""
+    """Return the problem if the speed is above the maximum of the speed range."""
     maximum = RANGES[parameters.speed_range].maximum
     if parameters.speed <= maximum:
         return None
@@ -68,7 +68,7 @@ def setting(name: str, step: Step, value: int) -> None:
 
     `>` speed range 1 to 4; `<` start/stop speed 1 to 40 x 100 steps/s; `^` acceleration 1 to 500 x 1000 steps/s²;
     `@` speed 1 to 99,999 steps/s, at most the range's maximum; `D` inter-character delay 0 to 25 x 10 ms.
-    After > < ^ the ramp is calculated anew, up to 1 second.
+    After > < ^ a new ramp is calculated, which takes up to 1 second.
     Chapters Speed to Acceleration rate, Inter-character delay.
     """
     step.settings[name] = value

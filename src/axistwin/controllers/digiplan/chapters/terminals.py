@@ -1,4 +1,4 @@
-"""Chapter Installation, appendix 2: where each line is found on the motherboard and on the edge of the card."""
+"""Chapter Installation, appendix 2: the place of each line on the motherboard and on the edge of the card."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ class Terminal:
     place: str
     edge: str
     high: str
-    """What it means that its pin is high."""
+    """Meaning of a high level."""
     circuit: str = ""
     """The manual's type of circuit: A input, D output."""
 
@@ -53,7 +53,7 @@ TERMINALS = {
 
 @dataclass(frozen=True)
 class Link:
-    """A link, and what stands for it here."""
+    """A link, and its counterpart in the emulation."""
 
     name: str
     purpose: str
@@ -62,19 +62,15 @@ class Link:
 
 LINKS = (
     Link("links 1 and 2, motherboard", "the outputs take their +24 V from the drives", "pin `supply`"),
-    Link(
-        "link 3, motherboard", "simulates a working X drive", "pin `x_fault`: high, as fitted; drive it low for a fault"
-    ),
-    Link(
-        "link 4, motherboard", "simulates a working Y drive", "pin `y_fault`: high, as fitted; drive it low for a fault"
-    ),
+    Link("link 3, motherboard", "simulates a working X drive", "pin `x_fault`: high, as fitted; low for a fault"),
+    Link("link 4, motherboard", "simulates a working Y drive", "pin `y_fault`: high, as fitted; low for a fault"),
     Link("link 3, interface card", "position b: output 5 follows the LED", "option `fault_output = true`"),
 )
 
 
 @dataclass(frozen=True)
 class Cable:
-    """Where the interface's inputs DSR and CTS are connected: `host`, its own `dtr` or `rts`, or nowhere."""
+    """The connection of the inputs DSR and CTS: `host`, the interface's own `dtr` or `rts`, or nothing (empty)."""
 
     dsr: str
     cts: str

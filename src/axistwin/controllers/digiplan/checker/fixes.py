@@ -1,4 +1,4 @@
-"""What would mend a message.  It is sure where the mended message has fewer faults, or does just the same."""
+"""Fixes of messages.  A fix is sure if the fixed message has fewer problems, or has the same effect."""
 
 import re
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ _DISTANCE = re.compile(r"[XYZ] *[+-]? *(\d[\d ]*\d|\d)")
 
 
 def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
-    """What would mend a message of `text` that has this problem; None: that is for a person to say."""
+    """Return a fix for this problem of a message; None: only the user can decide."""
     if problem.rule is rules.UNKNOWN:
         return _upper_case(text, message, problem)
     if problem.rule is rules.SEQUENCE_END:
@@ -22,12 +22,12 @@ def of(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:
 
 
 def start(text: Sequence[Sent]) -> Fix | None:
-    """`$` at the end: it may also be that only the parameters were to be kept."""
+    """Return a fix with `$` at the end; not sure, since the user may want to set parameters only."""
     return fixing("end the message with $", put_behind(text[-1], "$"), sure=False)
 
 
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
-    """An axis without its distance, which a run forgets."""
+    """Return a fix without the distance of an axis, which a run does not use."""
     found = _DISTANCE.match(message.text, at)
     if found is None:
         return None
@@ -44,7 +44,7 @@ def _upper_case(text: Sequence[Sent], message: Message, problem: Problem) -> Fix
 
 
 def _sequence_end(text: Sequence[Sent], message: Message) -> Fix | None:
-    """`$`, or the colon before it, or both."""
+    """Return a fix with `$`, the colon before it, or both."""
     bare = message.text.rstrip(" ")
     last = text[len(bare) - 1]
     missing = ":" if bare.endswith("$") else "$" if bare.endswith(":") else ":$"

@@ -1,7 +1,7 @@
-"""What an IF1 or IF2 would say to a program, without running it: its own parser and rules, line by line.
+"""Checks a program for an IF1 or IF2 without running it, line by line, with the parser of the interface.
 
-`check` follows the host from switching on to switching off as the interface does: initialisation, messages, the lock,
-parameters that are kept until they are overwritten.
+`check` follows the host from power-on to power-off: initialisation, messages, the lock, and parameters that are kept
+until they are overwritten.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,9 +10,9 @@ from dataclasses import replace
 
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose
 from axistwin.controllers.digiplan import rules
+from axistwin.controllers.digiplan.chapters.data_format import CR, LF, Frame
 from axistwin.controllers.digiplan.chapters.initialise import BAUD_DETECT, ERASE, FormatReader
 from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
-from axistwin.controllers.digiplan.chapters.serial_data import CR, LF, Frame
 from axistwin.controllers.digiplan.chapters.speed import too_fast
 from axistwin.controllers.digiplan.checker import fixes
 from axistwin.controllers.digiplan.checker.sequence import Finding, follow
@@ -20,20 +20,11 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept, Message, parse
 from axistwin.controllers.digiplan.step import Parameters, Problem, Step
 
-LONGEST = 4000  # characters of a message that are looked at; an interface keeps fewer
-
-NAMES = {
-    "speed": "speed",
-    "speed_range": "range",
-    "acceleration": "acceleration",
-    "distance": "distance",
-    "minor_distance": "minor distance",
-}
-"""Parameters as the notes call them."""
+LONGEST = 4000  # characters of a message that are checked; an interface keeps fewer
 
 
 def check(sessions: Sequence[Session], battery: bool = False) -> list[Diagnostic]:
-    """Everything wrong with what a host sends to an IF1, or to an IF2, which has a `battery`; in order of place."""
+    """Return all problems of the messages to an IF1, or to an IF2, which has a `battery`; in order of place."""
     checker = _Checker(battery)
     for session in sessions:
         checker.follow(session)
@@ -45,8 +36,8 @@ class _Checker:
         self.battery = battery
         self.found: list[Diagnostic] = []
         self.parameters = Parameters()
-        self.said_in: dict[str, int] = {}
-        """In which line each parameter was said."""
+        self.set_in: dict[str, int] = {}
+        """Line in which each parameter was set."""
         self.sequence: Message | None = None
         self.locked_in: int | None = None
         self.frame: Frame | None = None
@@ -54,7 +45,7 @@ class _Checker:
     # Characters
 
     def follow(self, session: Session) -> None:
-        """From switching on to switching off."""
+        """Check the characters from power-on to power-off."""
         characters = [sent._replace(byte=sent.byte & 0x7F) for sent in session.characters]
         self._switch_on(session.initialised, characters)
         rest = iter(characters)
@@ -83,10 +74,10 @@ class _Checker:
             self.frame = None
 
     def _forget(self) -> None:
-        self.parameters, self.said_in, self.sequence, self.locked_in = Parameters(), {}, None, None
+        self.parameters, self.set_in, self.sequence, self.locked_in = Parameters(), {}, None, None
 
     def _initialise(self, rest: Iterator[Sent]) -> None:
-        """Take characters up to and including a good data format message."""
+        """Take characters up to and including a valid data format message."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
             self._say(rules.NOT_HEARD, [first], "nothing is heard before ( has told the baud rate")
@@ -161,7 +152,7 @@ class _Checker:
             self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))
         self._keep(text, step)
         if message.start and step.moves and not step.run and self.parameters.distance == 0:
-            self._say(rules.NO_DISTANCE, text, f"nothing moves: the distance is 0{self._said('distance')}")
+            self._say(rules.NO_DISTANCE, text, f"nothing moves: the distance is 0{self._origin('distance')}")
 
     def _refused(self, step: Step, starts: bool) -> Problem | None:
         after = self.parameters.after(step)
@@ -170,9 +161,9 @@ class _Checker:
 
     def _keep(self, text: Sequence[Sent], step: Step) -> None:
         self.parameters = self.parameters.left_by(step)
-        self.said_in |= {name: text[place].line for name, place in step.places.items()}
+        self.set_in |= {name: text[place].line for name, place in step.places.items()}
         if step.run:
-            self.said_in["distance"] = self.said_in["minor_distance"] = text[0].line
+            self.set_in["distance"] = self.set_in["minor_distance"] = text[0].line
 
     def _sequence(self, text: Sequence[Sent], message: Message) -> None:
         for step in message.steps:
@@ -191,10 +182,10 @@ class _Checker:
         for step in message.steps:
             self._keep(text, step)
 
-    # What is said about it
+    # Diagnostics
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
-        """A sequence that is run again has no step here to point to."""
+        """Report a finding at its step; a sequence that is run again has no steps in this message."""
         assert self.sequence is not None
         number, problem = finding.number, finding.problem
         if message.steps:
@@ -202,28 +193,25 @@ class _Checker:
         else:
             problem = replace(problem, message=f"step {number}: {problem.message}")
         step = message.steps[number - 1] if message.steps else Step()
-        said_by_sequence = {name for each in self.sequence.steps for name in each.settings}
-        self._values(text, step, problem, said_by_sequence)
+        set_by_sequence = {name for each in self.sequence.steps for name in each.settings}
+        self._values(text, step, problem, set_by_sequence)
 
     def _values(
-        self,
-        text: Sequence[Sent],
-        step: Step,
-        problem: Problem,
-        known: AbstractSet[str] = frozenset(),
+        self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Values that do not go together: at the one that is said here, naming where the others are, if not `known`."""
+        """Report values that do not go together, at the one in this message, with the lines of those not `known`."""
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position
-        self._say(problem.rule, text[at : at + 1], problem.message + self._said(*elsewhere), problem.chapter)
+        self._say(problem.rule, text[at : at + 1], problem.message + self._origin(*elsewhere), problem.chapter)
 
-    def _said(self, *names: str) -> str:
-        notes = [f"{NAMES[name]} from line {self.said_in[name]}" for name in names if name in self.said_in]
+    def _origin(self, *names: str) -> str:
+        shown = [(name.removeprefix("speed_").replace("_", " "), name) for name in names if name in self.set_in]
+        notes = [f"{text} from line {self.set_in[name]}" for text, name in shown]
         return f" ({', '.join(notes)})" if notes else ""
 
     def _problem(self, text: Sequence[Sent], message: Message, problem: Problem) -> None:
-        """At its place; what is missing at the end, just behind the last character."""
+        """Report a problem at its place; something missing at the end, just after the last character."""
         here = text[problem.position : problem.end or problem.position + 1]
         if not here:
             here = [text[-1]._replace(column=text[-1].column + text[-1].width, width=0)]
@@ -236,5 +224,5 @@ class _Checker:
 
 
 def _needs_start(step: Step) -> bool:
-    """Whether a message without `$` leaves something undone that it asks for."""
+    """True if a message without `$` contains something that needs a start."""
     return bool(step.set or step.reset or step.run) or step.pulse is not None or not step.settings

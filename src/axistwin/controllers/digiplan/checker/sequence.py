@@ -1,4 +1,4 @@
-"""Follows a sequence along all the ways it may take, with the parameters it has on each."""
+"""Follows a sequence along all possible paths, with the parameters on each path."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong with a step, numbered from 1."""
+    """A problem of a step, numbered from 1."""
 
     number: int
     problem: Problem
@@ -19,7 +19,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Arrival:
-    """How the sequence may arrive at a step: with these parameters, and with the run of step `running`, if not 0."""
+    """A possible state at the start of a step: parameters, and the step whose run is in progress (0: no run)."""
 
     number: int
     parameters: Parameters
@@ -27,7 +27,7 @@ class _Arrival:
 
 
 def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
-    """What goes wrong in some pass through the steps: a value set further down is in force in the next one."""
+    """Yield the problems of all passes through the steps: a value set in a later step is in force in the next pass."""
     yield from _never_reached(steps)
     todo, seen = [_Arrival(1, parameters, 0)], set[_Arrival]()
     while todo:
@@ -62,7 +62,7 @@ def _move(step: Step, number: int, parameters: Parameters, running: int) -> Find
 
 
 def _next(step: Step, number: int) -> tuple[int, ...]:
-    """The steps that may follow."""
+    """Return the steps that may follow."""
     if step.repeat is None:
         return (number + 1,)
     times, first = step.repeat

@@ -6,76 +6,27 @@ Out: one character after the other, each after the programmed delay, and only wh
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from simpy import Interrupt
 
+from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
-from axistwin.sim.frames import LineError, Parity, UartFormat
+from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
 
-CAPACITY = 64
-NEARLY_FULL = 52  # 80 %: the host is asked to stop
-NEARLY_EMPTY = 12  # 20 %: the host may go on
+NEARLY_FULL = 52  # 80 %: DTR or X-off stops the host
+NEARLY_EMPTY = 12  # 20 %: the host may continue
 OVERFLOW = 61  # 95 %: a data fault, and everything in the buffer is lost
 X_ON, X_OFF = 0x11, 0x13
-CR, LF = 0x0D, 0x0A
 DELAY_UNIT_NS = 10 * MS
-
-PARITIES: dict[int, Parity] = {1: "N", 2: "N", 3: "O", 4: "E", 5: "O", 6: "E", 7: "N", 8: "O", 9: "E"}
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A data format: terminator `U` or `V`, x1 (frame) 1 to 8, x2 (parity, echo, X-on/X-off) 1 to 9."""
-
-    terminator: str = "U"
-    x1: int = 6
-    x2: int = 1
-
-    @property
-    def uart(self) -> tuple[int, Parity, int]:
-        """Data bits, parity and stop bits."""
-        return (7 if self.x1 <= 2 else 8), PARITIES[self.x2], (1 if self.x1 % 2 else 2)
-
-    @property
-    def echo(self) -> bool:
-        """Whether each character is sent back once it has been processed."""
-        return self.x2 in (2, 5, 6)
-
-    @property
-    def x_on_x_off(self) -> bool:
-        """Whether the filling of the buffer is told by X-off and X-on."""
-        return self.x2 >= 7
-
-    def answer(self, text: bytes) -> bytes:
-        """A text as it is sent to the host, with what ends it."""
-        end = b"\r" if self.terminator == "U" else b"\r\n"
-        return bytes(self.text(byte) for byte in text + end)
-
-    @property
-    def ends_message(self) -> int:
-        """The character that ends a message from the host."""
-        return CR if self.terminator == "U" else LF
-
-    def raw(self, byte: int) -> int:
-        """A byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits there is none.
-
-        The quick status needs all eight bits: where bit 8 is fixed at 1 it is sent as it is.
-        """
-        return byte if self.x1 in (3, 4, 7, 8) else byte & 0x7F
-
-    def text(self, byte: int) -> int:
-        """A character of a text as it is sent."""
-        return byte | 0x80 if self.x1 in (7, 8) else self.raw(byte)
 
 
 class LinePins(Protocol):
-    """The control lines of the interface."""
+    """Control lines of the interface."""
 
     dtr: Pin
     rts: Pin
@@ -84,51 +35,51 @@ class LinePins(Protocol):
 
 
 class InputBuffer:
-    """The UART's receiver register and the 64 characters behind it."""
+    """The receiver register of the UART and the buffer of 64 characters after it."""
 
     def __init__(self, clock: Clock, uart: Uart, strobe_ns: int) -> None:
         self.clock, self.uart, self.strobe_ns = clock, uart, strobe_ns
         self.characters: deque[int] = deque()
         self.on_fault: Callable[[LineFault], None] = lambda fault: None
         self.intercept: Callable[[int], bool] = lambda byte: False
-        """Asked for each character; True: it does not enter the buffer."""
+        """Called with each character; True: the character does not enter the buffer."""
         self.on_full: Callable[[bool], None] = lambda full: None
         self.on_cancel: Callable[[], None] = lambda: None
-        """Called when `# <CR>` has come in."""
+        """Called when `# <CR>` is received."""
         self.checking = True
         """False: errors are not flagged."""
         self.tolerant = False
-        """True: characters with errors are taken, since the data format is not known yet."""
+        """True: characters with errors are accepted, since the data format is not known yet."""
         self.full = False
         self._register: tuple[int, LineError] | None = None
         self._began_ns = clock.now
         self._arrived: Event | None = None
 
     def begin_with(self, byte: int) -> None:
-        """Forget what has been received, and begin with this character."""
+        """Clear the buffer, and begin with this character."""
         self.characters.clear()
         self._register = None
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Take characters with errors too, or no longer.  While it does, the UART finds its way from 7 bits to 8."""
+        """Accept characters with errors, or stop doing so.  Meanwhile the UART resynchronises from 7 bits to 8."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
-        """Begin to listen."""
+        """Begin to receive."""
         self.uart.on_receive = self._receive
         self.uart.has_room = lambda: not self.full
         self.uart.pump_peer()
 
     def close(self) -> None:
-        """Listen no more; what has been received is lost."""
+        """Stop receiving, and clear the buffer."""
         self.uart.on_receive = lambda byte, errors: None
         self.uart.has_room = lambda: True
         self.characters.clear()
         self._register = None
 
     def take(self) -> int | None:
-        """The next character to be processed, if there is one."""
+        """Remove and return the next character to be processed; None if the buffer is empty."""
         if not self.characters:
             return None
         character = self.characters.popleft()
@@ -136,7 +87,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Take the first wanted message out from between the others, with its terminator; empty if there is none."""
+        """Remove and return the first wanted message with its terminator; empty if there is none."""
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:
@@ -152,13 +103,12 @@ class InputBuffer:
         return []
 
     def arrival(self) -> Event:
-        """An event for the moment when there is a character."""
-        if self._arrived is None:
-            self._arrived = self.clock.event()
+        """Return an event for the arrival of the next character."""
+        self._arrived = self._arrived or self.clock.event()
         return self._arrived
 
     def drop_before_cancel(self) -> None:
-        """Throw away what was typed before the `#` that has come in."""
+        """Drop the characters before a received `#`."""
         while self.characters[0] & 0x7F != ord("#"):
             self.take()
 
@@ -172,7 +122,7 @@ class InputBuffer:
             since_ns = self.clock.now - self._began_ns
             self.clock.call_later(self.strobe_ns - since_ns % self.strobe_ns, self._strobe)
         else:
-            self._complain(LineFault.OVERRUN)
+            self._flag(LineFault.OVERRUN)
         self._register = byte, errors
 
     def _strobe(self) -> None:
@@ -181,14 +131,14 @@ class InputBuffer:
             self._enter(*character)
 
     def _enter(self, byte: int, errors: LineError) -> None:
-        if errors and not self.tolerant:  # such a character is dropped; while locked without a trace
-            self._complain(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
-            self._complain(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
+        if errors and not self.tolerant:  # the character is dropped; while locked, no fault is flagged
+            self._flag(LineFault.PARITY if LineError.PARITY in errors else LineFault.NONE)
+            self._flag(LineFault.FRAMING if LineError.FRAMING in errors else LineFault.NONE)
             return
         self.characters.append(byte)
         if len(self.characters) >= OVERFLOW:
             self.characters.clear()
-            self._complain(LineFault.DATA)
+            self._flag(LineFault.DATA)
             self._set_full(False)
             return
         if not self.full and len(self.characters) >= NEARLY_FULL:
@@ -203,7 +153,7 @@ class InputBuffer:
         typed = (byte & 0x7F for byte in reversed(self.characters))
         return next((code for code in typed if code not in (CR, LF, ord(" "))), None) == ord("#")
 
-    def _complain(self, fault: LineFault) -> None:
+    def _flag(self, fault: LineFault) -> None:
         if self.checking:
             self.on_fault(fault)
 
@@ -212,8 +162,6 @@ class InputBuffer:
             self._set_full(False)
 
     def _set_full(self, full: bool) -> None:
-        if full is self.full:
-            return
         self.full = full
         self.on_full(full)
         if not full:
@@ -221,16 +169,16 @@ class InputBuffer:
 
 
 class Transmitter:
-    """What sends: "the interface will not transmit data until DSR and CTS are both set"."""
+    """The transmitter: "the interface will not transmit data until DSR and CTS are both set"."""
 
     def __init__(self, clock: Clock, uart: Uart, lines: LinePins) -> None:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self._held_back = 0  # senders that wait for DSR or CTS
+        self._held_back = 0  # number of senders that wait for DSR or CTS
         self._flow_control: int | None = None
         self.urgent: Process | None = None
-        """What sends X-on or X-off."""
+        """Procedure that sends X-on or X-off."""
         uart.on_idle = lambda: lines.rts.set(False)
 
     @property
@@ -239,7 +187,7 @@ class Transmitter:
         return self._held_back > 0
 
     def send(self, data: bytes) -> Procedure | None:
-        """Send characters; a procedure if that takes waiting: for the lines, the delay or the UART."""
+        """Send characters; return a procedure if sending has to wait for the lines, the delay or the UART."""
         if not self.delay and (self.uart.instant or len(data) == 1):
             self.lines.rts.set(True)
             if self._clear_to_send and not self.uart.queue:
@@ -260,7 +208,7 @@ class Transmitter:
             self._transmit(bytes([byte]))
 
     def _until_clear(self) -> Procedure:
-        """Wait for DSR and CTS; what is cancelled meanwhile is not sent."""
+        """Wait for DSR and CTS; a cancelled character is not sent."""
         self._held_back += 1
         try:
             while not self._clear_to_send:
@@ -273,7 +221,7 @@ class Transmitter:
             self._held_back -= 1
 
     def send_flow_control(self, stop: bool) -> None:
-        """X-off or X-on goes before everything else, also while the interface is occupied with something."""
+        """Send X-off or X-on before everything else, also while the interface is busy."""
         self._flow_control = X_OFF if stop else X_ON
         if self.urgent is None:
             self.urgent = self.clock.process(self._send_urgent())
@@ -290,7 +238,7 @@ class Transmitter:
         self.urgent = None
 
     def stop(self) -> None:
-        """The power is gone: nothing more is sent."""
+        """Send nothing more: the power is off."""
         if self.urgent is not None:
             kill(self.urgent)
         self.uart.queue.clear()
@@ -306,8 +254,3 @@ class Transmitter:
         self.uart.send(data)
         if not self.uart.sending:
             self.lines.rts.set(False)
-
-
-def uart_format(baudrate: int, frame: Frame) -> UartFormat:
-    """What the UART is set to."""
-    return UartFormat(baudrate, *frame.uart)

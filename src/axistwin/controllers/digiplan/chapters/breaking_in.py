@@ -1,0 +1,58 @@
+"""Chapter Breaking into a locked interface: a `(` at any baud rate begins the initialisation again."""
+
+from fractions import Fraction
+
+from axistwin.controllers.digiplan.chapters.data_format import Frame, uart_format
+from axistwin.controllers.digiplan.chapters.initialise import BAUD_DETECT, baud_rate
+from axistwin.controllers.digiplan.state import Stage, State
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.serial import LevelAt
+
+
+class BreakIn:
+    """Detects a `(` in the interface's own format and, while locked, in the default format at any baud rate."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._offered: UartFormat | None = None  # format in which the present character is read
+        self._detected: UartFormat | None = None  # format of a `(` that has come in
+        state.buffer.intercept = self._intercept
+
+    def enable(self, on: bool) -> None:
+        """Detect other formats, or stop doing so; meanwhile errors are not flagged."""
+        self._state.buffer.checking = not on
+        self._state.uart.second_look = self._offer if on else None
+
+    @property
+    def _possible(self) -> bool:
+        """True if the interface is locked, the host holds DSR active, and nothing is in motion."""
+        state = self._state
+        held = state.lines.dsr.level and not state.uart.sending
+        return state.locked and held and state.stage is Stage.READY and not state.motion.running
+
+    def _offer(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:
+        """Return the default format at the baud rate of this character, if it is a `(` in a format of another shape."""
+        self._offered = None
+        rate = baud_rate(low_ns) if self._possible else None
+        if rate is not None:
+            other, own = uart_format(rate, Frame()), uart_format(self._state.baudrate, self._state.frame)
+            seen = other.decode(level_at) if other.shape != own.shape else None
+            if seen is not None and seen[0] & 0x7F == BAUD_DETECT:
+                self._offered = other
+        return self._offered
+
+    def _intercept(self, byte: int) -> bool:
+        """Return True if a character was read in another format; a `(` makes that the interface's format."""
+        other, self._offered = self._offered, None
+        if other is not None and byte & 0x7F == BAUD_DETECT:
+            self._state.uart.format = self._detected = other
+            self._state.buffer.begin_with(BAUD_DETECT)
+        return other is not None
+
+    def begins_with(self, character: int) -> bool:
+        """True if this character breaks into the interface; the UART then has the format of that character."""
+        if character & 0x7F != BAUD_DETECT or not (self._detected or self._possible):
+            return False
+        self._state.uart.format = self._detected or uart_format(self._state.baudrate, Frame())
+        self._detected = None
+        return True

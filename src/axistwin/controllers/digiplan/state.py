@@ -1,0 +1,164 @@
+"""State of an interface with power: the fields and primitives that the chapters use."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
+from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, LinePins, Transmitter
+from axistwin.controllers.digiplan.chapters.faults import Faults, StopInputs
+from axistwin.controllers.digiplan.chapters.motion import RampGenerator
+from axistwin.controllers.digiplan.chapters.outputs import Outputs
+from axistwin.controllers.digiplan.options import Options
+from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Parameters, Step
+from axistwin.controllers.digiplan.work import Work
+from axistwin.controllers.product import PulseAxis, Store
+from axistwin.sim.clock import Clock, Procedure
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.units import to_ns
+
+
+class Stage(Enum):
+    """Stage of the initialisation: RESET --1 s--> WAIT --"("--> FORMAT --"U61<CR>"--> READY."""
+
+    RESET = "self-test"
+    WAIT = "waiting for ("
+    FORMAT = "waiting for the data format"
+    READY = "ready"
+
+
+@dataclass(frozen=True)
+class Hardware:
+    """The parts of a card that exist with and without power."""
+
+    clock: Clock
+    uart: Uart
+    lines: LinePins
+    pins: Mapping[str, Pin]
+    outputs: Outputs
+    axes: Mapping[str, PulseAxis]
+    options: Options
+    store: Store
+
+
+class State(ABC):
+    """Parts, settings and status of an interface."""
+
+    def __init__(self, card: Hardware) -> None:
+        clock, uart, lines, pins, options = card.clock, card.uart, card.lines, card.pins, card.options
+        self.clock, self.uart, self.lines, self.pins = clock, uart, lines, pins
+        self.outputs, self.options, self.store = card.outputs, options, card.store
+        self.stage = Stage.RESET
+        self.frame, self.baudrate, self.locked = Frame(), 0, False
+        self.lock: MessageFormat | None = None
+        """Format of the lock command."""
+        self.eighth: tuple[bool, ...] = ()
+        """Bit 8 of each character of the message in progress, terminator included."""
+        self.ignored: tuple[int, ...] = ()
+        """Characters that are ignored if they come next."""
+        self.parameters = Parameters()
+        self.sequence = ""
+        """The stored sequence, as it was sent."""
+        self.step_number = 0
+        """The step that was begun last, as O reports it."""
+        self.step = 0
+        """The step of the sequence in progress; 0: no sequence runs."""
+        self.on_step: Callable[[int], None] = lambda number: None
+        """Called with the number of each step when it begins."""
+        self.hint = ""
+        """Before READY: why characters from the host are dropped, and what helps."""
+        self.on_hint: Callable[[str], None] = lambda hint: None
+        self._ramp_before: Parameters | None = None
+        """While a new ramp is still to be calculated: the parameters before the new ramp data."""
+        self._muted_until_ns = 0
+        self.motion = RampGenerator(clock, card.axes, pins)
+        self.faults = Faults(pins, self._show_fault)
+        self.buffer = InputBuffer(clock, uart, to_ns(options.strobe_ms / 1000))
+        self.transmitter = Transmitter(clock, uart, lines)
+        self.work = Work(clock, self.motion, self._calculate_new_ramp)
+        self.stops = StopInputs(self.faults, self.motion, self.work.cancel, options.limits)
+        self.buffer.on_fault = self.faults.raise_line
+
+    @abstractmethod
+    def set_locked(self, locked: bool) -> None:
+        """Lock or unlock communication, and keep that in the memory."""
+
+    @abstractmethod
+    def erase(self) -> None:
+        """Erase parameters, sequence and lock."""
+
+    # Characters
+
+    def drop(self, hint: str) -> None:
+        """Drop a character of the host; report why, once for each reason."""
+        if hint != self.hint:
+            self.hint = hint
+            self.on_hint(hint)
+
+    def next_character(self) -> Procedure:
+        """Wait for a character; returns the character."""
+        while (character := self.buffer.take()) is None:
+            yield self.buffer.arrival()
+        return character
+
+    def transmit(self, data: bytes) -> Procedure:
+        """Send, and wait until the last character is being sent."""
+        yield from self.transmitter.send(data) or ()
+
+    @property
+    def message_format(self) -> MessageFormat:
+        """Format of the message in progress."""
+        bytesize, parity, _ = self.frame.uart
+        return MessageFormat(self.baudrate, bytesize, parity, (any(self.eighth[:-1]), *self.eighth[-1:]))
+
+    def _show_fault(self, on: bool) -> None:
+        if self.stage is Stage.READY:
+            self.pins["led"].set(on)
+
+    # Parameters
+
+    def set_parameters(self, step: Step) -> None:
+        """Keep the parameters of a direct message; new ramp data take effect when nothing is in progress."""
+        before, self.parameters = self.parameters, self.parameters.after(step)
+        self.transmitter.delay = self.parameters.character_delay
+        if RAMP_SETTINGS & step.settings.keys():
+            if not self.work.occupied:
+                self.calculate_ramp()
+            elif self._ramp_before is None:
+                self._ramp_before = before
+
+    @property
+    def in_force(self) -> Parameters:
+        """Parameters of a move that begins now: without ramp data whose ramp is still to be calculated."""
+        before = self._ramp_before
+        if before is None:
+            return self.parameters
+        return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
+
+    def calculate_ramp(self) -> None:
+        """Calculate a ramp: for up to a second no character is processed, answered or echoed; the buffer keeps them."""
+        self._ramp_before = None
+        self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
+
+    def _calculate_new_ramp(self) -> None:
+        if self._ramp_before is not None:
+            self.calculate_ramp()
+
+    @property
+    def muted(self) -> bool:
+        """True while a ramp is calculated."""
+        return self._muted_until_ns > self.clock.now
+
+    def until_unmuted(self) -> Procedure:
+        """Wait until the ramp has been calculated."""
+        if self.muted:
+            yield self.clock.timeout(self._muted_until_ns - self.clock.now)
+
+    # Sequence
+
+    def begin_step(self, number: int) -> None:
+        """Begin a step of the sequence."""
+        self.step = self.step_number = number
+        self.on_step(number)

@@ -1,0 +1,118 @@
+"""The work in progress, a move, a run or a sequence, and the message that is held until the work has finished."""
+
+from collections.abc import Callable
+from functools import partial
+
+from simpy import Interrupt
+
+from axistwin.controllers.digiplan.chapters.motion import RampGenerator
+from axistwin.controllers.digiplan.step import EndOfWork
+from axistwin.sim.clock import Clock, Event, Procedure, Process, interrupt, kill
+
+
+class Work:
+    """Runs one procedure at a time; a sequence may give control to the host meanwhile."""
+
+    def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
+        self.clock, self.motion, self._on_free = clock, motion, on_free
+        self.process: Process | None = None
+        self.control: Event | None = None
+        """While the host has control: the event that continues the sequence."""
+        self.held: Process | None = None
+        """Procedure of the message that is held."""
+        self.turn: Event | None = None
+        """Event that ends the wait of the message after the held one; True: that message was cancelled."""
+        self._freed: Event | None = None
+
+    @property
+    def occupied(self) -> bool:
+        """True while a procedure is in progress and the host does not have control."""
+        return self.process is not None and self.control is None
+
+    @property
+    def busy(self) -> bool:
+        """True while occupied, or while a message is held."""
+        return self.occupied or self.held is not None
+
+    # The procedure in progress
+
+    def begin(self, procedure: Procedure) -> None:
+        """Start a procedure."""
+        self.process = self.clock.process(self._run(procedure))
+
+    def _run(self, procedure: Procedure) -> Procedure:
+        try:
+            yield from procedure
+        except (EndOfWork, Interrupt):
+            self.motion.decelerate()
+        while self.motion.running:
+            try:
+                yield self.motion.ended
+            except Interrupt:
+                self.motion.decelerate()
+        self.process = self.control = None
+        self._free()
+
+    def _free(self) -> None:
+        self._on_free()
+        if self._freed is not None:
+            freed, self._freed = self._freed, None
+            freed.succeed()
+
+    def cancel(self) -> None:
+        """Stop motion with deceleration, end the procedure in progress, and drop the held message."""
+        self.drop_held()
+        self.motion.decelerate()
+        if self.process is not None:
+            self.control = None
+            if self.process is self.clock.active_process:  # an output that it switches is wired to a fault input
+                self.clock.soon(partial(interrupt, self.process))
+            else:
+                interrupt(self.process)
+
+    def stop(self) -> None:
+        """End everything at once, as a power cut does."""
+        for process in (self.held, self.process):
+            if process is not None:
+                kill(process)
+
+    # Control by the host
+
+    def give_control(self) -> Event:
+        """Give control to the host; the event brings a step to carry out, or None when control is given back."""
+        self.control = self.clock.event()
+        self._free()
+        return self.control
+
+    def take_control(self) -> Event | None:
+        """Return the event that continues the sequence, if the host has control."""
+        control, self.control = self.control, None
+        return control
+
+    # The held message
+
+    def when_free(self, begin: Procedure) -> Procedure | None:
+        """Return `begin` if nothing is in progress; otherwise hold it until then."""
+        if not self.occupied:
+            return begin
+        self.held = self.clock.process(self._hold(begin))
+        return None
+
+    def _hold(self, begin: Procedure) -> Procedure:
+        while self.occupied:
+            self._freed = self.clock.event()
+            yield self._freed
+        yield from begin
+        self._release(cancelled=False)
+
+    def drop_held(self) -> None:
+        """Drop the held message and the one that waits after it."""
+        if self.held is not None:
+            kill(self.held)
+            self._release(cancelled=True)
+
+    def _release(self, *, cancelled: bool) -> None:
+        self.held = None
+        if self.turn is not None:
+            turn, self.turn = self.turn, None
+            turn.succeed(cancelled)
