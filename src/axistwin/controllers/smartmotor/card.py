@@ -38,7 +38,8 @@ class SmartMotor:
         self.options = options
         self._index = IndexLine(clock)
         self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True, output=True), "index": self._index}
-        self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
+        brake, uarts = self.pins["brake"], (self.uart, self.rs485)
+        self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
@@ -58,15 +59,15 @@ class SmartMotor:
         if on and self._motor is None:
             if self._before is not None:
                 self._before.leave()
-            self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
+            self._motor = Motor(self._fittings, self.options, self._restart)
             self._motor.on_fault = self.alarms.tell
             self._lines.connect(self._motor)
             self._registers.connect(self._motor)
-            if self._index.watched:
-                self._motor.watch_index()
+            self._index.connect(self._motor)
         elif not on and self._motor is not None:
             self._motor.power_off()
-            self._before, self._motor, self._index.motor = self._motor, None, None
+            self._before, self._motor = self._motor, None
+            self._index.connect(None)
             self._registers.connect(None)
             self._let_go()
 
@@ -79,7 +80,7 @@ class SmartMotor:
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
-        self._motor.core.catch_up(changing=False)
+        self._motor.catch_up(changing=False)
         return trouble(self._motor)
 
     def programs(self) -> Mapping[str, Listing]:

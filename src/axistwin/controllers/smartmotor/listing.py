@@ -11,15 +11,12 @@ that one is enough; whether a line with several begins or goes on is known only 
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Listing
-from axistwin.controllers.smartmotor.kernel.state import DEPTH, NOTHING_YET, PC, PROGRAM, RETURNS, STATEMENT, STOPPED
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.language.program import Program
+from axistwin.controllers.smartmotor.motor import Motor
 from axistwin.sim.progress import Progress
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
 
 PROGRAM_NAME = "program"
 """What the one program of a motor is called."""
@@ -72,7 +69,7 @@ class Lines:
         self._listed: Program | None = None
         self._rows = Rows((), (), frozenset())
 
-    def connect(self, motor: "Motor") -> None:
+    def connect(self, motor: Motor) -> None:
         """This processor has its power on now; its program is not running yet."""
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
@@ -119,8 +116,8 @@ class Lines:
         motor = self._motor
         assert motor is not None
         motor.core.catch_up(changing=False)
-        stopped = not motor.powered or motor.i[PROGRAM] == STOPPED
-        return None if stopped else self.rows().row(motor.i[STATEMENT])
+        stopped = not motor.powered or motor.i[s.PROGRAM] == s.STOPPED
+        return None if stopped else self.rows().row(motor.i[s.STATEMENT])
 
     def _begins(self, number: int) -> None:
         """A statement begins: so does its line, unless it goes on in the line of the one before."""
@@ -128,7 +125,7 @@ class Lines:
         assert motor is not None
         before, motor.statement_before = motor.statement_before, number
         index = self.rows().of[number]
-        if before == NOTHING_YET or number <= before or self.rows().row(before) != index:
+        if before == s.NOTHING_YET or number <= before or self.rows().row(before) != index:
             self.progress.tell(PROGRAM_NAME, index)
 
     def _attend(self) -> None:
@@ -144,16 +141,16 @@ class Lines:
         return program.announcing(self._rows_of(program).statements(rows))
 
 
-def change(motor: "Motor", after: Program) -> None:
+def change(motor: Motor, after: Program) -> None:
     """The program is this one from now on, which is the same but for what it announces; it may be running."""
     if after is motor.program:
         return
     motor.catch_up()
     i, moved = motor.i, _moved(motor.program, after)
-    i[PC] = moved.get(i[PC], 0)
-    for at in range(RETURNS, RETURNS + i[DEPTH]):
+    i[s.PC] = moved.get(i[s.PC], 0)
+    for at in range(s.RETURNS, s.RETURNS + i[s.DEPTH]):
         i[at] = moved.get(i[at] >> 2, i[at] >> 2) << 2 | i[at] & 3
-    motor.statement_before = NOTHING_YET if i[PROGRAM] == STOPPED else i[STATEMENT]
+    motor.statement_before = s.NOTHING_YET if i[s.PROGRAM] == s.STOPPED else i[s.STATEMENT]
     motor.use(after)
 
 

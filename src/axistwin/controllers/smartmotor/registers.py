@@ -8,7 +8,6 @@ outside, and the levels of pins.  `line` is the line of the stored program that 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Register
 from axistwin.controllers.smartmotor.chapters.variables import NOTHING, TABLE
@@ -16,10 +15,8 @@ from axistwin.controllers.smartmotor.kernel import log, state
 from axistwin.controllers.smartmotor.kernel.interpreter import AT_STATEMENT, COMPUTED, MODE_TOLD, SLOT, VARIABLE
 from axistwin.controllers.smartmotor.kernel.state import USER_PINS
 from axistwin.controllers.smartmotor.listing import LINE, Lines
+from axistwin.controllers.smartmotor.motor import Motor
 from axistwin.sim.clock import Clock
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
 
 LEFT_OUT = ("CLK", "I")
 BUFFERED = ("P", "V")
@@ -69,7 +66,7 @@ class Registers:
         self._motor: Motor | None = None
         self._followings: list[_Following] = []
 
-    def connect(self, motor: "Motor | None") -> None:
+    def connect(self, motor: Motor | None) -> None:
         """This processor has its power on now; everything in it is as it is at power-up."""
         self._motor = motor
         if motor is not None and self._followings:

@@ -6,43 +6,18 @@ It is also what the axis asks where the shaft is (`ServoAxis`'s source).
 from array import array
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.smartmotor.kernel import machine
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.core import SAMPLE_NS
-from axistwin.controllers.smartmotor.kernel.state import (
-    ANALOG,
-    BT,
-    BY_HAND,
-    COMMANDED,
-    MASTER,
-    MASTER_ADD,
-    MASTER_DIV,
-    MASTER_END,
-    MASTER_LEFT,
-    MASTER_REM,
-    MASTER_SEEN,
-    MASTER_STEP,
-    MASTER_WAY,
-    PINS,
-    SAMPLE,
-    SHOWN,
-    STEP_UP,
-    STEPS,
-    TOLD,
-    USER_PINS,
-    WINDOW_HIGH,
-    WINDOW_LOW,
-)
+from axistwin.controllers.smartmotor.kernel.position import actual_position
 from axistwin.controllers.smartmotor.kernel.trajectory import quadrature
+from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.plant.counts import Samples
 from axistwin.plant.master import Master
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.units import S
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
 
 QUADRATURE = (0, 1, 3, 2)
 """Pins A (1) and B (2) in the order in which they change when the encoder turns forwards."""
@@ -56,7 +31,7 @@ class EncoderPin(UserPin):
 
     def __init__(self, clock: Clock, name: str, master: Master) -> None:
         super().__init__(clock, name)
-        self._bit, self._master = USER_PINS.index(name), master
+        self._bit, self._master = s.USER_PINS.index(name), master
         self.levels: Callable[[], int] = lambda: quadrature(master.count)
         """Returns the levels that the external encoder gives pins A (1) and B (2) now."""
         self.on_wiring: Callable[[], None] = lambda: None
@@ -93,42 +68,64 @@ class EncoderPin(UserPin):
 
 
 class IndexLine(Pin):
-    """The encoder's index mark, high while the shaft stands on it.  It is looked up, unless somebody watches it."""
+    """The encoder's index line, high while the shaft is at the mark.  Without subscribers it is read on demand."""
 
     restless = True
 
     def __init__(self, clock: Clock) -> None:
         super().__init__(clock, "index")
-        self.motor: Motor | None = None
-        self.watched = False
+        self._motor: Processor | None = None
+
+    def connect(self, motor: Processor | None) -> None:
+        """Connect the processor that has just been switched on; None: the power is off."""
+        self._motor = motor
+        if self._changes:
+            self._report_changes()
+
+    def _report_changes(self) -> None:
+        """Let the kernel stop at every change of the line."""
+        if self._motor is not None:
+            self._motor.catch_up()
+            self._motor.i[s.WATCH_INDEX] = 1
 
     @property
     def level(self) -> bool:
-        """Whether the shaft stands on the mark; a test lead has the last word."""
-        return super().level if self.driven or self._holds or self.motor is None else self.motor.at_index
+        """True if the shaft is at the mark; a test lead has priority."""
+        motor = self._motor
+        if self.driven or self._holds or motor is None:
+            return super().level
+        motor.catch_up(changing=False)
+        return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
         """Force the line; a rising edge captures the position as the mark does."""
         before = self.level
         super().drive(level)
-        if self.motor is not None:
-            self.motor.force_index(bool(level), rising=bool(level) and not before)
+        self._force(bool(level), rising=bool(level) and not before)
 
     def release(self) -> None:
-        """Take the test lead away."""
+        """Remove the test lead."""
         super().release()
-        if self.motor is not None:
-            self.motor.force_index(False, rising=False)
+        self._force(False, rising=False)
 
-    def watch(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `watcher(pin)` at every change."""
-        self.watched = True
-        if self.motor is not None:
-            self.motor.watch_index()
-        return super().watch(watcher)
+    def _force(self, on: bool, *, rising: bool) -> None:
+        """Force the mark.  On a rising edge the position is captured as at the mark, flag Bi."""
+        if self._motor is None:
+            return
+        self._motor.catch_up()
+        i = self._motor.i
+        i[s.INDEX_FORCED] = on
+        i[s.BX] |= on
+        if rising and i[s.INDEX_ARMED]:
+            i[s.INDEX], i[s.INDEX_ARMED], i[s.BI] = actual_position(i), 0, 1
+
+    def watch(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
+        """Call `callback(pin)` at every change.  Return an unsubscribe function."""
+        self._report_changes()
+        return super().watch(callback)
 
     def show(self) -> None:
-        """The shaft has come to the mark, or has left it."""
+        """Report that the shaft has reached or left the mark."""
         if not self.driven:
             self._announce()
 
@@ -136,15 +133,15 @@ class IndexLine(Pin):
 class Inputs:
     """Keeps the motor's numbers for its inputs true."""
 
-    def __init__(self, motor: "Motor") -> None:
+    def __init__(self, motor: Processor) -> None:
         self.motor, self.axis = motor, motor.axis
         self._undo: list[Callable[[], object]] = []
-        for bit, name in enumerate(USER_PINS):
+        for bit, name in enumerate(s.USER_PINS):
             pin = motor.pins[name]
             self._undo.append(pin.watch(partial(self._level, bit)))
             self._undo.append(pin.watch_volts(partial(self._volts, bit)))
-            motor.i[PINS] |= pin.level << bit
-            motor.i[ANALOG + bit] = pin.analog
+            motor.i[s.PINS] |= pin.level << bit
+            motor.i[s.ANALOG + bit] = pin.analog
         self._encoder_pins = [pin for pin in motor.pins.values() if isinstance(pin, EncoderPin)]
         for encoder_pin in self._encoder_pins:
             encoder_pin.levels, encoder_pin.on_wiring = self._levels, self._wiring
@@ -154,11 +151,9 @@ class Inputs:
             listeners.append(action)
             self._undo.append(partial(listeners.remove, action))
         motor.core.listeners.append(self._publish)
-        self._by_hand = 0
-        """Edges that have come through the pins themselves."""
         self._take_axis()
         self._master()
-        motor.i[MASTER_SEEN] = motor.i[MASTER]
+        motor.i[s.MASTER_SEEN] = motor.i[s.MASTER]
 
     def close(self) -> None:
         """The power is gone."""
@@ -170,49 +165,44 @@ class Inputs:
     def _level(self, bit: int, pin: Pin) -> None:
         self.catch_up()
         i = self.motor.i
-        before = i[PINS] & 3
-        i[PINS] = i[PINS] & ~(1 << bit) | pin.level << bit
+        before = i[s.PINS] & 3
+        i[s.PINS] = i[s.PINS] & ~(1 << bit) | pin.level << bit
         if bit <= 1:
             self._count(bit, before)
 
     def _volts(self, bit: int, pin: UserPin) -> None:
         self.catch_up()
-        self.motor.i[ANALOG + bit] = pin.analog
+        self.motor.i[s.ANALOG + bit] = pin.analog
 
     def _count(self, bit: int, before: int) -> None:
         """An edge on pin A or B: a quarter of an encoder's period, or a step on A in the direction of B."""
         i = self.motor.i
-        if i[STEPS]:
-            step = (1 if i[PINS] & 2 else -1) if bit == 0 and i[PINS] & 1 else 0
+        if i[s.STEPS]:
+            step = (1 if i[s.PINS] & 2 else -1) if bit == 0 and i[s.PINS] & 1 else 0
         else:
-            step = {0: 0, 1: 1, 3: -1}[(QUADRATURE.index(i[PINS] & 3) - QUADRATURE.index(before)) % 4]
-        self._by_hand += step
-        i[BY_HAND] = self._by_hand
-        i[MASTER] += step
-        i[MASTER_END] += step
-        i[TOLD] = 0  # that is to be told anew
+            step = {0: 0, 1: 1, 3: -1}[(QUADRATURE.index(i[s.PINS] & 3) - QUADRATURE.index(before)) % 4]
+        i[s.BY_HAND] += step
+        i[s.MASTER] += step
+        i[s.MASTER_END] += step
+        i[s.TOLD] = 0  # that is to be told anew
 
     def _wiring(self) -> None:
         """Pin A or B shows the external encoder from now on, or does no longer."""
         self.catch_up()
         i = self.motor.i
-        i[SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
+        i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
         for bit, pin in enumerate(self._encoder_pins):
-            i[PINS] = i[PINS] & ~(1 << bit) | pin.level << bit
-            i[ANALOG + bit] = pin.analog
+            i[s.PINS] = i[s.PINS] & ~(1 << bit) | pin.level << bit
+            i[s.ANALOG + bit] = pin.analog
 
     def _levels(self) -> int:
         """The external encoder's levels now; of a step source B is the direction, and A low between steps."""
         i, master = self.motor.i, self.axis.master
-        if i[STEPS]:
-            return 2 * (master.run.counts > 0 if master.run.counts else i[STEP_UP])
+        if i[s.STEPS]:
+            return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
         return quadrature(master.count)
 
     # External encoder
-
-    def edges(self) -> int:
-        """Edges on pins A and B so far, exactly now."""
-        return self.axis.master.count + self._by_hand
 
     def _master(self) -> None:
         """The external encoder begins another run: the kernel counts along from the next sample on.
@@ -221,20 +211,20 @@ class Inputs:
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
-        i[MASTER], i[MASTER_LEFT], i[TOLD] = self.edges(), 0, 0
+        i[s.MASTER], i[s.MASTER_LEFT], i[s.TOLD] = self.motor.edges(), 0, 0
         follows = self._follows()
         core.foretell = self._foretell if follows and self.axis.master.foreseen else None
         core.one_by_one = self._ask if follows and core.foretell is None else None
-        first_ns = core.time_ns(i[SAMPLE] + 1)
+        first_ns = core.time_ns(i[s.SAMPLE] + 1)
         if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
             return
-        edges, i[MASTER_DIV] = abs(run.counts), run.duration_ns
-        i[MASTER_WAY] = 1 if run.counts > 0 else -1
-        i[MASTER_STEP], i[MASTER_ADD] = divmod(edges * SAMPLE_NS, run.duration_ns)
-        counted, i[MASTER_REM] = divmod(edges * (first_ns - SAMPLE_NS - run.start_ns), run.duration_ns)
-        i[MASTER] = run.base + i[MASTER_WAY] * counted + self._by_hand
-        i[MASTER_END] = run.base + run.counts + self._by_hand
-        i[MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
+        edges, i[s.MASTER_DIV] = abs(run.counts), run.duration_ns
+        i[s.MASTER_WAY] = 1 if run.counts > 0 else -1
+        i[s.MASTER_STEP], i[s.MASTER_ADD] = divmod(edges * SAMPLE_NS, run.duration_ns)
+        counted, i[s.MASTER_REM] = divmod(edges * (first_ns - SAMPLE_NS - run.start_ns), run.duration_ns)
+        i[s.MASTER] = run.base + i[s.MASTER_WAY] * counted + self.motor.i[s.BY_HAND]
+        i[s.MASTER_END] = run.base + run.counts + self.motor.i[s.BY_HAND]
+        i[s.MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
     def _follows(self) -> bool:
         """Whether the external encoder sits on an axis that moves."""
@@ -243,7 +233,7 @@ class Inputs:
 
     def _ask(self) -> None:
         """The external encoder sits on an axis that cannot be told in advance: ask it before each sample."""
-        self.motor.i[MASTER] = self.edges()
+        self.motor.i[s.MASTER] = self.motor.edges()
         if not self._follows():
             self.motor.core.one_by_one = None
 
@@ -253,7 +243,7 @@ class Inputs:
         if not self._follows():
             core.foretell = None
         counts = self.axis.master.foretell(core.time_ns(first), SAMPLE_NS, samples)
-        return [count + self._by_hand for count in counts]
+        return [count + self.motor.i[s.BY_HAND] for count in counts]
 
     # The axis's source
 
@@ -276,7 +266,7 @@ class Inputs:
     def commanded(self) -> int:
         """The trajectory's counts, in the controller's coordinates."""
         self.look()
-        return self.motor.i[COMMANDED] >> 16
+        return self.motor.i[s.COMMANDED] >> 16
 
     def setpoint(self) -> int:
         """The trajectory's counts, in the machine's coordinates.  Nothing is disturbed that has been computed."""
@@ -288,7 +278,7 @@ class Inputs:
 
     def moving(self) -> bool:
         """Whether the shaft turns or a trajectory is in progress.  Bt holds for a block, which a change of it ends."""
-        return bool(self.motor.i[BT]) or self.velocity() != 0
+        return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
         """When the next sample is done, while something changes."""
@@ -316,12 +306,12 @@ class Inputs:
         machine.set_encoder(motor.i, axis.counts_of, axis.counts_out_of)
         if axis.motor is not None:
             machine.set_windings(motor.i, motor.f, axis.motor, axis.strength, axis.supply)
-        motor.i[WINDOW_LOW], motor.i[WINDOW_HIGH] = axis.window_low, axis.window_high
+        motor.i[s.WINDOW_LOW], motor.i[s.WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:
         """The shaft has reached a switch."""
         self.axis.left_window()
-        self.motor.i[WINDOW_LOW], self.motor.i[WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
+        self.motor.i[s.WINDOW_LOW], self.motor.i[s.WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
 
     def _publish(self, first: int, shaft: "array[int]", commanded: "array[int]") -> None:
         self.axis.publish(Samples(self.motor.core.time_ns(first), SAMPLE_NS, shaft, commanded))

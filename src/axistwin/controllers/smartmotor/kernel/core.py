@@ -15,30 +15,11 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 from axistwin.controllers.smartmotor.kernel import jit, log
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, BEFORE_SAMPLE, advance
 from axistwin.controllers.smartmotor.kernel.machine import FLOATS
 from axistwin.controllers.smartmotor.kernel.position import commanded_shaft
 from axistwin.controllers.smartmotor.kernel.servo import rest, resting
-from axistwin.controllers.smartmotor.kernel.state import (
-    BT,
-    DEBOUNCE,
-    HOST_SIZE,
-    INTS,
-    M_FOLLOW,
-    MASTER_LEFT,
-    MODE,
-    PENDING,
-    PID_RATE,
-    PROGRAM,
-    RUNNING,
-    SAMPLE,
-    SHAFT,
-    SLIPPED,
-    TOLD,
-    TOLD_AT,
-    VARIABLES,
-    WAIT_UNTIL,
-)
 from axistwin.sim.clock import Clock
 
 SAMPLE_NS = 245_760
@@ -80,10 +61,10 @@ class Core:
     def __init__(self, clock: Clock, act: Callable[[int], None], ring: int) -> None:
         self.clock, self._act = clock, act
         self.zero_ns = clock.now
-        self.i, self.v = array("q", bytes(8 * INTS)), array("q", bytes(8 * VARIABLES))
+        self.i, self.v = array("q", bytes(8 * s.INTS)), array("q", bytes(8 * s.VARIABLES))
         self.f = array("d", bytes(8 * FLOATS))
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
-        self.i[HOST_SIZE] = len(self.ring)
+        self.i[s.HOST_SIZE] = len(self.ring)
         self.log = log.empty()
         self._look_at = log.Look(self.log)
         self.listeners: list[Listener] = []
@@ -111,15 +92,15 @@ class Core:
 
     def look(self) -> int:
         """Where the shaft is now, without disturbing what has been computed."""
-        done = self.due - self.i[SAMPLE]
+        done = self.due - self.i[s.SAMPLE]
         block = self._block
         if block is None or block.resting or done <= 0 or block.samples == 0:
-            return self.i[SHAFT] + self.i[SLIPPED]
+            return self.i[s.SHAFT] + self.i[s.SLIPPED]
         return self._engine.shaft[min(done, block.samples) - 1]
 
     def look_commanded(self) -> int:
         """Where the trajectory would have the shaft now, in the machine's coordinates; nothing is disturbed either."""
-        done = self.due - self.i[SAMPLE]
+        done = self.due - self.i[s.SAMPLE]
         block = self._block
         if block is None or block.resting or done <= 0 or block.samples == 0:
             return commanded_shaft(self.i)
@@ -143,18 +124,18 @@ class Core:
             if self._block is not None:
                 self._finish()
             elif self._asleep:
-                self._rest(max(0, self.due - self.i[SAMPLE]))
+                self._rest(max(0, self.due - self.i[s.SAMPLE]))
                 break
-            elif self.due <= self.i[SAMPLE]:
+            elif self.due <= self.i[s.SAMPLE]:
                 break
             else:
-                self._block = self._compute(self.due - self.i[SAMPLE])
+                self._block = self._compute(self.due - self.i[s.SAMPLE])
         self._take_part()
         self.replan()
 
     def _up_to_date(self) -> bool:
         """Whether the state is that of the last sample, without giving up what is planned."""
-        missing = self.due - self.i[SAMPLE]
+        missing = self.due - self.i[s.SAMPLE]
         if self._asleep:
             self._rest(missing)
             return True
@@ -169,7 +150,7 @@ class Core:
 
     def speed(self) -> float:
         """Return the shaft's speed in counts per sample, over the last sample; with PIDn, over the last n."""
-        done, block, rate = self.due - self.i[SAMPLE], self._block, self.i[PID_RATE]
+        done, block, rate = self.due - self.i[s.SAMPLE], self._block, self.i[s.PID_RATE]
         ahead = block is not None and not block.resting and done > 0
         computed = min(done, block.samples) if block is not None and ahead else 0
         return sum(self._moves_by(computed)[-rate:]) / rate
@@ -177,7 +158,7 @@ class Core:
     def _moves_by(self, computed: int) -> list[int]:
         """Return the counts moved in each of the last samples, by this one of those computed ahead."""
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
-        before = shaft[first - 1] if first else self.i[SHAFT] + self.i[SLIPPED]
+        before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
         places = [before, *shaft[first:computed]]
         return [*self._moves, *(after - before for before, after in pairwise(places))][-PID_MOST:]
 
@@ -246,7 +227,7 @@ class Core:
     def _come_back(self) -> None:
         plan, block = self._plan, self._block
         assert block is not None
-        background = self.i[PROGRAM] != RUNNING and not self.i[BT] and block.why == ALL_DONE
+        background = self.i[s.PROGRAM] != s.RUNNING and not self.i[s.BT] and block.why == ALL_DONE
         self.clock.background += background
 
         def at_its_end() -> None:
@@ -263,10 +244,10 @@ class Core:
             return
         self._plan += 1
         self._tell_changes()
-        if block.why == ALL_DONE and block.samples > self.i[DEBOUNCE] and self._rests():
-            waits = self.i[WAIT_UNTIL] - 1 - self.i[SAMPLE] if self.i[PROGRAM] == RUNNING else 0
+        if block.why == ALL_DONE and block.samples > self.i[s.DEBOUNCE] and self._rests():
+            waits = self.i[s.WAIT_UNTIL] - 1 - self.i[s.SAMPLE] if self.i[s.PROGRAM] == s.RUNNING else 0
             if waits > 0:
-                self._block = _Block(self.i[SAMPLE], waits, resting=True)
+                self._block = _Block(self.i[s.SAMPLE], waits, resting=True)
                 self._come_back()
             else:
                 self._asleep = True
@@ -279,15 +260,15 @@ class Core:
         if self._restless:
             return False
         i = self.i
-        program = i[PROGRAM] != RUNNING or i[SAMPLE] + 1 < i[WAIT_UNTIL]
-        quiet = not i[BT] and not i[PENDING] and not i[MASTER_LEFT] and i[MODE] < M_FOLLOW
+        program = i[s.PROGRAM] != s.RUNNING or i[s.SAMPLE] + 1 < i[s.WAIT_UNTIL]
+        quiet = not i[s.BT] and not i[s.PENDING] and not i[s.MASTER_LEFT] and i[s.MODE] < s.M_FOLLOW
         return program and quiet and bool(resting(i, self.f))
 
     def _compute(self, most: int) -> _Block:
-        first = self.i[SAMPLE]
-        if self.foretell is not None and self.i[TOLD] < most:
+        first = self.i[s.SAMPLE]
+        if self.foretell is not None and self.i[s.TOLD] < most:
             self._engine.told = array("q", self.foretell(first + 1, most))
-            self.i[TOLD], self.i[TOLD_AT] = most, 0
+            self.i[s.TOLD], self.i[s.TOLD_AT] = most, 0
         why, samples = self._engine.run(most)
         return _Block(first, samples, why)
 
@@ -366,8 +347,8 @@ class _Engine:
         else:
             i, v, f, ring = self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
             why = advance(i, v, f, self._stack, core.code, ring, self.told, self.shaft, self.commanded, self._log, most)
-            _Engine.plain_samples += i[SAMPLE] - core.i[SAMPLE]
-        return why, i[SAMPLE] - core.i[SAMPLE]
+            _Engine.plain_samples += i[s.SAMPLE] - core.i[s.SAMPLE]
+        return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
         """Compiled code if there is any, or if it pays to make it; not while somebody cannot wait for that."""

@@ -8,18 +8,15 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, find
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST, STACK, combined, evaluate
-from axistwin.controllers.smartmotor.kernel.state import HIDDEN, HIDDEN_MOST
 from axistwin.controllers.smartmotor.language import class5
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
+from axistwin.controllers.smartmotor.processor import Processor
 
 CHAPTER = "Variables and mathematics"
 DEEPEST = 20
@@ -75,7 +72,7 @@ class Expression:
     """What stands in a statement for a number."""
 
     code: tuple[int, ...]
-    fetches: "tuple[Callable[[Motor], int], ...]" = ()
+    fetches: "tuple[Callable[[Processor], int], ...]" = ()
     """Get values from outside, in the order of the text, for the hidden variables from the first on."""
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
@@ -89,12 +86,12 @@ class Expression:
         known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
         return self.code[1] if known else None
 
-    def fetch(self, motor: "Motor") -> None:
+    def fetch(self, motor: Processor) -> None:
         """Get what it needs from outside."""
         for number, fetch in enumerate(self.fetches):
-            motor.v[HIDDEN + number] = fetch(motor)
+            motor.v[s.HIDDEN + number] = fetch(motor)
 
-    def value(self, motor: "Motor") -> int | None:
+    def value(self, motor: Processor) -> int | None:
         """Its value now.  None: it has none, and a flag says why."""
         self.fetch(motor)
         stack = [0] * STACK
@@ -108,7 +105,7 @@ class Reader:
         self.text, self.at, self._assigned = text, at, assigned
         self._code: list[list[int]] = []  # an operation and its argument, if it has one
         self._height = self._highest = self._deep = 0
-        self._fetches: list[Callable[[Motor], int]] = []
+        self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
         self._indices: list[Index] = []
         self._names: list[str] = []
@@ -238,12 +235,12 @@ class Reader:
         message = f"there is no variable {token}{hint}"
         return Malformed(self.at, message, rule=rules.VARIABLE, end=self.at + len(token))
 
-    def _hidden(self, fetch: "Callable[[Motor], int]") -> None:
+    def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)
-        if place >= HIDDEN_MOST:
-            raise Malformed(self.at, f"more than {HIDDEN_MOST} values from outside in one statement")
+        if place >= s.HIDDEN_MOST:
+            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} values from outside in one statement")
         self._fetches.append(fetch)
-        self._push(ops.VARIABLE, HIDDEN + place)
+        self._push(ops.VARIABLE, s.HIDDEN + place)
 
     def _nested(self, closing: str) -> None:
         self.at += 1

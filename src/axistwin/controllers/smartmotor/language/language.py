@@ -8,22 +8,20 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
-from axistwin.controllers.smartmotor.chapters.reports import LOOKING
+from axistwin.controllers.smartmotor.chapters.eeprom import Run
+from axistwin.controllers.smartmotor.chapters.reports import READ_ONLY
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, NAMES, find, values
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST
-from axistwin.controllers.smartmotor.kernel.state import HIDDEN
 from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.language.expressions import Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
+from axistwin.controllers.smartmotor.processor import Processor
 
 LEXICAL = "Lexical rules"
 EQUAL_SIGN = "8.1 Forced equal sign"
@@ -34,28 +32,49 @@ class Elements:
     """An assignment to an array, as the interpreter wants it: how many, which array, first index, values."""
 
     code: tuple[int, ...]
-    fetches: "tuple[Callable[[Motor], int], ...]" = ()
+    fetches: "tuple[Callable[[Processor], int], ...]" = ()
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
     taken: tuple[str, ...] = ()
     count: int = 1
 
-    def fetch(self, motor: "Motor") -> None:
+    def fetch(self, motor: Processor) -> None:
         """Get what it needs from outside."""
         for number, fetch in enumerate(self.fetches):
-            motor.v[HIDDEN + number] = fetch(motor)
+            motor.v[s.HIDDEN + number] = fetch(motor)
 
-    def value(self, motor: "Motor") -> tuple[int, ...]:
+    def value(self, motor: Processor) -> tuple[int, ...]:
         """The code, when what it needs from outside has been fetched."""
         self.fetch(motor)
         return self.code
 
 
+@dataclass(frozen=True)
+class First:
+    """The variable or element with which a VST or VLD begins."""
+
+    name: str
+
+    def __call__(self, motor: Processor) -> Run | None:
+        """Return the run that begins here; None: no such variable or element exists."""
+        if "[" not in self.name:
+            group = values(self.name)
+            return None if group is None else Run(ops.VARIABLE, group.start, len(group))
+        kind, length = ARRAY_SIZES.get(self.name[:2], (0, 0))
+        reader = Reader(self.name, 2)
+        try:
+            index = reader.index()
+        except Malformed:
+            return None
+        first = index.value(motor) if reader.at == len(self.name) else None
+        return None if first is None or not 0 <= first < length else Run(kind, first, length - first)
+
+
 WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
 """What stands behind IF, ELSEIF, WHILE, SWITCH or CASE and is no expression: the condition does not hold, flag Bs."""
 
-Operand = int | str | bytes | Expression | Elements
-"""What a handler gets: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
+Operand = int | str | bytes | Expression | Elements | First
+"""An argument of a handler: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
 
 
 @dataclass(frozen=True)
@@ -72,23 +91,23 @@ class Statement:
         """The operands that have to be worked out."""
         return tuple(part for part in self.operands if isinstance(part, Expression | Elements))
 
-    def fetch(self, motor: "Motor") -> None:
+    def fetch(self, motor: Processor) -> None:
         """Get what an assignment or a condition needs from outside; the interpreter does the rest."""
         for part in self.computed:
             part.fetch(motor)
 
     @cached_property
-    def looks_only(self) -> bool:
-        """Whether it is a report that changes nothing."""
+    def read_only(self) -> bool:
+        """True for a report that changes nothing."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):
             asked.add(handler.keywords.get("name", ""))
             handler = handler.func
         fetched = any(part.fetches for part in self.computed)
-        return self.problem is None and handler in LOOKING and "I" not in asked and not fetched
+        return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
-    def perform(self, motor: "Motor") -> str | None:
+    def perform(self, motor: Processor) -> str | None:
         """Do it.  The text of a report, without its CR.  What is no command sets Bs and does nothing else."""
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
@@ -337,7 +356,7 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     name, comma, _ = inner.rpartition(",")
     if not comma:
         raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter, rules.ARGUMENTS)
-    return name, _whole(text, at + len(name) + 1, found, len(text) - 1)
+    return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:

@@ -7,19 +7,12 @@ The program memory is not valid from LOAD until FF FF has come: what a power cut
 run, and flag Bk says so.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes … FF.
 """
 
-from typing import TYPE_CHECKING
-
 from axistwin.controllers.smartmotor.chapters import flow
-from axistwin.controllers.smartmotor.chapters.nonvolatile import Nonvolatile
-from axistwin.controllers.smartmotor.kernel.state import BE, BH, BK, BL, BR
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.language import image
+from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial.channel import Channel
 from axistwin.units import MS, S
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
-
-__all__ = ["Nonvolatile"]
 
 ACKNOWLEDGE, END = 0x06, 0xFF
 UPLOAD_BLOCK = 8
@@ -34,7 +27,7 @@ SECOND_END_NS = 50 * MS
 class Download:
     """A program on its way into the motor."""
 
-    def __init__(self, motor: "Motor", channel: Channel) -> None:
+    def __init__(self, motor: Processor, channel: Channel) -> None:
         self.motor, self.channel = motor, channel
         self._decoder = image.Decoder()
         self._size, self._fresh = 0, bytearray()  # bytes of the text so far, and those that are not decoded yet
@@ -42,8 +35,8 @@ class Download:
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
-        channel.divert(self)
-        self._watch()
+        channel.transfer = self
+        self._supervise()
 
     def take(self, byte: int) -> None:
         """A byte of the program.  After each block but the last the motor answers 06."""
@@ -76,43 +69,40 @@ class Download:
 
     @property
     def _active(self) -> bool:
-        return self.channel.diversion is self
+        return self.channel.transfer is self
 
     def _answer(self, byte: int) -> None:
         count = self._count
 
         def unless_it_has_ended() -> None:
             if self._active and self._count == count:
-                self.channel.say(bytes((ACKNOWLEDGE,)))
+                self.channel.send(bytes((ACKNOWLEDGE,)))
 
         if byte == END:
             self.motor.clock.call_later(SECOND_END_NS, unless_it_has_ended)
         else:
             unless_it_has_ended()
 
-    def _watch(self) -> None:
-        """A host that has fallen silent; one that has sent FF, but only once, is taken to have finished."""
+    def _supervise(self) -> None:
+        """End the download when the host has sent nothing for long.  After a single FF it counts as complete."""
         if not self._active:
             return
-        quiet_ns = self.motor.clock.now - self._last_ns
-        if quiet_ns < GIVE_UP_NS:
-            self._look_again(GIVE_UP_NS - quiet_ns)
-            return
-        self._sound &= self._complete
-        self._finish()
-
-    def _look_again(self, ns: int) -> None:
         clock = self.motor.clock
+        silent_ns = clock.now - self._last_ns
+        if silent_ns >= GIVE_UP_NS:
+            self._sound &= self._complete
+            self._finish()
+            return
         clock.background += 1
 
-        def look() -> None:
+        def supervise() -> None:
             clock.background -= 1
-            self._watch()
+            self._supervise()
 
-        clock.call_later(ns, look)
+        clock.call_later(GIVE_UP_NS - silent_ns, supervise)
 
     def _finish(self) -> None:
-        self.channel.resume()
+        self.channel.end_transfer()
         memory = self.motor.nonvolatile
         self._decode()
         memory.program, intact = self._decoder.result()
@@ -121,7 +111,7 @@ class Download:
         memory.save(self.motor.store)
         self.motor.catch_up()
         power_up(self.motor)
-        self.motor.replan()
+        self.motor.update_outputs()
 
 
 class Upload:
@@ -130,7 +120,7 @@ class Upload:
     def __init__(self, channel: Channel, data: bytes) -> None:
         self.channel = channel
         self._rest = data + image.END_OF_TEXT
-        channel.divert(self)
+        channel.transfer = self
         self._send()
 
     def take(self, byte: int) -> None:
@@ -138,7 +128,7 @@ class Upload:
         if byte == ACKNOWLEDGE:
             self._send()
         else:
-            self.channel.resume()
+            self.channel.end_transfer()
             self.channel.take(byte)
 
     def spoil(self) -> None:
@@ -147,29 +137,24 @@ class Upload:
     def _send(self) -> None:
         block, self._rest = self._rest[:UPLOAD_BLOCK], self._rest[UPLOAD_BLOCK:]
         if not self._rest:
-            self.channel.resume()
-        self.channel.say(block)
+            self.channel.end_transfer()
+        self.channel.send(block)
 
 
-def power_up(motor: "Motor") -> None:
+def power_up(motor: Processor) -> None:
     """Look at what is in the program memory: Bk is set and there is no program if it is not sound."""
     broken = motor.nonvolatile.broken
-    motor.i[BK] = broken
+    motor.i[s.BK] = broken
     motor.set_program("" if broken else motor.nonvolatile.program)
 
 
-def boot(motor: "Motor") -> None:
-    """Nothing has been heard in the first 200 ms after power-up: the stored program starts from the top."""
-    flow.begin(motor)
-
-
-def load(motor: "Motor") -> None:
+def load(motor: Processor) -> None:
     """LOAD: stop the program and take a new one, an image or source text.  Comments and blanks are not kept.
 
     Refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 comes.  The new program is not locked.
     """
-    channel = _host(motor)
-    if channel is None or any(motor.i[fault] for fault in (BR, BL, BE, BH)):
+    channel = motor.host
+    if channel is None or any(motor.i[fault] for fault in (s.BR, s.BL, s.BE, s.BH)):
         motor.syntax_error()
         return
     flow.end(motor)
@@ -177,44 +162,38 @@ def load(motor: "Motor") -> None:
     motor.nonvolatile.save(motor.store)
     power_up(motor)
     Download(motor, channel)
-    channel.say(bytes((ACKNOWLEDGE,)))
+    channel.send(bytes((ACKNOWLEDGE,)))
 
 
-def upload(motor: "Motor") -> None:
+def upload(motor: Processor) -> None:
     """UPLOAD: send the readable text of the program.  A locked one is not sent, and Bs is set."""
     _upload(motor, motor.nonvolatile.program.encode("latin-1"))
 
 
-def upload_image(motor: "Motor") -> None:
+def upload_image(motor: Processor) -> None:
     """UP: send the image of the program, with header and jumps.  A locked one is not sent, and Bs is set."""
     _upload(motor, image.encode(motor.nonvolatile.program))
 
 
-def lock(motor: "Motor") -> None:
+def lock(motor: Processor) -> None:
     """LOCKP: the program cannot be uploaded any more, until another one is loaded."""
     motor.nonvolatile.locked = True
     motor.nonvolatile.save(motor.store)
 
 
-def checksum_report(motor: "Motor") -> str:
+def checksum_report(motor: Processor) -> str:
     """RCKS: two sums of six hexadecimal digits, of the label addresses and of the text; P, or F if it is broken.
 
     A program of END alone has 000000 0000E1 P.  F sets Bk.
     """
     header, program = image.sums(motor.nonvolatile.program)
     if motor.nonvolatile.broken:
-        motor.i[BK] = 1
+        motor.i[s.BK] = 1
     return f"{header:06X} {program:06X} {'F' if motor.nonvolatile.broken else 'P'}"
 
 
-def _upload(motor: "Motor", data: bytes) -> None:
-    channel = _host(motor)
-    if channel is None or motor.nonvolatile.locked:
+def _upload(motor: Processor, data: bytes) -> None:
+    if motor.host is None or motor.nonvolatile.locked:
         motor.syntax_error()
     else:
-        Upload(channel, data)
-
-
-def _host(motor: "Motor") -> Channel | None:
-    """The channel on which a host has given the command that is being carried out; None: the program has."""
-    return next((channel for channel in motor.channels if channel.obeying), None)
+        Upload(motor.host, data)
