@@ -150,7 +150,7 @@ class Inputs:
         for listeners, action in ((master.before_change, self.catch_up), (master.on_change, self._master)):
             listeners.append(action)
             self._undo.append(partial(listeners.remove, action))
-        motor.core.listeners.append(self._publish)
+        motor.core.on_samples.subscribe(self._publish)
         self._take_axis()
         self._master()
         motor.i[s.MASTER_SEEN] = motor.i[s.MASTER]
@@ -213,8 +213,8 @@ class Inputs:
         self._wiring()
         i[s.MASTER], i[s.MASTER_LEFT], i[s.TOLD] = self.motor.edges(), 0, 0
         follows = self._follows()
-        core.foretell = self._foretell if follows and self.axis.master.foreseen else None
-        core.one_by_one = self._ask if follows and core.foretell is None else None
+        core.predict = self._predict if follows and self.axis.master.foreseen else None
+        core.before_sample = self._ask if follows and core.predict is None else None
         first_ns = core.time_ns(i[s.SAMPLE] + 1)
         if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
             return
@@ -235,13 +235,13 @@ class Inputs:
         """The external encoder sits on an axis that cannot be told in advance: ask it before each sample."""
         self.motor.i[s.MASTER] = self.motor.edges()
         if not self._follows():
-            self.motor.core.one_by_one = None
+            self.motor.core.before_sample = None
 
-    def _foretell(self, first: int, samples: int) -> Sequence[int]:
+    def _predict(self, first: int, samples: int) -> Sequence[int]:
         """The edges in these samples, as long as the axis that it sits on takes no other course."""
         core = self.motor.core
         if not self._follows():
-            core.foretell = None
+            core.predict = None
         counts = self.axis.master.foretell(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self.motor.i[s.BY_HAND] for count in counts]
 
@@ -261,7 +261,7 @@ class Inputs:
 
     def position(self) -> int:
         """Encoder counts, in the machine's own direction."""
-        return self.motor.core.look()
+        return self.motor.core.position_now()
 
     def commanded(self) -> int:
         """The trajectory's counts, in the controller's coordinates."""
@@ -270,7 +270,7 @@ class Inputs:
 
     def setpoint(self) -> int:
         """The trajectory's counts, in the machine's coordinates.  Nothing is disturbed that has been computed."""
-        return self.motor.core.look_commanded()
+        return self.motor.core.commanded_now()
 
     def velocity(self) -> float:
         """Counts per second."""

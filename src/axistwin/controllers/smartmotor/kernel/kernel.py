@@ -124,10 +124,10 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 
 @sampled
-def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
+def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
     """The trajectory of one sample; with PIDn of every n-th."""
     why, before = ALL_DONE, i[MASTER]
-    master_turns(i, told)
+    master_turns(i, predicted)
     if i[SHOWN] != 0:
         show_master(i, before)
     if i[SAMPLE] % i[PID_RATE] != 0:
@@ -244,17 +244,17 @@ def inputs(i: Ints) -> int:
 
 
 @sampled
-def sample(i: Ints, v: Ints, f: Floats, ring: Ints, told: Ints) -> int:
+def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
     """One sample, after its statements."""
     i[SAMPLE] += 1
     i[BUDGET] = i[STATEMENTS_PER_SAMPLE]
     busy = i[BT]
     if i[IDEAL]:
-        why = move(i, v, ring, told)
+        why = move(i, v, ring, predicted)
         ideal(i, f)
     else:
         rotate(i, f)
-        why = move(i, v, ring, told)
+        why = move(i, v, ring, predicted)
         control(i)
     why |= protect(i, f) | inputs(i)
     if i[BT] != busy:
@@ -270,7 +270,7 @@ def advance(
     stack: Ints,
     code: Sequence[int],
     ring: Ints,
-    told: Ints,
+    predicted: Ints,
     shaft: Ints,
     commanded: Ints,
     log: Ints,
@@ -278,7 +278,7 @@ def advance(
 ) -> int:
     """Do up to `most` samples; returns why it stopped.
 
-    `told`: edges of the external encoder, see the slot TOLD.
+    `predicted`: edges of the external encoder, see the slot TOLD.
     Into `shaft` and `commanded` it writes, sample by sample, where the shaft is and where it should be, in counts
     of the machine; into `log` what has changed of the numbers that somebody follows (`log.py`).
     """
@@ -290,7 +290,7 @@ def advance(
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
             stated = i[BUDGET] != budget or i[SAMPLE] == first  # before the first sample Python may have done something
-            why = sample(i, v, f, ring, told)
+            why = sample(i, v, f, ring, predicted)
             n = i[SAMPLE] - first - 1
             shaft[n] = i[SHAFT] + i[SLIPPED]
             commanded[n] = commanded_shaft(i)
