@@ -119,10 +119,10 @@ class IndexLine(Pin):
         if rising and i[s.INDEX_ARMED]:
             i[s.INDEX], i[s.INDEX_ARMED], i[s.BI] = actual_position(i), 0, 1
 
-    def watch(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
         """Call `callback(pin)` at every change.  Return an unsubscribe function."""
         self._report_changes()
-        return super().watch(callback)
+        return super().subscribe(callback)
 
     def show(self) -> None:
         """Report that the shaft has reached or left the mark."""
@@ -138,8 +138,8 @@ class Inputs:
         self._undo: list[Callable[[], object]] = []
         for bit, name in enumerate(s.USER_PINS):
             pin = motor.pins[name]
-            self._undo.append(pin.watch(partial(self._level, bit)))
-            self._undo.append(pin.watch_volts(partial(self._volts, bit)))
+            self._undo.append(pin.subscribe(partial(self._level, bit)))
+            self._undo.append(pin.subscribe_volts(partial(self._volts, bit)))
             motor.i[s.PINS] |= pin.level << bit
             motor.i[s.ANALOG + bit] = pin.analog
         self._encoder_pins = [pin for pin in motor.pins.values() if isinstance(pin, EncoderPin)]
@@ -147,9 +147,8 @@ class Inputs:
             encoder_pin.levels, encoder_pin.on_wiring = self._levels, self._wiring
             self._undo.append(encoder_pin.unplug)
         master = self.axis.master
-        for listeners, action in ((master.before_change, self.catch_up), (master.on_change, self._master)):
-            listeners.append(action)
-            self._undo.append(partial(listeners.remove, action))
+        self._undo.append(master.before_change.subscribe(self.catch_up))
+        self._undo.append(master.on_change.subscribe(self._master))
         motor.core.on_samples.subscribe(self._publish)
         self._take_axis()
         self._master()
@@ -213,7 +212,7 @@ class Inputs:
         self._wiring()
         i[s.MASTER], i[s.MASTER_LEFT], i[s.TOLD] = self.motor.edges(), 0, 0
         follows = self._follows()
-        core.predict = self._predict if follows and self.axis.master.foreseen else None
+        core.predict = self._predict if follows and self.axis.master.predictable else None
         core.before_sample = self._ask if follows and core.predict is None else None
         first_ns = core.time_ns(i[s.SAMPLE] + 1)
         if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
@@ -242,7 +241,7 @@ class Inputs:
         core = self.motor.core
         if not self._follows():
             core.predict = None
-        counts = self.axis.master.foretell(core.time_ns(first), SAMPLE_NS, samples)
+        counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self.motor.i[s.BY_HAND] for count in counts]
 
     # The axis's source
