@@ -5,7 +5,6 @@ from typing import Any
 
 from axistwin.controllers.product import Follower, Listing, Order, Product, Register, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, trouble
-from axistwin.controllers.smartmotor.chapters.inputs import EncoderPin, IndexLine
 from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.front import FRONT
@@ -17,6 +16,7 @@ from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
 from axistwin.controllers.smartmotor.rules import RULES
+from axistwin.controllers.smartmotor.terminals import EncoderPin, IndexLine
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms

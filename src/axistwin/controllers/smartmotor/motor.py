@@ -13,7 +13,7 @@ from axistwin.controllers.product import Store
 from axistwin.controllers.smartmotor.chapters import brakes, faults, flow, host_mode, io, limits, modes
 from axistwin.controllers.smartmotor.chapters.faults import LATCHED
 from axistwin.controllers.smartmotor.chapters.functions import CALL_C2, CLEAR_INTEGRAL
-from axistwin.controllers.smartmotor.chapters.inputs import IndexLine, Inputs
+from axistwin.controllers.smartmotor.chapters.inputs import Inputs
 from axistwin.controllers.smartmotor.kernel import kernel, machine
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.machine import MACHINE
@@ -24,6 +24,7 @@ from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial import program_store
 from axistwin.controllers.smartmotor.serial.channel import CLOCK, DIRECT_A, DIRECT_P, DIRECT_V, POSITION, Channel
+from axistwin.controllers.smartmotor.terminals import IndexLine
 from axistwin.plant.servo_axis import IDEAL_COUNTS_PER_REV, ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart

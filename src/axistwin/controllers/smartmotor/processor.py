@@ -20,6 +20,7 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 
 CHANNEL_1 = 4
 """The bit of F that sends what a program prints to channel 1 (table 7.1)."""
@@ -88,6 +89,8 @@ class Processor(ABC):
         """The channel whose command is being executed; None: a statement of the program, or nothing."""
         self.statement_before = s.NOTHING_YET
         """The statement that was announced last since the program was started."""
+        self.on_pin_use: Signal[[]] = Signal()
+        """Emitted when pins A and B become the inputs of an encoder, or of steps and direction."""
         self.on_fault: Callable[[str], None] = lambda name: None
         """Called with the flag's name when a fault of table 4.1 occurs."""
 

@@ -10,124 +10,15 @@ from functools import partial
 from axistwin.controllers.smartmotor.kernel import machine
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.core import SAMPLE_NS
-from axistwin.controllers.smartmotor.kernel.position import actual_position
 from axistwin.controllers.smartmotor.kernel.trajectory import quadrature
 from axistwin.controllers.smartmotor.processor import Processor
+from axistwin.controllers.smartmotor.terminals import EncoderPin
 from axistwin.plant.counts import Samples
-from axistwin.plant.master import Master
-from axistwin.sim.clock import Clock
-from axistwin.sim.pins import PULLED_UP_VOLTS, Pin, UserPin
+from axistwin.sim.pins import Pin, UserPin
 from axistwin.units import S
 
 QUADRATURE = (0, 1, 3, 2)
 """Pins A (1) and B (2) in the order in which they change when the encoder turns forwards."""
-
-
-class EncoderPin(UserPin):
-    """Pin A or B: it shows the edges of the external encoder, unless something stronger gives it its level.
-
-    With an encoder its level is looked up; those who watch the pin are not told of each edge.
-    """
-
-    def __init__(self, clock: Clock, name: str, master: Master) -> None:
-        super().__init__(clock, name)
-        self._bit, self._master = s.USER_PINS.index(name), master
-        self.levels: Callable[[], int] = lambda: quadrature(master.count)
-        """Returns the levels that the external encoder gives pins A (1) and B (2) now."""
-        self.on_wiring: Callable[[], None] = lambda: None
-        """Called when something begins to give the pin its level, or ceases to."""
-
-    @property
-    def shows_encoder(self) -> bool:
-        """True if the level is the external encoder's."""
-        free = not self._holds and self._lead is None and self._stage is None and self._wired is None
-        return free and self._master.plugged
-
-    @property
-    def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the level is looked up."""
-        return self.shows_encoder
-
-    @property
-    def level(self) -> bool:
-        """The level at the terminal."""
-        return bool(self.levels() >> self._bit & 1) if self.shows_encoder else super().level
-
-    @property
-    def volts(self) -> float:
-        """The voltage at the terminal: 5 V or 0 V from an encoder."""
-        return PULLED_UP_VOLTS * self.level if self.shows_encoder else super().volts
-
-    def unplug(self) -> None:
-        """Forget the motor, whose power is gone; the encoder stays where it is."""
-        self.levels, self.on_wiring = (lambda: quadrature(self._master.count)), lambda: None
-
-    def _find_volts(self, level: bool, before: float) -> None:
-        super()._find_volts(level, before)
-        self.on_wiring()
-
-
-class IndexLine(Pin):
-    """The encoder's index line, high while the shaft is at the mark.  Without subscribers it is read on demand."""
-
-    restless = True
-
-    def __init__(self, clock: Clock) -> None:
-        super().__init__(clock, "index")
-        self._motor: Processor | None = None
-
-    def connect(self, motor: Processor | None) -> None:
-        """Connect the processor that has just been switched on; None: the power is off."""
-        self._motor = motor
-        if self._changes:
-            self._report_changes()
-
-    def _report_changes(self) -> None:
-        """Let the kernel stop at every change of the line."""
-        if self._motor is not None:
-            self._motor.catch_up()
-            self._motor.i[s.WATCH_INDEX] = 1
-
-    @property
-    def level(self) -> bool:
-        """True if the shaft is at the mark; a test lead has priority."""
-        motor = self._motor
-        if self.driven or self._holds or motor is None:
-            return super().level
-        motor.catch_up(changing=False)
-        return bool(motor.i[s.BX])
-
-    def drive(self, level: bool) -> None:
-        """Force the line; a rising edge captures the position as the mark does."""
-        before = self.level
-        super().drive(level)
-        self._force(bool(level), rising=bool(level) and not before)
-
-    def release(self) -> None:
-        """Remove the test lead."""
-        super().release()
-        self._force(False, rising=False)
-
-    def _force(self, on: bool, *, rising: bool) -> None:
-        """Force the mark.  On a rising edge the position is captured as at the mark, flag Bi."""
-        if self._motor is None:
-            return
-        self._motor.catch_up()
-        i = self._motor.i
-        i[s.INDEX_FORCED] = on
-        i[s.BX] |= on
-        if rising and i[s.INDEX_ARMED]:
-            i[s.INDEX], i[s.INDEX_ARMED], i[s.BI] = actual_position(i), 0, 1
-
-    def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change.  Return an unsubscribe function."""
-        self._report_changes()
-        return super().subscribe(callback)
-
-    def show(self) -> None:
-        """Report that the shaft has reached or left the mark."""
-        if not self.driven:
-            self._announce()
 
 
 class Inputs:
@@ -146,6 +37,7 @@ class Inputs:
         for encoder_pin in self._encoder_pins:
             encoder_pin.levels, encoder_pin.on_wiring = self._levels, self._wiring
             self._undo.append(encoder_pin.unplug)
+            motor.on_pin_use.subscribe(encoder_pin.refresh)
         master = self.axis.master
         self._undo.append(master.before_change.subscribe(self.catch_up))
         self._undo.append(master.on_change.subscribe(self._master))
@@ -194,12 +86,12 @@ class Inputs:
             i[s.PINS] = i[s.PINS] & ~(1 << bit) | pin.level << bit
             i[s.ANALOG + bit] = pin.analog
 
-    def _levels(self) -> int:
-        """The external encoder's levels now; of a step source B is the direction, and A low between steps."""
+    def _levels(self, count: int) -> int:
+        """Return the external encoder's levels; of a step source B is the direction, and A low between steps."""
         i, master = self.motor.i, self.axis.master
         if i[s.STEPS]:
             return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
-        return quadrature(master.count)
+        return quadrature(count)
 
     # External encoder
 

@@ -275,6 +275,7 @@ def count_steps(motor: Processor) -> None:
 def _count(motor: Processor, resolution: int, *, steps: bool) -> None:
     i = motor.i
     i[s.RESOLUTION], i[s.STEPS], i[s.CTR] = resolution, steps, 0
+    motor.on_pin_use.emit()
     i[s.MASTER] = motor.edges()
     i[s.MASTER_SEEN] = i[s.MASTER] * resolution // FULL
 
