@@ -1,4 +1,4 @@
-"""The motor itself: its terminals and plugs, which are there with and without power."""
+"""The motor itself: its terminals and plugs, which exist with and without power."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -49,12 +49,12 @@ class SmartMotor:
         self._registers = Registers(clock, self._lines)
 
     def power(self, on: bool) -> None:
-        """Switch it on or off.  While the supply is too low it stays in reset."""
+        """Switch the motor on or off.  The processor is held in reset while the supply is too low."""
         self._switched_on = on
         self._settle_power()
 
     def _settle_power(self) -> None:
-        """Start the processor, or stop it, as the switch and the supply voltage say."""
+        """Start or stop the processor according to the switch and the supply voltage."""
         on = self._switched_on and not self._undervoltage
         if on and self._motor is None:
             if self._before is not None:
@@ -76,7 +76,7 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """What keeps it from moving, and what helps."""
+        """Return why the motor does not move, and the remedy; empty if there is no reason."""
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
@@ -84,28 +84,28 @@ class SmartMotor:
         return trouble(self._motor)
 
     def programs(self) -> Mapping[str, Listing]:
-        """The one program in the memory, also without power."""
+        """Return the one program in the memory, also without power."""
         return self._lines.listings()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Tell of each line when it begins.  Meanwhile it is computed from one to the next, with the same results."""
+        """Call `watcher` when a line begins.  Return an unsubscribe function."""
         return self._lines.progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
-        """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""
+        """Return the values of expressions that the motor keeps, the mode, and the line of the program."""
         return self._registers.table()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell of every change of these registers.  Without power they stay as they are."""
+        """Report every change of these registers to `follower`.  Without power they do not change."""
         return self._registers.follow(names, follower)
 
     def _restart(self) -> None:
-        """Z: everything as at power-up."""
+        """Z: start again as at power-up."""
         self.power(False)
         self.power(True)
 
     def _let_go(self) -> None:
-        """Without power no pin is an output, and the static brake holds."""
+        """Switch all outputs off and engage the static brake, as without power."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)

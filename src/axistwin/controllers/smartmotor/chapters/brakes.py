@@ -50,7 +50,7 @@ def mode_torque_brake(motor: Processor) -> None:
 
 
 def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
-    """The servo is off in this mode, or with shorted windings while MTB is enabled."""
+    """Switch the servo off in this mode, or with shorted windings while MTB is enabled."""
     i = motor.i
     i[s.MODE] = s.M_BRAKE if motor.mtb_enabled else mode
     i[s.BT] = i[s.STOPPING] = i[s.VELOCITY] = 0
@@ -58,7 +58,7 @@ def switch_off(motor: Processor, mode: int = s.M_OFF) -> None:
 
 
 def update_outputs(motor: Processor) -> None:
-    """After anything that may have changed Bt, Bo or the brake's control: windings, brake and signals follow."""
+    """Update windings, brake and signals after a change of Bt, Bo or the brake's control."""
     i = motor.i
     if motor.brake_control is Control.TRAJECTORY and motor.mtb_enabled and not i[s.BT] and i[s.MODE] >= s.M_HOLD:
         switch_off(motor)
@@ -75,7 +75,7 @@ def update_outputs(motor: Processor) -> None:
 
 
 def engaged(motor: Processor) -> bool:
-    """Whether the static brake is to be engaged."""
+    """True if the static brake must be engaged."""
     match motor.brake_control:
         case Control.SERVO:
             return bool(motor.i[s.BO])

@@ -10,12 +10,12 @@ from axistwin.controllers.smartmotor.processor import Processor
 LIMITS = ((PLUS, s.BR, s.BP, s.ACKNOWLEDGED_PLUS, 1), (MINUS, s.BL, s.BM, s.ACKNOWLEDGED_MINUS, -1))
 """The kernel's reason, the historical and the real-time flag, the acknowledgement, the direction."""
 LATCHED = (s.BR, s.BL, s.BI, s.BW, s.BE, s.BH, s.BD, s.BU, s.BS, s.BA, s.BB, s.BC, s.BF)
-"""What ZS clears.  Bk tells of the stored program and goes when that is whole again."""
+"""The flags that ZS clears.  Bk is cleared when the stored program is valid again."""
 OPEN_SWITCHES = (
     "in a limit fault, as pins C and D are not held low: give the shaft limits, or UCI UDI ZS at the top of the program"
 )
 ALARMS = {s.BR: "Br", s.BL: "Bl", s.BE: "Be", s.BH: "Bh"}
-"""What is told of the flags, to those who want to know."""
+"""The names by which faults are reported."""
 FAULT_1 = 1
 """The label that a fault calls with F=32."""
 
@@ -24,7 +24,7 @@ FAULT_1 = 1
 
 
 def happen(motor: Processor, why: int) -> None:
-    """What follows from the faults that the kernel has found in this sample (4.1)."""
+    """Handle the faults that the kernel has found in this sample (4.1)."""
     for reason, flag, _, acknowledged, sign in LIMITS:
         if why & reason:
             _limit(motor, flag, acknowledged, sign)
@@ -37,7 +37,7 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """A limit is asserted, in hard- or software.  It stops the motor unless that moves away from it (3.1)."""
+    """Handle an asserted limit, in hard- or software.  The motor stops unless it moves away from the limit (3.1)."""
     i = motor.i
     i[flag] = 1
     motor.on_fault(ALARMS[flag])
@@ -51,7 +51,7 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Amplifier off, or with F=1 decelerate at A first; then MTB, if that has not been deactivated (4.1)."""
+    """Switch the amplifier off, with F=1 after a deceleration at A; then MTB, unless it is deactivated (4.1)."""
     i = motor.i
     if i[s.MODE] < s.M_HOLD or not i[s.F] & DECELERATE or i[s.MODE] == s.M_TORQUE:
         switch_off(motor, mode)
@@ -63,7 +63,7 @@ def shut_down(motor: Processor, mode: int) -> None:
 
 
 def stopped(motor: Processor) -> None:
-    """The motor has decelerated because of a fault: MTB, or without it hold the position (table 4.2)."""
+    """End a deceleration because of a fault: MTB, or without it hold the position (table 4.2)."""
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0
     i[s.MODE] = s.M_HOLD
@@ -91,13 +91,13 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 
 
 def faulted(motor: Processor) -> bool:
-    """Whether a fault of table 4.1 has not been cleared."""
+    """True if a fault of table 4.1 has not been cleared."""
     i = motor.i
     return bool(i[s.BR] or i[s.BL] or i[s.BE] or i[s.BH])
 
 
 def may_move(motor: Processor, way: int) -> bool:
-    """Whether a movement may begin, in this direction (0: unknown, or none).
+    """True if a movement may begin in this direction (0: unknown, or none).
 
     A limit that is still asserted and has been acknowledged lets the motor move away from it; an attempt in the other
     direction needs a new acknowledgement.
@@ -142,7 +142,7 @@ def clear_all(motor: Processor) -> None:
 
 
 def trouble(motor: Processor) -> str:
-    """Why the motor has refused to move, and what helps; empty if it has not, or no fault keeps it any more."""
+    """Return why the motor has refused to move, and the remedy; empty if no fault prevents a movement."""
     i = motor.i
     if not motor.refused:
         return ""

@@ -1,7 +1,7 @@
-"""Program flow (8 of the base language), and what chapters 4 and 7 change: where a program begins, goes on and ends.
+"""Program flow (8 of the base language), as changed by chapters 4 and 7: start, continuation and end of a program.
 
-The interpreter carries these statements out itself where they stand in the program.  Here is what a host makes of them,
-and the calls of C1 and C2.
+The interpreter executes these statements itself when they are part of the program.  This module contains the same
+commands of a host, and the calls of C1 and C2.
 """
 
 from axistwin.controllers.smartmotor.kernel import interpreter
@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 
 NOWHERE = -1
-"""The return address of what is called while no program runs."""
+"""The return address of a subroutine that is called while no program runs."""
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:
@@ -36,14 +36,14 @@ def run_wait(motor: Processor) -> None:
 
 
 def end(motor: Processor) -> None:
-    """END: the program ends; motion goes on.  The return stack is cleared, and C2 may be called again (7, F=64)."""
+    """END: the program ends; motion continues.  The return stack is cleared, and C2 may be called again (7, F=64)."""
     interpreter.forget(motor.i)
     motor.i[s.PROGRAM] = s.STOPPED
     _wait_no_more(motor)
 
 
 def goto(motor: Processor, label: int) -> None:
-    """GOTOn: the program goes on at label n, 0…999, also one that stands still.  Unknown label: Bs."""
+    """GOTOn: continue the program at label n, 0…999; a stopped program starts there.  Unknown label: Bs."""
     target = motor.program.labels.get(label)
     if target is None:
         motor.syntax_error()
@@ -64,10 +64,10 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).  Whether it has been called.
+    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).  Return True if it has been called.
 
-    C2 cuts a WAIT short, and is not called again before RETURNI, STACK or END.  A program without the label is left
-    alone; a full return stack sets Bs.
+    C2 cuts a WAIT short, and is not called again before RETURNI, STACK or END.  A program without the label is not
+    changed; a full return stack sets Bs.
     """
     target = motor.program.labels.get(label)
     if target is None or (kind == s.CALL_INPUT and within(motor, kind)) or not _call(motor, target, kind):
@@ -79,14 +79,14 @@ def call(motor: Processor, label: int, kind: int) -> bool:
 
 
 def within(motor: Processor, kind: int) -> bool:
-    """Whether a call of this kind has not been completed: C2 is by RETURNI, STACK or END alone."""
+    """True if a call of this kind is in progress.  Only RETURNI, STACK and END complete a call of C2."""
     if kind == s.CALL_INPUT:
         return bool(motor.i[s.C2_CALLED])
     return any(motor.i[s.RETURNS + number] & 3 == kind for number in range(motor.i[s.DEPTH]))
 
 
 def return_(motor: Processor) -> None:
-    """RETURN: go back behind the GOSUB.  Where there was none, Bs is set and the program ends."""
+    """RETURN: continue after the GOSUB.  Without a GOSUB, Bs is set and the program ends."""
     interpreter.go_back(motor.i)
 
 

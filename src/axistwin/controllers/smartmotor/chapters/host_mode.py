@@ -13,13 +13,13 @@ CLOCK_TURN = 1 << 32
 
 
 def clear(motor: Processor) -> None:
-    """MD: an empty buffer."""
+    """MD: empty the buffer."""
     motor.reception = Reception()
     motor.i[s.HOST_HEAD] = motor.i[s.HOST_COUNT] = motor.i[s.HOST_LEFT] = motor.i[s.HOST_STARTED] = 0
 
 
 def position(motor: Processor, value: int) -> None:
-    """Record 0xFA: a position in counts.  The one before it, if it still lacks its clock value, gets the next one."""
+    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the usual one."""
     complete(motor)
     motor.reception.position = value
 
@@ -27,7 +27,7 @@ def position(motor: Processor, value: int) -> None:
 def clock(motor: Processor, value: int) -> None:
     """Record 0xFB: the clock value, in samples, of the position before it; the value of the last point again: exit.
 
-    The clock has 32 bits and goes on from FFFFFFFFh at 0.  A value behind the last point's sets Bs.
+    The clock has 32 bits; 0 follows FFFFFFFFh.  A value before the last point's sets Bs.
     """
     waiting = motor.reception
     ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
@@ -71,7 +71,7 @@ def _point(motor: Processor, clock: int) -> None:
 
 
 def _append(motor: Processor, position: int, clock: int) -> None:
-    """Put a point into the buffer; without room it is lost, which is a communication overflow."""
+    """Append a point to the buffer.  A full buffer loses the point, which is a communication overflow."""
     if not _free(motor):
         motor.overflow()
         return

@@ -1,6 +1,6 @@
-"""What reaches the motor from its machine: user pins, switches, the external encoder, the shaft and its load.
+"""Inputs from the machine: user pins, switches, the external encoder, the shaft and its load.
 
-It is also what the axis asks where the shaft is (`ServoAxis`'s source).
+`Inputs` is also the source of the axis's position (`ServoAxis`).
 """
 
 from array import array
@@ -22,7 +22,7 @@ QUADRATURE = (0, 1, 3, 2)
 
 
 class Inputs:
-    """Keeps the motor's numbers for its inputs true."""
+    """Keeps the slots of the inputs up to date."""
 
     def __init__(self, motor: Processor) -> None:
         self.motor, self.axis = motor, motor.axis
@@ -47,7 +47,7 @@ class Inputs:
         motor.i[s.MASTER_SEEN] = motor.i[s.MASTER]
 
     def close(self) -> None:
-        """The power is gone."""
+        """Unsubscribe from all inputs: the power is off."""
         for undo in self._undo:
             undo()
 
@@ -66,7 +66,7 @@ class Inputs:
         self.motor.i[s.ANALOG + bit] = pin.analog
 
     def _count(self, bit: int, before: int) -> None:
-        """An edge on pin A or B: a quarter of an encoder's period, or a step on A in the direction of B."""
+        """Count an edge on pin A or B: a quarter of an encoder's period, or a step on A in the direction of B."""
         i = self.motor.i
         if i[s.STEPS]:
             step = (1 if i[s.PINS] & 2 else -1) if bit == 0 and i[s.PINS] & 1 else 0
@@ -75,10 +75,10 @@ class Inputs:
         i[s.BY_HAND] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.TOLD] = 0  # that is to be told anew
+        i[s.TOLD] = 0  # the prediction is no longer valid
 
     def _wiring(self) -> None:
-        """Pin A or B shows the external encoder from now on, or does no longer."""
+        """Update which of the pins A and B have the level of the external encoder."""
         self.catch_up()
         i = self.motor.i
         i[s.SHOWN] = sum(1 << bit for bit, pin in enumerate(self._encoder_pins) if pin.shows_encoder)
@@ -96,9 +96,9 @@ class Inputs:
     # External encoder
 
     def _master(self) -> None:
-        """The external encoder begins another run: the kernel counts along from the next sample on.
+        """Begin another run of the external encoder: the kernel computes its counts from the next sample on.
 
-        It is given the run as it was one sample before that, so that each sample adds the same and carries the rest.
+        The kernel gets the run as of one sample earlier, so that each sample adds the same number and carries the rest.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
@@ -118,18 +118,18 @@ class Inputs:
         i[s.MASTER_LEFT] = max(1, -((first_ns - run.end_ns) // SAMPLE_NS) + 1)
 
     def _follows(self) -> bool:
-        """Whether the external encoder sits on an axis that moves."""
+        """True if the external encoder is mounted on an axis that moves."""
         followed = self.axis.master.followed
         return followed is not None and not followed.resting
 
     def _ask(self) -> None:
-        """The external encoder sits on an axis that cannot be told in advance: ask it before each sample."""
+        """Read the external encoder before a sample: it is mounted on an axis that cannot be predicted."""
         self.motor.i[s.MASTER] = self.motor.edges()
         if not self._follows():
             self.motor.core.before_sample = None
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """The edges in these samples, as long as the axis that it sits on takes no other course."""
+        """Return the edges in these samples, if the axis of the encoder does not change its motion."""
         core = self.motor.core
         if not self._follows():
             core.predict = None
@@ -139,7 +139,7 @@ class Inputs:
     # The axis's source
 
     def look(self) -> None:
-        """Publish what has been by now; nothing is changed."""
+        """Publish all samples by now, without any change."""
         self.motor.core.catch_up(changing=False)
 
     def catch_up(self) -> None:
@@ -147,46 +147,46 @@ class Inputs:
         self.motor.catch_up()
 
     def replan(self) -> None:
-        """Load, jam or ambient temperature have changed."""
+        """Take over a changed load, jam or ambient temperature."""
         self._take_axis()
 
     def position(self) -> int:
-        """Encoder counts, in the machine's own direction."""
+        """Return the encoder counts, in the machine's own direction."""
         return self.motor.core.position_now()
 
     def commanded(self) -> int:
-        """The trajectory's counts, in the controller's coordinates."""
+        """Return the trajectory's counts, in the controller's coordinates."""
         self.look()
         return self.motor.i[s.COMMANDED] >> 16
 
     def setpoint(self) -> int:
-        """The trajectory's counts, in the machine's coordinates.  Nothing is disturbed that has been computed."""
+        """Return the trajectory's counts, in the machine's coordinates.  The block ahead stays as it is."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:
-        """Counts per second."""
+        """Return the shaft's speed in counts per second."""
         return self.motor.core.speed() * S / SAMPLE_NS
 
     def moving(self) -> bool:
-        """Whether the shaft turns or a trajectory is in progress.  Bt holds for a block, which a change of it ends."""
+        """True if the shaft turns or a trajectory is in progress.  A change of Bt ends the block."""
         return bool(self.motor.i[s.BT]) or self.velocity() != 0
 
     def next_sample_ns(self) -> int | None:
-        """When the next sample is done, while something changes."""
+        """Return the time of the next sample; None: nothing changes."""
         core = self.motor.core
         return core.time_ns(core.due + 1) if core.moving else None
 
     def temperature(self) -> float:
-        """Of the motor, °C."""
+        """Return the motor's temperature in °C."""
         self.look()
         return self.motor.f[machine.HOUSING_C]
 
     def push(self, counts: int) -> None:
-        """Somebody turns the shaft."""
+        """Turn the shaft by hand."""
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:
-        """The encoder turns on its shaft."""
+        """Turn the encoder on its shaft."""
         machine.slip(self.motor.i, counts)
 
     def _take_axis(self) -> None:
@@ -200,7 +200,7 @@ class Inputs:
         motor.i[s.WINDOW_LOW], motor.i[s.WINDOW_HIGH] = axis.window_low, axis.window_high
 
     def switches(self) -> None:
-        """The shaft has reached a switch."""
+        """Report that the shaft has reached a switch."""
         self.axis.left_window()
         self.motor.i[s.WINDOW_LOW], self.motor.i[s.WINDOW_HIGH] = self.axis.window_low, self.axis.window_high
 

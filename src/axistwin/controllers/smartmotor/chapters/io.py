@@ -12,12 +12,12 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 
 ROLES = {"C": s.LIMIT_C, "D": s.LIMIT_D, "G": s.GO_PIN}
-"""Pins that have something to do by themselves until they are made ordinary inputs or outputs."""
+"""Pins with a role of their own until they are made ordinary inputs or outputs."""
 CHANNEL_1 = "EF"
 
 
 def power_up(motor: Processor) -> None:
-    """All pins are inputs."""
+    """Make all pins inputs."""
     for pin in motor.pins.values():
         pin.input()
 
@@ -72,7 +72,7 @@ def take_for_channel(motor: Processor, number: int) -> None:
 
 
 def _take(motor: Processor, pin: str) -> None:
-    """The pin does nothing by itself any more."""
+    """End the role of the pin as limit, go input or wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
@@ -80,7 +80,7 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """What 5.1 warns of: the pin has another function, until BRKC or BRKG makes it the brake's signal again."""
+    """Give the brake's pin another function, until BRKC or BRKG makes it the brake's signal again (5.1)."""
     if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
         motor.i[s.BRAKE_PIN] = 0
 
@@ -97,18 +97,18 @@ def give_up_brake_pin(motor: Processor) -> None:
 
 
 def fetch_ain(_motor: Processor, **_channel: str | int) -> int:
-    """AINpc: analog input of an AniLink device.  0: no device is there that could answer."""
+    """AINpc: analog input of an AniLink device.  0: no such device exists."""
     return 0
 
 
 def fetch_din(_motor: Processor, **_channel: str | int) -> int:
-    """DINpc: digital input of an AniLink device.  0: no device is there that could answer."""
+    """DINpc: digital input of an AniLink device.  0: no such device exists."""
     return 0
 
 
 def analog_out(_motor: Processor, _port: str, _value: int) -> None:
-    """AOUTp,value: to the AniLink device p, A to H.  No device is there that could show it."""
+    """AOUTp,value: to the AniLink device p, A to H.  No such device exists."""
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: to the AniLink device p, A to H, channel 0 to 63.  No device is there that could show it."""
+    """DOUTpc,value: to the AniLink device p, A to H, channel 0 to 63.  No such device exists."""

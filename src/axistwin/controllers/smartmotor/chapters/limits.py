@@ -53,6 +53,6 @@ def directional(motor: Processor) -> None:
 
 
 def update_flags(motor: Processor) -> None:
-    """A limit that is no longer asserted reads 0 at once; one that is asserted is found by the next sample."""
+    """Clear the flags of limits that are no longer asserted.  The next sample finds limits that are asserted."""
     motor.i[s.BP] &= beyond_plus(motor.i)
     motor.i[s.BM] &= beyond_minus(motor.i)

@@ -56,7 +56,7 @@ def distance(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """CLK=exp: the counter of samples goes on from this value."""
+    """CLK=exp: the counter of samples continues from this value."""
     motor.i[s.CLK_ZERO] = motor.i[s.SAMPLE] - value
 
 
@@ -94,7 +94,7 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """
     i = motor.i
     if mode == s.M_HOST:
-        if i[s.MODE] != s.M_HOST:  # what is being done is not thrown away
+        if i[s.MODE] != s.M_HOST:  # the motion in progress continues
             host_mode.clear(motor)
         i[s.HOST_ARMED] = 1  # the mode buffered before is the one that host mode ends in (10.2)
         return
@@ -146,7 +146,7 @@ def go(motor: Processor) -> None:
 
 
 def way(motor: Processor, mode: int) -> int:
-    """In which direction a mode would move the motor: positive, negative or unknown (0)."""
+    """Return the direction in which a mode would move the motor: positive, negative or unknown (0)."""
     i = motor.i
     if mode == s.M_POSITION:
         return i[s.D] if i[s.RELATIVE] else i[s.P] - (i[s.COMMANDED] >> 16)
@@ -156,7 +156,7 @@ def way(motor: Processor, mode: int) -> int:
 
 
 def start(motor: Processor, mode: int) -> None:
-    """The mode begins with the buffered parameters, from the present commanded position and velocity."""
+    """Start a mode with the buffered parameters, from the present commanded position and velocity."""
     i = motor.i
     i[s.RATE] = i[s.A]
     if mode == s.M_POSITION:
@@ -175,7 +175,7 @@ def start(motor: Processor, mode: int) -> None:
 
 
 def turn_on(motor: Processor, mode: int) -> None:
-    """The amplifier is on, in this mode, with a trajectory in progress."""
+    """Switch the amplifier on, in this mode, with a trajectory in progress."""
     i = motor.i
     if i[s.BO] or i[s.MODE] == s.M_TORQUE:
         i[s.COMMANDED] = position_of_shaft(i) << 16
@@ -186,7 +186,7 @@ def turn_on(motor: Processor, mode: int) -> None:
 
 
 def _begin_cam(motor: Processor) -> None:
-    """The cycle begins where the external encoder's counter says; F=16: relative to where the motor is (9.4)."""
+    """Begin the cycle at the phase of the external encoder's counter; F=16: relative to the motor's position (9.4)."""
     i = motor.i
     take_over(i)
     counts = i[s.CTR] * (1 if i[s.CAM_TABLE] else i[s.CAM_FACTOR])

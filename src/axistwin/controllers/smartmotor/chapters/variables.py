@@ -1,4 +1,4 @@
-"""Chapter 8 and 6.1, and 6 of the base language: every value that can stand in an expression.  One line, one name.
+"""Chapter 8 and 6.1, and 6 of the base language: every value that can be used in an expression.  One line, one name.
 
 A value lies in a slot of the processor's state, or in a variable, or is computed by the interpreter, or has to be
 fetched from outside first (`fetch`): from a communication channel or over the AniLink bus.
@@ -37,7 +37,7 @@ NOTHING = -1
 
 @dataclass(frozen=True)
 class Variable:
-    """A name, and how its value is read: an operation of the interpreter and where the value is."""
+    """A name, and the way to read its value: an operation of the interpreter and a place."""
 
     name: str
     operation: int
@@ -45,7 +45,7 @@ class Variable:
     unit: str = ""
     chapter: str = ""
     fetch: Callable[[Processor], int] | None = None
-    """Fetches the value from outside; then it is read where the statement keeps it."""
+    """Fetches the value from outside; then it is read in the statement's own place."""
 
 
 # Chapters of the manual, and of the guide for the base language
@@ -168,7 +168,7 @@ def assign_elements(motor: Processor, code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """The places in `v` of a named variable and of those behind it in its group (VST, VLD); None: there is no such."""
+    """Return the places in `v` of a named variable and its successors in the group; None: no such variable."""
     variable = NAMES.get(letters)
     if variable is None or variable.chapter != NAMED:
         return None

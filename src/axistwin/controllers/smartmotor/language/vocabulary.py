@@ -16,7 +16,7 @@ LIST_VALUE = re.compile(r"-?\d+\.?|\.", re.ASCII)
 
 
 class Words:
-    """The command that is coming in.  Each one is obeyed when its terminator has come."""
+    """Collects the characters of a command, and executes it at its terminator."""
 
     def __init__(self, obey: Callable[[str], None], overflow: Callable[[], None]) -> None:
         self._obey, self._overflow = obey, overflow
@@ -37,7 +37,7 @@ class Words:
         return begun
 
     def drop(self) -> None:
-        """What is coming in is not obeyed, up to its terminator."""
+        """Ignore the characters up to the next terminator."""
         self._dropping = True
 
     def take(self, byte: int) -> None:

@@ -3,8 +3,8 @@
     host  LOAD ␣        8 bytes        8 bytes    …   the rest  FF FF
     motor        06            06             06
 
-The program memory is not valid from LOAD until FF FF has come: what a power cut or a silent host leaves behind is not
-run, and flag Bk says so.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes … FF.
+The program memory is invalid from LOAD until FF FF has been received: an incomplete program is not run and sets flag
+Bk.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes … FF.
 """
 
 from axistwin.controllers.smartmotor.chapters import flow
@@ -19,19 +19,19 @@ UPLOAD_BLOCK = 8
 DECODED_AT_ONCE = 256
 """Bytes of a download that are decoded in one step."""
 GIVE_UP_NS = 5 * S
-"""A download of which nothing has come for so long is over."""
+"""Time without a character after which a download ends."""
 SECOND_END_NS = 50 * MS
-"""An FF that ends a block may be the first of the two at the end: the answer waits for so long."""
+"""Delay of the answer to an FF that ends a block, since it may be the first of the two at the end."""
 
 
 class Download:
-    """A program on its way into the motor."""
+    """A download: a program from the host."""
 
     def __init__(self, motor: Processor, channel: Channel) -> None:
         self.motor, self.channel = motor, channel
         self._decoder = image.Decoder()
         self._size, self._fresh = 0, bytearray()  # bytes of the text so far, and those that are not decoded yet
-        self._complete = False  # FF has come; what stands behind it is a compiler's note
+        self._complete = False  # FF has come; the rest is a compiler's note
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -39,7 +39,7 @@ class Download:
         self._supervise()
 
     def take(self, byte: int) -> None:
-        """A byte of the program.  After each block but the last the motor answers 06."""
+        """Take a byte of the program.  After each block but the last the motor answers 06."""
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
@@ -63,7 +63,7 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """A byte has come with a line error."""
+        """Take a byte with a line error: the program is invalid."""
         self._sound = False
         self.take(0)
 
@@ -74,14 +74,14 @@ class Download:
     def _answer(self, byte: int) -> None:
         count = self._count
 
-        def unless_it_has_ended() -> None:
+        def acknowledge() -> None:
             if self._active and self._count == count:
                 self.channel.send(bytes((ACKNOWLEDGE,)))
 
         if byte == END:
-            self.motor.clock.call_later(SECOND_END_NS, unless_it_has_ended)
+            self.motor.clock.call_later(SECOND_END_NS, acknowledge)
         else:
-            unless_it_has_ended()
+            acknowledge()
 
     def _supervise(self) -> None:
         """End the download when the host has sent nothing for long.  After a single FF it counts as complete."""
@@ -115,7 +115,7 @@ class Download:
 
 
 class Upload:
-    """A program on its way to the host."""
+    """An upload: a program to the host."""
 
     def __init__(self, channel: Channel, data: bytes) -> None:
         self.channel = channel
@@ -124,7 +124,7 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """06 asks for the next block; anything else ends the upload and is heard as usual."""
+        """06 asks for the next block; any other character ends the upload and is taken as usual."""
         if byte == ACKNOWLEDGE:
             self._send()
         else:
@@ -132,7 +132,7 @@ class Upload:
             self.channel.take(byte)
 
     def spoil(self) -> None:
-        """A byte has come with a line error: it asks for nothing."""
+        """Ignore a byte with a line error."""
 
     def _send(self) -> None:
         block, self._rest = self._rest[:UPLOAD_BLOCK], self._rest[UPLOAD_BLOCK:]
@@ -142,7 +142,7 @@ class Upload:
 
 
 def power_up(motor: Processor) -> None:
-    """Look at what is in the program memory: Bk is set and there is no program if it is not sound."""
+    """Load the program from the memory.  If the memory is not valid, Bk is set and there is no program."""
     broken = motor.nonvolatile.broken
     motor.i[s.BK] = broken
     motor.set_program("" if broken else motor.nonvolatile.program)

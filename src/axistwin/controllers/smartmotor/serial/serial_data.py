@@ -32,7 +32,7 @@ def echo_off(motor: Processor, channel: int = 0) -> None:
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP, SLEEP1: obey nothing on this channel but WAKE.  The echo goes on."""
+    """SLEEP, SLEEP1: execute nothing on this channel but WAKE.  The echo continues."""
     motor.channels[channel].asleep = True
 
 
@@ -52,7 +52,7 @@ def talk(motor: Processor, channel: int = 0) -> None:
 
 
 def address(motor: Processor, number: int) -> None:
-    """SADDRn: the motor's address, 0 to 120; anything else sets Bs.  Who is addressed now stays so."""
+    """SADDRn: the motor's address, 0 to 120; anything else sets Bs.  The addressed motor stays addressed."""
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
         motor.i[s.ADDR] = number
     else:
@@ -62,7 +62,7 @@ def address(motor: Processor, number: int) -> None:
 def baud(motor: Processor, rate: int) -> None:
     """BAUDn: channel 0 at 2400, 4800, 9600, 19200 or 38400 bit/s; else Bs is set.
 
-    It takes effect at once: a character on the wire is finished at the old rate, those behind it leave at the new one.
+    It takes effect at once: a character on the wire ends at the old rate, the next one begins at the new rate.
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:
@@ -98,7 +98,7 @@ def open_channel(motor: Processor, parameters: str) -> None:
 
 
 def close_channel(motor: Processor, parameters: str) -> None:
-    """CCHN(type,channel): the channel neither hears nor speaks any more.  Anything else sets Bs."""
+    """CCHN(type,channel): the channel neither receives nor sends any more.  Anything else sets Bs."""
     match = CLOSING.fullmatch(parameters)
     if match is None:
         motor.syntax_error()
