@@ -44,16 +44,16 @@ class SmartMotor:
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
         self._switched_on = False
-        axis.on_supply.subscribe(self._settle_power)
+        axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
 
     def power(self, on: bool) -> None:
         """Switch the motor on or off.  The processor is held in reset while the supply is too low."""
         self._switched_on = on
-        self._settle_power()
+        self._update_power()
 
-    def _settle_power(self) -> None:
+    def _update_power(self) -> None:
         """Start or stop the processor according to the switch and the supply voltage."""
         on = self._switched_on and not self._undervoltage
         if on and self._motor is None:

@@ -1,8 +1,8 @@
 """The interpreter (7 and 8 of the base language): one statement of the program, or the value of one expression.
 
 A program is a flat list of integers.  A statement is an operation, its number, the place of the next statement, and
-the operands; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py`
-write this code.  Both functions run at least once per sample, so they use nothing but integers in arrays.
+the operands; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py` write this
+code.  Both functions run at least once per sample, so they use nothing but integers in arrays.
 
 Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd; an index
 that is not in its array sets Bu; text that is no expression sets Bs (NO_VALUE).  In each case the statement is
