@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from axistwin.controllers.compumotor.chapters.pulses import PulseGenerator
+from axistwin.controllers.compumotor.parts.pulses import PulseGenerator
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 
@@ -17,22 +17,22 @@ class Limits:
         self._changes = dict.fromkeys(self._pins, 0)
         self.on_hit: Callable[[int], None] = lambda sign: None
         """Called with +1 or -1 when the + or - limit has become active."""
-        self._unwatch = [pin.subscribe(partial(self._look, side)) for side, pin in self._pins.items()]
+        self._unsubscribe = [pin.subscribe(partial(self._changed, side)) for side, pin in self._pins.items()]
 
     def close(self) -> None:
-        """The power is gone."""
-        for unwatch in self._unwatch:
-            unwatch()
+        """Stop at power-off."""
+        for unsubscribe in self._unsubscribe:
+            unsubscribe()
         self._changes = dict.fromkeys(self._pins, -1)
 
     def _side(self, sign: int) -> int:
         return sign if self._pulses.cw_is_plus else -sign
 
     def blocks(self, sign: int) -> bool:
-        """Whether the limit in the + or - direction is active."""
+        """True if the limit in the + or - direction is active."""
         return self._pins[self._side(sign)].level
 
-    def _look(self, side: int, pin: Pin) -> None:
+    def _changed(self, side: int, pin: Pin) -> None:
         self._changes[side] += 1
         if pin.level:
             self.clock.call_later(self._filter_ns, partial(self._act, side, self._changes[side]))

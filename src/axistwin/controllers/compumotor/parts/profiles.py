@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
-from axistwin.controllers.compumotor.chapters.ranges import VelocityRange
+from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
+from axistwin.controllers.compumotor.parts.ranges import VelocityRange
 from axistwin.motion.profile import Segment
 from axistwin.motion.quantised_ramp import QuantisedRamp, quantised_levels
 
@@ -18,27 +18,27 @@ UPDATE = Fraction(1, 500)
 
 @dataclass(frozen=True)
 class Speed:
-    """How to move: pulses/s, pulses/s², the range they are given out in, and the start/stop velocity (D6h)."""
+    """Step rate in pulses/s, acceleration in pulses/s², their velocity range, and the start/stop velocity (D6h)."""
 
     rate: Fraction
-    slope: Fraction
+    acceleration: Fraction
     range: VelocityRange
     start_stop: Fraction = Fraction(0)
 
     @property
     def base(self) -> Fraction:
-        """Where ramps begin and end, as the range can give it out."""
+        """The velocity at which ramps begin and end: a multiple of the range's resolution."""
         unit = self.range.resolution
         return (2 * self.start_stop + unit) // (2 * unit) * unit
 
 
 def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tuple[Segment, ...]:
-    return tuple(quantised_levels(start, end, speed.slope * UPDATE, UPDATE, unit))
+    return tuple(quantised_levels(start, end, speed.acceleration * UPDATE, UPDATE, unit))
 
 
 @lru_cache(maxsize=64)
 def _way_up(speed: Speed) -> QuantisedRamp:
-    """From zero velocity; at or below the start/stop velocity there is no ramp."""
+    """Return the ramp from zero velocity; at or below the start/stop velocity there is none."""
     base = speed.base
     if speed.rate <= base:
         return QuantisedRamp((), speed.rate, UPDATE)
@@ -48,7 +48,7 @@ def _way_up(speed: Speed) -> QuantisedRamp:
 
 @lru_cache(maxsize=256)
 def preset(speed: Speed, distance: int) -> VelocityProfile:
-    """Exactly `distance` pulses (at least 1), from zero velocity to zero velocity."""
+    """Return exactly `distance` pulses (at least 1), from zero velocity to zero velocity."""
     shape = _way_up(speed).trapezoid(distance)
     up, down = shape.up, tuple(reversed(shape.up))
     phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
@@ -60,13 +60,13 @@ def preset(speed: Speed, distance: int) -> VelocityProfile:
 
 
 def continuous(speed: Speed) -> VelocityProfile:
-    """From zero velocity to the rate, and on for ever."""
+    """Return the ramp from zero velocity to the rate, then endless motion."""
     on = (Segment(speed.rate, None),)
     return VelocityProfile(((Phase.ACCELERATING, _way_up(speed).up), (Phase.CONSTANT, on)), speed.range.maximum)
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """From the present `rate`, given out in the range `before`, to another that is not zero, and on for ever."""
+    """Return the change from `rate`, in the range `before`, to another rate above zero, then endless motion."""
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
     ramp: tuple[Segment, ...] = ()
@@ -78,7 +78,7 @@ def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProf
 
 
 def stopping(rate: Fraction, speed: Speed) -> VelocityProfile:
-    """From the present rate to zero velocity."""
+    """Return the ramp from the present rate to zero velocity."""
     base = min(speed.base, rate)
     last = (Segment(base, UPDATE),) if 0 < base < rate else ()
     ramp = _between(rate, base, speed, speed.range.resolution)

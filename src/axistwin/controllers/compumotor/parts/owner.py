@@ -1,7 +1,7 @@
 """Chapter Command attributes, SINGULAR: a command that takes time, of which each owner performs one at a time.
 
-Two give commands: the host and the sequence.  What ends a SINGULAR command of the sequence (79h, 7Ah) leaves the
-host's alone; 73h ends both.
+The two owners are the host and the sequence.  What ends a SINGULAR command of the sequence (79h, 7Ah) does not affect
+the host's; 73h ends both.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ class Owner:
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[], None]) -> None:
-        """Perform a SINGULAR command; `ended` is called when it is over."""
+        """Perform a SINGULAR command; call `ended` after its end."""
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
@@ -34,7 +34,7 @@ class Owner:
             interrupt(self.singular)
 
     def kill(self) -> None:
-        """End the SINGULAR command without a trace: the power is gone."""
+        """End the SINGULAR command without further effect, at power-off."""
         process, self.singular = self.singular, None
         if process is not None:
             kill(process)
@@ -43,7 +43,7 @@ class Owner:
         try:
             yield from procedure
         except Interrupt:
-            pass  # it has been ended before its time
+            pass  # ended before its time
         finally:
             self.singular = None
         ended()
