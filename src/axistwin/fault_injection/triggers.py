@@ -110,7 +110,7 @@ def _edge(wish: _Wish) -> Arm:
             if changed_pin.level in wanted:
                 happens()
 
-        return pin.subscribe(changed)
+        return pin.subscribe_edges(changed)
 
     return arm
 

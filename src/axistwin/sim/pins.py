@@ -136,6 +136,13 @@ class Pin:
             self.clock.process(self._flashing())
         return unsubscribe
 
+    def subscribe_edges(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
+        """Call `callback(pin)` at every change of level, also of a level that is otherwise read on demand.
+
+        Return an unsubscribe function.
+        """
+        return self.subscribe(callback)
+
     def subscribe_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` when the test lead is connected, changed or removed, even if the level stays.
 

@@ -47,7 +47,7 @@ class Signal:
     def matches(self, pattern: str) -> bool:
         """Return True if the pattern matches the signal."""
         if pattern == DEFAULT:
-            return not self.register
+            return not self.register and not self.costly
         names = (self.full, *(f"{self.scope}.{name}" for name in self.also))
         if self.costly:
             return pattern in names
@@ -87,6 +87,9 @@ def _of(bench: Bench, controller: Controller) -> Iterator[Signal]:
             yield Signal(name, pin_signal(pin_name), LEVEL)
         if isinstance(pin, UserPin):
             yield Signal(name, f"{pin_name}_volts", REAL)
+    for pin_name, pin in controller.pins.items():
+        if pin.restless and not pin.silent:
+            yield Signal(name, pin_name, LEVEL, costly=True)
     if name in endpoints.names(bench):
         yield from _streams(name)
     yield Signal(name, FAULTS, TEXT)

@@ -187,7 +187,7 @@ class Tracer:
 
     def _add(self, controller: Controller) -> None:
         name = controller.name
-        for pin_name, pin in terminals(controller).items():
+        for pin_name, pin in {**controller.pins, **terminals(controller)}.items():
             self._add_pin(name, pin_name, pin)
         self._add_faults(name)
         found = {key: register for key, register in controller.registers.items() if f"{name}.{key}" in self._places}
@@ -207,7 +207,7 @@ class Tracer:
         if level is not None:
             self._first[f"{controller}.{pin_signal(pin_name)}"] = int(pin.level)
             self._begin.append(
-                lambda stack: stack.callback(pin.subscribe(lambda _: add(clock.now, level, int(pin.level))))
+                lambda stack: stack.callback(pin.subscribe_edges(lambda _: add(clock.now, level, int(pin.level))))
             )
         volts = self._place(controller, f"{pin_name}_volts")
         if volts is not None and isinstance(pin, UserPin):

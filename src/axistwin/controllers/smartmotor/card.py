@@ -1,11 +1,10 @@
-"""The motor itself: its terminals and plugs, which are there with and without power."""
+"""The motor itself: its terminals and plugs, which exist with and without power."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from axistwin.controllers.product import Follower, Listing, Order, Product, Register, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, trouble
-from axistwin.controllers.smartmotor.chapters.inputs import EncoderPin, IndexLine
 from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.front import FRONT
@@ -17,6 +16,7 @@ from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
 from axistwin.controllers.smartmotor.rules import RULES
+from axistwin.controllers.smartmotor.terminals import EncoderPin, IndexLine
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.alarms import Alarms
@@ -38,35 +38,36 @@ class SmartMotor:
         self.options = options
         self._index = IndexLine(clock)
         self.pins: dict[str, Pin] = {**user_pins, "brake": Pin(clock, "brake", True, output=True), "index": self._index}
-        self._fittings = Fittings(clock, axis, self.pins, self._index, user_pins, (self.uart, self.rs485), store, [])
+        brake, uarts = self.pins["brake"], (self.uart, self.rs485)
+        self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
         self._switched_on = False
-        axis.on_supply.subscribe(self._settle_power)
+        axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
 
     def power(self, on: bool) -> None:
-        """Switch it on or off.  While the supply is too low it stays in reset."""
+        """Switch the motor on or off.  The processor is held in reset while the supply is too low."""
         self._switched_on = on
-        self._settle_power()
+        self._update_power()
 
-    def _settle_power(self) -> None:
-        """Start the processor, or stop it, as the switch and the supply voltage say."""
+    def _update_power(self) -> None:
+        """Start or stop the processor according to the switch and the supply voltage."""
         on = self._switched_on and not self._undervoltage
         if on and self._motor is None:
             if self._before is not None:
                 self._before.leave()
-            self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
+            self._motor = Motor(self._fittings, self.options, self._restart)
             self._motor.on_fault = self.alarms.report
             self._lines.connect(self._motor)
             self._registers.connect(self._motor)
-            if self._index.watched:
-                self._motor.watch_index()
+            self._index.connect(self._motor)
         elif not on and self._motor is not None:
             self._motor.power_off()
-            self._before, self._motor, self._index.motor = self._motor, None, None
+            self._before, self._motor = self._motor, None
+            self._index.connect(None)
             self._registers.connect(None)
             self._let_go()
 
@@ -75,36 +76,36 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """What keeps it from moving, and what helps."""
+        """Return why the motor does not move, and the remedy; empty if there is no reason."""
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
-        self._motor.core.catch_up(changing=False)
+        self._motor.catch_up(changing=False)
         return trouble(self._motor)
 
     def programs(self) -> Mapping[str, Listing]:
-        """The one program in the memory, also without power."""
+        """Return the one program in the memory, also without power."""
         return self._lines.listings()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Tell of each line when it begins.  Meanwhile it is computed from one to the next, with the same results."""
+        """Call `watcher` when a line begins.  Return an unsubscribe function."""
         return self._lines.progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
-        """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""
+        """Return the values of expressions that the motor keeps, the mode, and the line of the program."""
         return self._registers.table()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell of every change of these registers.  Without power they stay as they are."""
+        """Report every change of these registers to `follower`.  Without power they do not change."""
         return self._registers.follow(names, follower)
 
     def _restart(self) -> None:
-        """Z: everything as at power-up."""
+        """Z: start again as at power-up."""
         self.power(False)
         self.power(True)
 
     def _let_go(self) -> None:
-        """Without power no pin is an output, and the static brake holds."""
+        """Switch all outputs off and engage the static brake, as without power."""
         for pin in self._fittings.user_pins.values():
             pin.input()
         self.pins["brake"].set(True)

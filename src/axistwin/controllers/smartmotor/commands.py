@@ -1,7 +1,7 @@
 """The command table of the SmartMotor with firmware 4.76.  One line, one command.
 
 In the order of the guide for the base language, each of its chapters followed by what 4.76 adds to it.  A code is the
-keyword with what stands behind it at once: `G`, `A=`, `GOSUBn`, `PRINT()`.
+keyword with what follows it immediately: `G`, `A=`, `GOSUBn`, `PRINT()`.
 """
 
 from functools import partial
@@ -90,9 +90,9 @@ COMMANDS = CommandSet(
     I("ECHO1",     "echo on, channel 1",                 SERIAL,   (),              BOTH,   partial(serial_data.echo, channel=1)),
     I("ECHO_OFF1", "echo off, channel 1",                SERIAL,   (),              BOTH,   partial(serial_data.echo_off, channel=1)),
     I("SLEEP",     "ignore channel 0",                   SERIAL,   (),              BOTH,   serial_data.sleep),
-    I("WAKE",      "listen to channel 0 again",          SERIAL,   (),              BOTH,   serial_data.wake),
+    I("WAKE",      "obey channel 0 again",               SERIAL,   (),              BOTH,   serial_data.wake),
     I("SLEEP1",    "ignore channel 1",                   SERIAL,   (),              BOTH,   partial(serial_data.sleep, channel=1)),
-    I("WAKE1",     "listen to channel 1 again",          SERIAL,   (),              BOTH,   partial(serial_data.wake, channel=1)),
+    I("WAKE1",     "obey channel 1 again",               SERIAL,   (),              BOTH,   partial(serial_data.wake, channel=1)),
     I("SILENT",    "program says nothing, channel 0",    SERIAL,   (),              BOTH,   serial_data.silent),
     I("TALK",      "program speaks again, channel 0",    SERIAL,   (),              BOTH,   serial_data.talk),
     I("SILENT1",   "program says nothing, channel 1",    SERIAL,   (),              BOTH,   partial(serial_data.silent, channel=1)),

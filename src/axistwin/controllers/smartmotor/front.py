@@ -1,4 +1,4 @@
-"""What one would like to see at a SmartMotor: its status word by letter, mode, brake, temperature and position.
+"""The front view of a SmartMotor: its status word by letter, mode, brake, temperature and position.
 
 Table 4.1 (Br Bl Be Bh), 5.1 and 5.2 (Bo, Bt, brake), 7.1 (Bp, Bm) of 4.76; the other bits and the letters of RMODE are
 those of the base language.

@@ -1,30 +1,27 @@
-"""The stored program as lines, and the line that is being carried out.
+"""The stored program as lines, and the line that is running.
 
-The motor keeps the text as its lines were loaded, without comments and needless blanks; of a program that stands in
-one line, each statement is listed as a line of its own.  A line runs from the sample in which a statement of it begins
-until that of another line does: so WAIT, TWAIT and whatever else takes time run as long as they hold the program.
+The motor keeps the text as its lines were loaded, without comments and needless blanks.  Of a program with only one
+line, each statement is listed as a line of its own.  A line runs from the sample in which one of its statements begins
+until a statement of another line begins.  WAIT and TWAIT therefore run as long as they hold the program.
 
-While somebody watches, the program in the memory is another one, which does the same and announces statements before
-they are carried out (`Program.announces`); so whoever does not watch pays nothing.  For a line with one statement,
-that one is enough; whether a line with several begins or goes on is known only if all statements are announced.
+While there are subscribers, the program in the memory is replaced by one that does the same and announces statements
+before they are executed (`Program.announces`).  For a line with one statement, its announcement is enough; for a line
+with several statements, all statements of the program are announced.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Listing
-from axistwin.controllers.smartmotor.kernel.state import DEPTH, NOTHING_YET, PC, PROGRAM, RETURNS, STATEMENT, STOPPED
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.language.program import Program
+from axistwin.controllers.smartmotor.motor import Motor
 from axistwin.sim.progress import Progress
 
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
-
 PROGRAM_NAME = "program"
-"""What the one program of a motor is called."""
+"""The name of the one program of a motor."""
 LINE = "line"
-"""The register that tells the line that is being carried out, counted from 1; 0 while no program runs."""
+"""The register with the line that is running, counted from 1; 0 while no program runs."""
 
 
 def lines_of(text: str) -> tuple[str, ...]:
@@ -42,7 +39,7 @@ class Rows:
 
     @classmethod
     def of_program(cls, program: Program) -> "Rows":
-        """As they stand in the memory, or a statement a line if it has one line only."""
+        """Return the lines as in the memory; of a program with one line, the statements as lines."""
         lines = lines_of(program.text)
         of = tuple(place.line - 1 for place in program.places)
         if len(lines) == 1:
@@ -51,7 +48,7 @@ class Rows:
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """What is to be announced so that the beginning of these lines is known; None: of all."""
+        """Return the statements to announce so that the beginning of these lines is known; None: of all lines."""
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
         if rows is None or any(len(numbers) > 1 for numbers in found):
@@ -64,7 +61,7 @@ class Rows:
 
 
 class Lines:
-    """The program's lines in whatever processor has the power, and who watches them."""
+    """The program's lines in the processor that is switched on, and their subscribers."""
 
     def __init__(self) -> None:
         self.progress = Progress(self._attend)
@@ -72,7 +69,7 @@ class Lines:
         self._listed: Program | None = None
         self._rows = Rows((), (), frozenset())
 
-    def connect(self, motor: "Motor") -> None:
+    def connect(self, motor: Motor) -> None:
         """This processor has its power on now; its program is not running yet."""
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
@@ -94,16 +91,16 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """A follower who is told lines, counted from 1, where the processor knows of statements only."""
+        """Return a follower that converts numbers of statements to lines, counted from 1, for another follower."""
         if LINE not in names:
             return follower
         place = names.index(LINE)
 
-        def told(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
+        def convert(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
             found = zip(which, values, strict=True)
             follower(times, which, [self.line(value) if k == place else value for k, value in found])
 
-        return told
+        return convert
 
     def line(self, statement: int) -> int:
         """The line of a statement, both counted from 1; 0: of none."""
@@ -119,16 +116,16 @@ class Lines:
         motor = self._motor
         assert motor is not None
         motor.core.catch_up(changing=False)
-        stopped = not motor.powered or motor.i[PROGRAM] == STOPPED
-        return None if stopped else self.rows().row(motor.i[STATEMENT])
+        stopped = not motor.powered or motor.i[s.PROGRAM] == s.STOPPED
+        return None if stopped else self.rows().row(motor.i[s.STATEMENT])
 
     def _begins(self, number: int) -> None:
-        """A statement begins: so does its line, unless it goes on in the line of the one before."""
+        """Report the line of a statement that begins, unless the preceding statement was in the same line."""
         motor = self._motor
         assert motor is not None
         before, motor.statement_before = motor.statement_before, number
         index = self.rows().of[number]
-        if before == NOTHING_YET or number <= before or self.rows().row(before) != index:
+        if before == s.NOTHING_YET or number <= before or self.rows().row(before) != index:
             self.progress.report(PROGRAM_NAME, index)
 
     def _attend(self) -> None:
@@ -144,21 +141,21 @@ class Lines:
         return program.announcing(self._rows_of(program).statements(rows))
 
 
-def change(motor: "Motor", after: Program) -> None:
-    """The program is this one from now on, which is the same but for what it announces; it may be running."""
+def change(motor: Motor, after: Program) -> None:
+    """Replace the program, which may be running, by one that differs in its announcements only."""
     if after is motor.program:
         return
     motor.catch_up()
     i, moved = motor.i, _moved(motor.program, after)
-    i[PC] = moved.get(i[PC], 0)
-    for at in range(RETURNS, RETURNS + i[DEPTH]):
+    i[s.PC] = moved.get(i[s.PC], 0)
+    for at in range(s.RETURNS, s.RETURNS + i[s.DEPTH]):
         i[at] = moved.get(i[at] >> 2, i[at] >> 2) << 2 | i[at] & 3
-    motor.statement_before = NOTHING_YET if i[PROGRAM] == STOPPED else i[STATEMENT]
+    motor.statement_before = s.NOTHING_YET if i[s.PROGRAM] == s.STOPPED else i[s.STATEMENT]
     motor.use(after)
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Where in the one code a place of the other is; behind an announcement it is the statement itself."""
+    """Return the places of one code by those of the other; after an announcement, that of the statement itself."""
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):
         moved[old + before.announcement(old)] = new + after.announcement(new)

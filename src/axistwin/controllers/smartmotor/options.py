@@ -1,4 +1,4 @@
-"""What differs from one SmartMotor to the next, and what the manuals leave open."""
+"""Options: differences between SmartMotors, and questions that the manuals leave open."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -27,32 +27,32 @@ class Options:
     """Keywords of `bench.add("smartmotor", ...)`."""
 
     statements_per_sample: int = 1
-    """How many statements of its program the motor carries out in a sample of 245,760 ns."""
+    """Statements of its program that the motor executes in a sample of 245,760 ns."""
     cam_multiplier: Literal["master", "table"] = "master"
-    """What MC2, MC4 and MC8 multiply: the external encoder's counts, or the entries of the cam table."""
+    """The numbers that MC2, MC4 and MC8 multiply: the external encoder's counts, or the entries of the cam table."""
     array_overlay: bool = True
-    """Whether aa…zz and aaa…yyy lie in the memory of al[0…50]."""
+    """True if aa…zz and aaa…yyy share the memory of al[0…50]."""
     boot_window_s: float = 0.2
-    """The stored program starts by itself if nothing is heard for so long after switching on."""
+    """Time after switching on, after which the stored program starts unless a character has been received."""
     stop_buffers: Literal["position", "same"] = "position"
-    """What S and X leave for the next G: position mode, as hosts expect that send `D=n G` after a jog; or what was
+    """The mode of the next G after S and X: position mode, as hosts expect that send `D=n G` after a jog; or the mode
     buffered before."""
     debounce_samples: int = 3
-    """For how many samples pin G must be low to count as an edge."""
+    """Samples for which pin G must be low to count as an edge."""
     host_buffer: int = 32
-    """How many points of host mode the motor can keep."""
+    """Points of host mode that the motor can store."""
     reset_below_v: float = 18.0
     """The processor is held in reset while the supply is below this voltage; 0: it never is."""
     brake: bool = False
-    """Whether there is a static brake on the shaft."""
+    """True if the shaft has a static brake."""
     program_bytes: int = 32768
     """The size of the program memory."""
     data_bytes: int = 8000
     """The size of the data EEPROM."""
     load_block: Literal[8, 32] = 8
-    """How many bytes of a program are sent before the motor asks for more."""
+    """Bytes of a program that are sent before the motor asks for more."""
     index_at: int = 500
-    """Encoder counts from where the shaft stands at first to the index mark."""
+    """Encoder counts from the shaft's first position to the index mark."""
 
     def __post_init__(self) -> None:
         for name, (low, high) in RANGES.items():

@@ -1,14 +1,13 @@
-"""What one can look into: every value that can stand in an expression and is kept in the motor, and the mode.
+"""Registers for inspection: every value of an expression that the motor keeps, and the mode.
 
-They are called by the commands that report them, as RPE for @PE, since A to G are terminals; the buffered P and V,
-which cannot be reported, by their own names.  Left out are CLK, which is the time itself, what has to be fetched from
-outside, and the levels of pins.  `line` is the line of the stored program that is being carried out.
+Their names are the commands that report them, such as RPE for @PE, since A to G are terminals.  The buffered P and V
+cannot be reported and have their own names.  CLK (the time itself), values fetched from outside and the levels of pins
+are not included.  `line` is the line of the stored program that is running.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Follower, Register
 from axistwin.controllers.smartmotor.chapters.variables import NOTHING, TABLE
@@ -16,22 +15,20 @@ from axistwin.controllers.smartmotor.kernel import log, state
 from axistwin.controllers.smartmotor.kernel.interpreter import AT_STATEMENT, COMPUTED, MODE_TOLD, SLOT, VARIABLE
 from axistwin.controllers.smartmotor.kernel.state import USER_PINS
 from axistwin.controllers.smartmotor.listing import LINE, Lines
+from axistwin.controllers.smartmotor.motor import Motor
 from axistwin.sim.clock import Clock
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
 
 LEFT_OUT = ("CLK", "I")
 BUFFERED = ("P", "V")
 WHILE_RESTING = ("RTEMP",)
-"""These change although nothing happens."""
+"""Registers that change while the motor rests."""
 COSTLY = (*WHILE_RESTING, LINE)
-"""These change so often that nobody wants them who does not ask for them; `line` in every sample of a program."""
+"""Registers that change so often that they are traced only on request; `line` changes in every sample of a program."""
 
 
 @cache
 def numbers() -> Mapping[str, tuple[int, int]]:
-    """Where each of them is: an operation and a place.  `I` is looked at here, not used."""
+    """Return the operation and the place of each register.  Reading `I` here does not clear Bi."""
     found = {
         _called(variable.name): (variable.operation, variable.place)
         for variable in TABLE
@@ -44,33 +41,33 @@ def numbers() -> Mapping[str, tuple[int, int]]:
 
 @dataclass(eq=False)
 class _Following:
-    """Somebody who follows some of them."""
+    """A follower of some registers."""
 
     names: tuple[str, ...]
     follower: Follower
 
     def share(self, names: Sequence[str]) -> Follower:
-        """Tells him of what happens to these names, as far as it concerns him."""
+        """Return a follower of these names that passes on the changes of its own registers."""
         place = {names.index(name): k for k, name in enumerate(self.names)}
 
-        def tell(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
-            his = [n for n, number in enumerate(which) if number in place]
-            if his:
-                self.follower([times[n] for n in his], [place[which[n]] for n in his], [values[n] for n in his])
+        def report(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
+            own = [n for n, number in enumerate(which) if number in place]
+            if own:
+                self.follower([times[n] for n in own], [place[which[n]] for n in own], [values[n] for n in own])
 
-        return tell
+        return report
 
 
 class Registers:
-    """Reads them, and has them followed, in whatever processor has the power."""
+    """Reads and reports the registers of the processor that is switched on."""
 
     def __init__(self, clock: Clock, lines: Lines) -> None:
         self.clock, self._lines = clock, lines
         self._motor: Motor | None = None
         self._followings: list[_Following] = []
 
-    def connect(self, motor: "Motor | None") -> None:
-        """This processor has its power on now; everything in it is as it is at power-up."""
+    def connect(self, motor: Motor | None) -> None:
+        """Connect the processor that has just been switched on; None: the power is off."""
         self._motor = motor
         if motor is not None and self._followings:
             self._follow()
@@ -79,11 +76,11 @@ class Registers:
                 one.follower([self.clock.now] * count, range(count), [self._read(name) for name in one.names])
 
     def table(self) -> dict[str, Register]:
-        """All of them, also under their names in an expression."""
-        return {name: Register(partial(self._look, name), _also(name), costly=name in COSTLY) for name in numbers()}
+        """Return all registers, also under their names in an expression."""
+        return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell a follower of each change of these.  Several may follow, each its own ones."""
+        """Report each change of these registers to a follower.  Several may follow, each its own registers."""
         one = _Following(tuple(names), self._lines.in_lines(names, follower))
         self._followings.append(one)
         self._follow()
@@ -95,7 +92,7 @@ class Registers:
         return end
 
     def _follow(self) -> None:
-        """Have the motor tell what is followed, and by whom, as it is now."""
+        """Update the numbers that the core follows."""
         if self._motor is None:
             return
         if not self._followings:
@@ -106,27 +103,27 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Everything that somebody follows, and who is told of it: a single follower at once."""
+        """Return all followed names and the follower that distributes their changes; a single follower directly."""
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))
         shares = [one.share(names) for one in self._followings]
 
-        def tell(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
+        def report(times: Sequence[int], which: Sequence[int], values: Sequence[int]) -> None:
             for share in shares:
                 share(times, which, values)
 
-        return names, tell
+        return names, report
 
-    def _look(self, name: str) -> int:
-        """As it is at the last sample by now; without power 0, and no mode."""
+    def _value(self, name: str) -> int:
+        """Return a register at the last sample by now; without power 0, and no mode."""
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)
         return self._lines.line(value) if name == LINE else value
 
     def _read(self, name: str) -> int:
-        """The same as the processor has it."""
+        """Return the processor's own number."""
         if self._motor is None:
             return 0
         core = self._motor.core

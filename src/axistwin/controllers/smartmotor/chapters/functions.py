@@ -1,19 +1,15 @@
 """F= function commands (chapter 7): a word of switches."""
 
-from typing import TYPE_CHECKING
-
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.cam import DWELLING, invalidate
 from axistwin.controllers.smartmotor.kernel.position import position
-from axistwin.controllers.smartmotor.kernel.state import DIRECTION, ORIGIN, SHAFT, F
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
+from axistwin.controllers.smartmotor.processor import Processor
 
 DECELERATE, REVERSE, CHANNEL_1, CLEAR_INTEGRAL, _, CALL_C1, CALL_C2, _ = (1 << n for n in range(8))
 ALL = 255
 
 
-def functions(motor: "Motor", value: int) -> None:
+def functions(motor: Processor, value: int) -> None:
     """F=exp: the sum of the functions that are wanted, 0 to 255 (table 7.1); anything else sets Bs.
 
     F=2 turns the shaft's direction round at once, whatever the mode: the position keeps its value.  A change of F=16 or
@@ -23,11 +19,11 @@ def functions(motor: "Motor", value: int) -> None:
         motor.syntax_error()
         return
     i = motor.i
-    changed = i[F] ^ value
-    i[F] = value
+    changed = i[s.F] ^ value
+    i[s.F] = value
     if changed & REVERSE:
         kept = position(i)
-        i[DIRECTION] = -1 if value & REVERSE else 1
-        i[ORIGIN] = kept - i[DIRECTION] * i[SHAFT]
+        i[s.DIRECTION] = -1 if value & REVERSE else 1
+        i[s.ORIGIN] = kept - i[s.DIRECTION] * i[s.SHAFT]
     if changed & DWELLING:
         invalidate(i)

@@ -7,34 +7,22 @@ At power-up all of them are inputs, which 5 kΩ resistors pull up.  A value writ
 the pin is an output or not: written first, it makes the change to an output free of glitches.
 """
 
-from typing import TYPE_CHECKING
-
 from axistwin.controllers.smartmotor.chapters import brakes
-from axistwin.controllers.smartmotor.kernel.state import (
-    BRAKE_PIN,
-    BRAKE_READ,
-    GO_PIN,
-    LATCHES,
-    LIMIT_C,
-    LIMIT_D,
-    USER_PINS,
-)
+from axistwin.controllers.smartmotor.kernel import state as s
+from axistwin.controllers.smartmotor.processor import Processor
 
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
-
-ROLES = {"C": LIMIT_C, "D": LIMIT_D, "G": GO_PIN}
-"""Pins that have something to do by themselves until they are made ordinary inputs or outputs."""
+ROLES = {"C": s.LIMIT_C, "D": s.LIMIT_D, "G": s.GO_PIN}
+"""Pins with a role of their own until they are made ordinary inputs or outputs."""
 CHANNEL_1 = "EF"
 
 
-def power_up(motor: "Motor") -> None:
-    """All pins are inputs."""
+def power_up(motor: Processor) -> None:
+    """Make all pins inputs."""
     for pin in motor.pins.values():
         pin.input()
 
 
-def direction_in(motor: "Motor", pin: str) -> None:
+def direction_in(motor: Processor, pin: str) -> None:
     """UAI … UGI: an ordinary input.  C and D are limits no more, G does not go, E and F leave channel 1.
 
     Where it was the brake's signal (5.1) it is that no more.
@@ -44,35 +32,35 @@ def direction_in(motor: "Motor", pin: str) -> None:
     motor.pins[pin].input()
 
 
-def direction_out(motor: "Motor", pin: str) -> None:
+def direction_out(motor: Processor, pin: str) -> None:
     """UAO … UGO: an output, which shows what its latch holds.  C and D are limits no more, E and F leave channel 1.
 
     A pin that is the brake's signal (5.1) shows that, without a moment at the level of its latch.
     """
     _take(motor, pin)
-    bit = 1 << USER_PINS.index(pin)
-    motor.pins[pin].output(brakes.engaged(motor) if motor.i[BRAKE_PIN] == bit else bool(motor.i[LATCHES] & bit))
+    bit = 1 << s.USER_PINS.index(pin)
+    motor.pins[pin].output(brakes.engaged(motor) if motor.i[s.BRAKE_PIN] == bit else bool(motor.i[s.LATCHES] & bit))
 
 
-def latch(motor: "Motor", pin: str, value: int) -> None:
+def latch(motor: Processor, pin: str, value: int) -> None:
     """UA= … UG=: high for any value but 0; an output shows it at once.
 
     Where it was the brake's signal (5.1) it is that no more.
     """
     _take_from_brake(motor, pin)
-    bit = 1 << USER_PINS.index(pin)
-    motor.i[LATCHES] = motor.i[LATCHES] & ~bit | (bit if value else 0)
+    bit = 1 << s.USER_PINS.index(pin)
+    motor.i[s.LATCHES] = motor.i[s.LATCHES] & ~bit | (bit if value else 0)
     if motor.pins[pin].is_output:
         motor.pins[pin].output(value != 0)
 
 
-def go_pin(motor: "Motor") -> None:
+def go_pin(motor: Processor) -> None:
     """UG: pin G is an input whose falling edge does what G does."""
     direction_in(motor, "G")
-    motor.i[GO_PIN] = 1
+    motor.i[s.GO_PIN] = 1
 
 
-def take_for_channel(motor: "Motor", number: int) -> None:
+def take_for_channel(motor: Processor, number: int) -> None:
     """An RS-485 channel takes its pins: G as the direction line of channel 0, E and F as the two wires of channel 1."""
     if number == 0:
         _take(motor, "G")
@@ -83,50 +71,44 @@ def take_for_channel(motor: "Motor", number: int) -> None:
             motor.pins[name].input()
 
 
-def show_direction(motor: "Motor", transmitting: bool) -> None:
-    """Pin G as the direction line of an RS-485 converter: high while the motor transmits, if it is still an output."""
-    if motor.pins["G"].is_output:
-        motor.pins["G"].output(transmitting)
-
-
-def _take(motor: "Motor", pin: str) -> None:
-    """The pin does nothing by itself any more."""
+def _take(motor: Processor, pin: str) -> None:
+    """End the role of the pin as limit, go input or wire of channel 1."""
     if pin in ROLES:
         motor.i[ROLES[pin]] = 0
     if pin in CHANNEL_1:
         motor.channels[1].shut()
 
 
-def _take_from_brake(motor: "Motor", pin: str) -> None:
-    """What 5.1 warns of: the pin has another function, until BRKC or BRKG makes it the brake's signal again."""
-    if motor.i[BRAKE_PIN] == 1 << USER_PINS.index(pin):
-        motor.i[BRAKE_PIN] = 0
+def _take_from_brake(motor: Processor, pin: str) -> None:
+    """Give the brake's pin another function, until BRKC or BRKG makes it the brake's signal again (5.1)."""
+    if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
+        motor.i[s.BRAKE_PIN] = 0
 
 
-def give_up_brake_pin(motor: "Motor") -> None:
+def give_up_brake_pin(motor: Processor) -> None:
     """Make an ordinary input of the pin of the brake's signal, which `<variable>=UG` or `=UC` has read (5.1, note 2).
 
     A pin that is no output carries no signal and keeps its role.
     """
-    motor.i[BRAKE_READ] = 0
+    motor.i[s.BRAKE_READ] = 0
     for pin in ("C", "G"):
-        if motor.i[BRAKE_PIN] == 1 << USER_PINS.index(pin) and motor.pins[pin].is_output:
+        if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin) and motor.pins[pin].is_output:
             direction_in(motor, pin)
 
 
-def fetch_ain(_motor: "Motor", **_channel: str | int) -> int:
-    """AINpc: analog input of an AniLink device.  0: no device is there that could answer."""
+def fetch_ain(_motor: Processor, **_channel: str | int) -> int:
+    """AINpc: analog input of an AniLink device.  0: no such device exists."""
     return 0
 
 
-def fetch_din(_motor: "Motor", **_channel: str | int) -> int:
-    """DINpc: digital input of an AniLink device.  0: no device is there that could answer."""
+def fetch_din(_motor: Processor, **_channel: str | int) -> int:
+    """DINpc: digital input of an AniLink device.  0: no such device exists."""
     return 0
 
 
-def analog_out(_motor: "Motor", _port: str, _value: int) -> None:
-    """AOUTp,value: to the AniLink device p, A to H.  No device is there that could show it."""
+def analog_out(_motor: Processor, _port: str, _value: int) -> None:
+    """AOUTp,value: to the AniLink device p, A to H.  No such device exists."""
 
 
-def digital_out(_motor: "Motor", _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: to the AniLink device p, A to H, channel 0 to 63.  No device is there that could show it."""
+def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
+    """DOUTpc,value: to the AniLink device p, A to H, channel 0 to 63.  No such device exists."""

@@ -1,4 +1,4 @@
-"""Chapter 8 and 6.1, and 6 of the base language: every value that can stand in an expression.  One line, one name.
+"""Chapter 8 and 6.1, and 6 of the base language: every value that can be used in an expression.  One line, one name.
 
 A value lies in a slot of the processor's state, or in a variable, or is computed by the interpreter, or has to be
 fetched from outside first (`fetch`): from a communication channel or over the AniLink bus.
@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from string import ascii_lowercase
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.smartmotor.chapters import io
 from axistwin.controllers.smartmotor.kernel import state
@@ -31,25 +30,22 @@ from axistwin.controllers.smartmotor.kernel.interpreter import (
     WORD,
     store,
 )
-from axistwin.controllers.smartmotor.serial import serial_data
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
+from axistwin.controllers.smartmotor.processor import Processor
 
 NOTHING = -1
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A name, and how its value is read: an operation of the interpreter and where the value is."""
+    """A name, and the way to read its value: an operation of the interpreter and a place."""
 
     name: str
     operation: int
     place: int
     unit: str = ""
     chapter: str = ""
-    fetch: "Callable[[Motor], int] | None" = None
-    """Fetches the value from outside; then it is read where the statement keeps it."""
+    fetch: Callable[[Processor], int] | None = None
+    """Fetches the value from outside; then it is read in the statement's own place."""
 
 
 # Chapters of the manual, and of the guide for the base language
@@ -124,8 +120,8 @@ TABLE = (
     V("ADDR",    SLOT,     state.ADDR,         "",        SERIAL),
     V("LEN",     SLOT,     state.LENGTHS,      "bytes",   SERIAL),
     V("LEN1",    SLOT,     state.LENGTHS + 1,  "bytes",   SERIAL),
-    V("GETCHR",  VARIABLE, NOTHING,            "",        SERIAL, partial(serial_data.get_character, channel=0)),
-    V("GETCHR1", VARIABLE, NOTHING,            "",        SERIAL, partial(serial_data.get_character, channel=1)),
+    V("GETCHR",  VARIABLE, NOTHING,            "",        SERIAL, lambda motor: motor.channels[0].get_character()),
+    V("GETCHR1", VARIABLE, NOTHING,            "",        SERIAL, lambda motor: motor.channels[1].get_character()),
     V("EPTR",    SLOT,     state.EPTR,         "bytes",   EEPROM),
     *(V(letter,     VARIABLE, state.LETTERS + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
     *(V(letter * 2, VARIABLE, state.DOUBLES + number, "", NAMED) for number, letter in enumerate(ascii_lowercase)),
@@ -158,12 +154,12 @@ def _input(name: str) -> Variable | None:
     return Variable(name, VARIABLE, NOTHING, "", ANILINK, fetch)
 
 
-def assign(motor: "Motor", place: int, value: int) -> None:
+def assign(motor: Processor, place: int, value: int) -> None:
     """a…z, aa…zz, aaa…zzz =exp: 32 bits, signed.  A value that does not fit: Bd, and the variable stays as it is."""
     motor.v[place] = value
 
 
-def assign_elements(motor: "Motor", code: Sequence[int]) -> None:
+def assign_elements(motor: Processor, code: Sequence[int]) -> None:
     """ab[], aw[], al[] =exp: 8, 16 or 32 bits of the value; ab[0…203], aw[0…101], al[0…50], other indices: Bu (8.2).
 
     `aw[0] 0 100 500.` sets consecutive elements; those before one that does not exist are set (1.1).
@@ -172,7 +168,7 @@ def assign_elements(motor: "Motor", code: Sequence[int]) -> None:
 
 
 def values(letters: str) -> range | None:
-    """The places in `v` of a named variable and of those behind it in its group (VST, VLD); None: there is no such."""
+    """Return the places in `v` of a named variable and its successors in the group; None: no such variable."""
     variable = NAMES.get(letters)
     if variable is None or variable.chapter != NAMED:
         return None

@@ -1,104 +1,103 @@
-"""Runs the motor's samples in virtual time: ahead of the clock, in blocks, until something happens.
+"""Runs the motor's samples in virtual time: in blocks computed ahead of the clock, up to the next event.
 
-    base ────────────── block ──────────────▶ end: something for Python to do, at exactly this sample
-     ↑ the truth: i, v, f                 ↑ computed on copies; positions are kept for whoever looks meanwhile
+    base ────────────── block ──────────────▶ end: an event for Python to handle, at exactly this sample
+     ↑ the committed state: i, v, f       ↑ computed on copies; positions are kept for readers meanwhile
 
-When an input arrives in the middle of a block, the block is forgotten and computed again from its base up to the last
-sample before the input.  A block is long while nothing comes, and short while a host is talking.  How a run is cut into
-blocks makes no difference to what the motor does.  A motor that rests costs nothing at all.
+When an input changes in the middle of a block, the block is discarded and computed again from its base up to the last
+sample before the change.  Blocks are long while nothing changes, and short while a host sends.  The motor behaves the
+same however a run is divided into blocks.  A motor at rest costs nothing.
 """
 
 from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from enum import Enum, auto
 from itertools import pairwise
 from typing import Any, ClassVar
 
 from axistwin.controllers.smartmotor.kernel import jit, log
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, BEFORE_SAMPLE, advance
 from axistwin.controllers.smartmotor.kernel.machine import FLOATS
 from axistwin.controllers.smartmotor.kernel.position import commanded_shaft
 from axistwin.controllers.smartmotor.kernel.servo import rest, resting
-from axistwin.controllers.smartmotor.kernel.state import (
-    BT,
-    DEBOUNCE,
-    HOST_SIZE,
-    INTS,
-    M_FOLLOW,
-    MASTER_LEFT,
-    MODE,
-    PENDING,
-    PID_RATE,
-    PROGRAM,
-    RUNNING,
-    SAMPLE,
-    SHAFT,
-    SLIPPED,
-    TOLD,
-    TOLD_AT,
-    VARIABLES,
-    WAIT_UNTIL,
-)
 from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
 
 SAMPLE_NS = 245_760
-"""RSP says 24576, in units of 10 ns."""
+"""RSP reports 24576, in units of 10 ns."""
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
-"""Samples in a block.  It takes less than the slice in which a served bench is advanced, 2 ms."""
+"""Samples in a block.  A block takes less than the slice in which a served bench is advanced, 2 ms."""
 PLAIN_SAMPLES = 20_000
-"""So many samples, of all motors, are done in plain Python before it is worth while to load the compiler."""
+"""Samples of all motors that are computed in plain Python before loading the compiler is worth its time."""
 PLAIN_MOTORS = 8
-"""So many are certainly done in real time by plain Python."""
+"""Number of motors that plain Python certainly runs in real time."""
 STACK = 64
 PID_MOST = 8
-"""PID8: the trajectory moves the shaft once in so many samples at most."""
+"""PID8: the longest period of the trajectory, in samples."""
 
-Listener = Callable[[int, "array[int]", "array[int]"], None]
-"""Told the number of the first sample, and where the shaft was and should have been in it and in those that follow."""
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
-"""Told the times in ns at which numbers have changed that it follows, which of them, and to what."""
+"""Called with the times in ns at which followed numbers have changed, their places among these, and their values."""
+
+
+class Phase(Enum):
+    """The state of the block that is computed ahead."""
+
+    BETWEEN = auto()
+    """There is no block."""
+    PLANNED = auto()
+    """There is no block; the next one is computed at the end of this nanosecond."""
+    AHEAD = auto()
+    """A block is computed ahead."""
+    WAITING = auto()
+    """The block is a time of rest that ends with a WAIT of the program."""
+    ASLEEP = auto()
+    """The motor rests until its state is changed."""
+    ACTING = auto()
+    """Python handles the event at which a block has ended."""
+    STOPPED = auto()
+    """There are no more samples."""
 
 
 @dataclass(frozen=True)
 class _Block:
-    """Samples that have been computed ahead, or (`resting`) need not be; `why` it ended, as the kernel has it."""
+    """Samples that have been computed ahead, or that are a time of rest; `why` the kernel ended the block."""
 
     first: int
     samples: int
     why: int = ALL_DONE
-    resting: bool = False
 
     @property
     def end(self) -> int:
-        """The sample at whose time it is over; what comes before a sample comes at that sample's time."""
+        """Number of the sample at which this block ends.  A stop before a sample is charged to that sample."""
         return self.first + self.samples + (1 if self.why & BEFORE_SAMPLE else 0)
 
 
 class Core:
-    """The arrays, and what has been computed ahead.  `act(why)` is called when the kernel has stopped."""
+    """The committed state, and the block computed ahead.  `act(why)` is called when the kernel has stopped."""
 
     def __init__(self, clock: Clock, act: Callable[[int], None], ring: int) -> None:
         self.clock, self._act = clock, act
         self.zero_ns = clock.now
-        self.i, self.v = array("q", bytes(8 * INTS)), array("q", bytes(8 * VARIABLES))
+        self.i, self.v = array("q", bytes(8 * s.INTS)), array("q", bytes(8 * s.VARIABLES))
         self.f = array("d", bytes(8 * FLOATS))
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
-        self.i[HOST_SIZE] = len(self.ring)
+        self.i[s.HOST_SIZE] = len(self.ring)
         self.log = log.empty()
         self._look_at = log.Look(self.log)
-        self.listeners: list[Listener] = []
-        self.running = True
-        self.one_by_one: Callable[[], None] | None = None
-        """If somebody has to be asked before each sample: ask him."""
-        self.foretell: Callable[[int, int], Sequence[int]] | None = None
-        """Tells the external encoder's edges for so many samples from this one on, as things are now."""
+        self.on_samples: Signal[[int, array[int], array[int]]] = Signal()
+        """Emits the number of the first sample; from it on, the positions of the shaft and of the trajectory."""
+        self.before_sample: Callable[[], None] | None = None
+        """Called before each sample, one by one, while the external encoder cannot be predicted."""
+        self.predict: Callable[[int, int], Sequence[int]] | None = None
+        """Returns the external encoder's edges for a number of samples from this one on, if nothing changes."""
         self._follower: Follower | None = None
         self._restless = False
         self._engine = _Engine(self)
+        self._phase = Phase.BETWEEN
         self._block: _Block | None = None
         self._most, self._plan = SHORTEST, 0
         self._moves = [0] * PID_MOST
-        self._asleep = self._acting = self._deferred = False
 
     @property
     def due(self) -> int:
@@ -106,122 +105,121 @@ class Core:
         return (self.clock.now - self.zero_ns) // SAMPLE_NS
 
     def time_ns(self, sample: int) -> int:
-        """When a sample is done."""
+        """Return the time at which a sample is done."""
         return self.zero_ns + sample * SAMPLE_NS
 
-    def look(self) -> int:
-        """Where the shaft is now, without disturbing what has been computed."""
-        done = self.due - self.i[SAMPLE]
-        block = self._block
-        if block is None or block.resting or done <= 0 or block.samples == 0:
-            return self.i[SHAFT] + self.i[SLIPPED]
-        return self._engine.shaft[min(done, block.samples) - 1]
+    def position_now(self) -> int:
+        """Return the shaft's position now.  The block stays as it is."""
+        past = self._past()
+        return self._engine.shaft[past - 1] if past else self.i[s.SHAFT] + self.i[s.SLIPPED]
 
-    def look_commanded(self) -> int:
-        """Where the trajectory would have the shaft now, in the machine's coordinates; nothing is disturbed either."""
-        done = self.due - self.i[SAMPLE]
-        block = self._block
-        if block is None or block.resting or done <= 0 or block.samples == 0:
-            return commanded_shaft(self.i)
-        return self._engine.commanded[min(done, block.samples) - 1]
+    def commanded_now(self) -> int:
+        """Return the trajectory's position now, in the machine's coordinates.  The block stays as it is."""
+        past = self._past()
+        return self._engine.commanded[past - 1] if past else commanded_shaft(self.i)
+
+    def _past(self) -> int:
+        """Return the number of samples of the block ahead that are in the past by now."""
+        if self._block is None or self._phase is not Phase.AHEAD:
+            return 0
+        return max(0, min(self.due - self.i[s.SAMPLE], self._block.samples))
 
     @property
     def moving(self) -> bool:
-        """Whether the next sample may find the shaft somewhere else."""
-        return self.running and not self._asleep
+        """True if the shaft's position may change in the next sample."""
+        return self._phase not in (Phase.ASLEEP, Phase.STOPPED)
+
+    @property
+    def _running(self) -> bool:
+        return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Bring the state to the last sample by now, and do what has to be done on the way.  Then it may be changed.
+        """Bring the state to the last sample by now, and handle the events on the way.  Then it may be changed.
 
-        Not `changing`: it is only looked at, so that a motor that rests goes on resting.
+        Not `changing`: the state is only read, so that a motor at rest stays at rest.
         """
-        if self._acting or not self.running:
+        if self._phase in (Phase.ACTING, Phase.STOPPED) or (not changing and self._up_to_date()):
             return
-        if not changing and self._up_to_date():
-            return
-        while self._block is None or self._block.end <= self.due:
+        while self._running and (self._block is None or self._block.end <= self.due):
+            missing = self.due - self.i[s.SAMPLE]
             if self._block is not None:
-                self._finish()
-            elif self._asleep:
-                self._rest(max(0, self.due - self.i[SAMPLE]))
+                self._finish(self._block)
+            elif self._phase is Phase.ASLEEP:
+                self._rest(max(0, missing))
                 break
-            elif self.due <= self.i[SAMPLE]:
+            elif missing <= 0:
                 break
             else:
-                self._block = self._compute(self.due - self.i[SAMPLE])
-        self._take_part()
+                self._compute_block(missing)
+        self._commit_part()
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """Whether the state is that of the last sample, without giving up what is planned."""
-        missing = self.due - self.i[SAMPLE]
-        if self._asleep:
+        """True if the state is that of the last sample already, and the block can stay as it is."""
+        missing = self.due - self.i[s.SAMPLE]
+        if self._phase is Phase.ASLEEP:
             self._rest(missing)
             return True
         return missing == 0 and (self._block is None or self._block.end > self.due)
 
     def replan(self) -> None:
-        """Something has been changed: what comes next is worked out when everything is done that happens now."""
-        if not self._deferred and self.running:
-            self._deferred = True
+        """Plan the next block for the end of this nanosecond, after all other changes."""
+        if self._phase not in (Phase.PLANNED, Phase.STOPPED):
+            self._phase = Phase.PLANNED
             self._plan += 1
             self.clock.call_later(0, self._look_ahead)
 
     def speed(self) -> float:
         """Return the shaft's speed in counts per sample, over the last sample; with PIDn, over the last n."""
-        done, block, rate = self.due - self.i[SAMPLE], self._block, self.i[PID_RATE]
-        ahead = block is not None and not block.resting and done > 0
-        computed = min(done, block.samples) if block is not None and ahead else 0
-        return sum(self._moves_by(computed)[-rate:]) / rate
+        rate = self.i[s.PID_RATE]
+        return sum(self._moves_by(self._past())[-rate:]) / rate
 
     def _moves_by(self, computed: int) -> list[int]:
-        """Return the counts moved in each of the last samples, by this one of those computed ahead."""
+        """Return the counts moved in each of the last samples, up to sample `computed` of the block ahead."""
         shaft, first = self._engine.shaft, max(computed - PID_MOST, 0)
-        before = shaft[first - 1] if first else self.i[SHAFT] + self.i[SLIPPED]
+        before = shaft[first - 1] if first else self.i[s.SHAFT] + self.i[s.SLIPPED]
         places = [before, *shaft[first:computed]]
         return [*self._moves, *(after - before for before, after in pairwise(places))][-PID_MOST:]
 
     def stop(self) -> None:
-        """No more samples."""
+        """End the samples."""
         self.catch_up()
-        self._tell_changes()
-        self.running = False
+        self._report_changes()
+        self._phase, self._block = Phase.STOPPED, None
         self._plan += 1
 
-    # Who follows what
+    # Followed numbers
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """From now on tell one follower of each change of these numbers, an operation and a place each (`log.py`).
+        """Report each change of these numbers, an operation and a place each (`log.py`), to the one follower.
 
-        Of those that were followed before, changes that have not been told yet will be.  `restless`: there are some
-        among them that change while the motor rests, so it must not.
+        Changes of numbers that were followed before are not lost.  `restless`: some of the numbers change while the
+        motor rests, so that the samples must be computed.
         """
-        if self.running:
-            self.catch_up()
+        self.catch_up()
         self.log = log.following(numbers, self.i, self.v, log.known(self.log))
         self._look_at = log.Look(self.log)
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
-        """Nobody follows anything any more."""
-        if self.running:
-            self.catch_up()
+        """End the reports."""
+        self.catch_up()
         self.log, self._follower, self._restless = log.empty(), None, False
 
-    def _tell_changes(self) -> None:
-        """Tell what Python has changed, at its time."""
+    def _report_changes(self) -> None:
+        """Report the changes that Python has made, at the present time."""
         if self._follower is not None:
             which, values = self._look_at.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
-    def tell(self, done: "array[int]") -> None:
-        """A block with this log is the truth: tell what the kernel has changed."""
+    def report(self, done: "array[int]") -> None:
+        """Report the changes that the kernel has made, from the log of a block that has been committed."""
         if self._follower is not None:
             self.log[log.head(done)] = done[log.head(done)]
             samples, which, values = log.changes(done)
             if samples:
-                import numpy as np  # late: only for who follows
+                import numpy as np  # lazy import: only for followers
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
@@ -229,90 +227,96 @@ class Core:
     # Blocks
 
     def _look_ahead(self) -> None:
-        """Compute the next block and come back at its end."""
-        self._deferred = False
-        if not self.running:
+        """Compute the next block and schedule its end."""
+        if self._phase is Phase.STOPPED:
             return
-        self._take_part()
-        self._tell_changes()
+        self._phase = Phase.BETWEEN
+        self._report_changes()
         self._plan += 1
         most = min(self._most, self._engine.longest)
-        if self.one_by_one is not None:
-            self.one_by_one()
+        if self.before_sample is not None:
+            self.before_sample()
             most = 1
-        self._block = self._compute(most)
-        self._come_back()
+        self._schedule_end(self._compute_block(most))
 
-    def _come_back(self) -> None:
-        plan, block = self._plan, self._block
-        assert block is not None
-        background = self.i[PROGRAM] != RUNNING and not self.i[BT] and block.why == ALL_DONE
+    def _schedule_end(self, block: _Block) -> None:
+        plan = self._plan
+        background = self.i[s.PROGRAM] != s.RUNNING and not self.i[s.BT] and block.why == ALL_DONE
         self.clock.background += background
 
         def at_its_end() -> None:
             self.clock.background -= background
             if plan == self._plan:
-                self._finish()
-                self._go_on(block)
+                self._finish(block)
+                self._continue(block)
 
         self.clock.call_later(self.time_ns(block.end) - self.clock.now, at_its_end)
 
-    def _go_on(self, block: _Block) -> None:
-        """A block is over; after a quiet one nothing may ever happen again by itself."""
-        if not self.running:
+    def _continue(self, block: _Block) -> None:
+        """Continue after a block.  After a quiet one the motor may rest."""
+        if self._phase is Phase.STOPPED:
             return
         self._plan += 1
-        self._tell_changes()
-        if block.why == ALL_DONE and block.samples > self.i[DEBOUNCE] and self._rests():
-            waits = self.i[WAIT_UNTIL] - 1 - self.i[SAMPLE] if self.i[PROGRAM] == RUNNING else 0
-            if waits > 0:
-                self._block = _Block(self.i[SAMPLE], waits, resting=True)
-                self._come_back()
-            else:
-                self._asleep = True
-                self._engine.forget()
-        elif not self._deferred:
+        self._report_changes()
+        if self._phase is Phase.PLANNED:
+            return
+        if block.why != ALL_DONE or block.samples <= self.i[s.DEBOUNCE] or not self._rests():
             self._look_ahead()
+            return
+        waits = self.i[s.WAIT_UNTIL] - 1 - self.i[s.SAMPLE] if self.i[s.PROGRAM] == s.RUNNING else 0
+        if waits > 0:
+            self._phase, self._block = Phase.WAITING, _Block(self.i[s.SAMPLE], waits)
+            self._schedule_end(self._block)
+        else:
+            self._phase = Phase.ASLEEP
+            self._engine.forget()
 
     def _rests(self) -> bool:
-        """Whether nothing happens any more but that a WAIT ends."""
+        """True if nothing more happens, except that a WAIT may end."""
         if self._restless:
             return False
         i = self.i
-        program = i[PROGRAM] != RUNNING or i[SAMPLE] + 1 < i[WAIT_UNTIL]
-        quiet = not i[BT] and not i[PENDING] and not i[MASTER_LEFT] and i[MODE] < M_FOLLOW
+        program = i[s.PROGRAM] != s.RUNNING or i[s.SAMPLE] + 1 < i[s.WAIT_UNTIL]
+        quiet = not i[s.BT] and not i[s.PENDING] and not i[s.MASTER_LEFT] and i[s.MODE] < s.M_FOLLOW
         return program and quiet and bool(resting(i, self.f))
 
+    def _compute_block(self, most: int) -> _Block:
+        self._block = self._compute(most)
+        self._phase = Phase.AHEAD
+        return self._block
+
     def _compute(self, most: int) -> _Block:
-        first = self.i[SAMPLE]
-        if self.foretell is not None and self.i[TOLD] < most:
-            self._engine.told = array("q", self.foretell(first + 1, most))
-            self.i[TOLD], self.i[TOLD_AT] = most, 0
+        first = self.i[s.SAMPLE]
+        if self.predict is not None and self.i[s.TOLD] < most:
+            self._engine.predicted = array("q", self.predict(first + 1, most))
+            self.i[s.TOLD], self.i[s.TOLD_AT] = most, 0
         why, samples = self._engine.run(most)
         return _Block(first, samples, why)
 
-    def _finish(self) -> None:
-        """The block's end has come: its result is the truth, and Python does what the kernel has stopped for."""
-        block, self._block = self._block, None
-        assert block is not None
-        if block.resting:
+    def _finish(self, block: _Block) -> None:
+        """Commit a block whose end has come, and handle the event at which the kernel has stopped."""
+        waiting = self._phase is Phase.WAITING
+        self._phase, self._block = Phase.BETWEEN, None
+        if waiting:
             self._rest(block.samples)
             return
         self._commit(block)
         self._most = min(2 * self._most, LONGEST)
         if block.why:
-            self._acting = True
+            before, self._phase = self._phase, Phase.ACTING
             self._act(block.why)
-            self._acting = False
+            if self._phase is Phase.ACTING:
+                self._phase = before
 
-    def _take_part(self) -> None:
-        """Of the block that has been computed, only what lies before now."""
-        block, self._block = self._block, None
-        self._asleep = False
-        if block is None:
+    def _commit_part(self) -> None:
+        """Commit the part of the block that is in the past, and discard the rest."""
+        phase, block = self._phase, self._block
+        if phase not in (Phase.AHEAD, Phase.WAITING, Phase.ASLEEP) or block is None:
+            self._phase = Phase.BETWEEN if phase is Phase.ASLEEP else phase
             return
+        self._phase, self._block = Phase.BETWEEN, None
         samples = self.due - block.first
-        if block.resting:
+        if phase is Phase.WAITING:
             self._rest(samples)
             return
         self._most = min(max(2 * samples, SHORTEST), LONGEST)
@@ -329,13 +333,13 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the truth: plain Python at first, compiled when that pays.
+    """Runs the kernel on copies of the committed state: in plain Python at first, compiled when that pays.
 
-    Where the shaft is in each sample of a block is kept in arrays that grow with the blocks.
+    The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
 
     plain_samples: ClassVar[int] = 0
-    """How many have been done in plain Python so far; nothing that a motor could notice."""
+    """Samples computed in plain Python so far; no motor behaves differently because of it."""
     compiled: ClassVar[Callable[..., int] | None] = None
 
     def __init__(self, core: Core) -> None:
@@ -345,17 +349,17 @@ class _Engine:
         self._code, self._log, self._followed = core.code, core.log, core.log
         self._copies: tuple[Any, ...] = ()
         self._views: tuple[Any, ...] = ()
-        self.told = array("q", [0])
+        self.predicted = array("q", [0])
         """The external encoder's edges in the samples to come, where they are known."""
-        self._told = self.told
+        self._viewed = self.predicted
 
     @property
     def longest(self) -> int:
-        """A block of more samples would keep a host waiting who interrupts it."""
+        """Samples of the longest block that does not delay a host noticeably."""
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Do up to `most` samples from the truth on; returns why it stopped and how many were done."""
+        """Compute up to `most` samples after the committed state.  Return why the kernel stopped, and their number."""
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -365,12 +369,13 @@ class _Engine:
             why = compiled(*self._views, most)
         else:
             i, v, f, ring = self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
-            why = advance(i, v, f, self._stack, core.code, ring, self.told, self.shaft, self.commanded, self._log, most)
-            _Engine.plain_samples += i[SAMPLE] - core.i[SAMPLE]
-        return why, i[SAMPLE] - core.i[SAMPLE]
+            outputs = self.shaft, self.commanded, self._log
+            why = advance(i, v, f, self._stack, core.code, ring, self.predicted, *outputs, most)
+            _Engine.plain_samples += i[s.SAMPLE] - core.i[s.SAMPLE]
+        return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Compiled code if there is any, or if it pays to make it; not while somebody cannot wait for that."""
+        """Return compiled code if it exists, or if compiling pays and no user waits in real time."""
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -378,21 +383,20 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """What was computed last is the truth."""
+        """Make the result that was computed last the committed state."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
-        core.tell(self._log)
+        core.report(self._log)
         if block.samples:
-            for listener in core.listeners:
-                listener(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
+            core.on_samples.emit(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
 
     def forget(self) -> None:
-        """Nothing is computed for the time being, so nothing is needed for it."""
+        """Release the memory while nothing is computed."""
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
-        """For so many samples, and for what somebody follows."""
+        """Make room for `most` samples, and for the followed numbers."""
         log_of = self._core.log
         if most > len(self.shaft):
             room = 8 * max(SHORTEST, 1 << (most - 1).bit_length())
@@ -402,22 +406,22 @@ class _Engine:
         self._log[log.head(log_of)] = log_of[log.head(log_of)]
 
     def _renew_views(self) -> None:
-        """NumPy's views of the arrays; new ones when a program has been loaded."""
+        """Renew NumPy's views of the arrays if an array has been replaced."""
         core = self._core
-        if self._views and self._code is core.code and self._told is self.told:
+        if self._views and self._code is core.code and self._viewed is self.predicted:
             return
-        import numpy as np  # late: only when something moves for long
+        import numpy as np  # lazy import: only for long motions
 
-        self._code, self._told = core.code, self.told
+        self._code, self._viewed = core.code, self.predicted
         self._copies = core.i[:], core.v[:], core.f[:], core.ring[:]
         i, v, f, ring = (np.frombuffer(copy, copy.typecode) for copy in self._copies)
-        others = self._stack, self._code, self.told, self.shaft, self.commanded, self._log
-        stack, code, told, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
-        self._views = i, v, f, stack, code, ring, told, shaft, commanded, noted
+        others = self._stack, self._code, self.predicted, self.shaft, self.commanded, self._log
+        stack, code, predicted, shaft, commanded, noted = (np.frombuffer(numbers, "q") for numbers in others)
+        self._views = i, v, f, stack, code, ring, predicted, shaft, commanded, noted
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile now, or fetch what is kept, if plain Python could not keep pace with so many motors."""
+    """Compile now, or load the kept code, if plain Python cannot keep pace with this number of motors."""
     if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
         _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
         _Engine(Core(Clock(), lambda why: None, 1)).run(0)

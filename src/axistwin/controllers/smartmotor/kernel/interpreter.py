@@ -1,8 +1,8 @@
 """The interpreter (7 and 8 of the base language): one statement of the program, or the value of one expression.
 
-A program is a flat list of integers.  A statement is an operation, its number, where to go on if nothing comes of it,
-and what the operation needs; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py`
-write this code.  Both functions run once per sample or oftener, so they know nothing but integers in arrays.
+A program is a flat list of integers.  A statement is an operation, its number, the place of the next statement, and
+the operands; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py` write this
+code.  Both functions run at least once per sample, so they use nothing but integers in arrays.
 
 Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd; an index
 that is not in its array sets Bu; text that is no expression sets Bs (NO_VALUE).  In each case the statement is
@@ -58,7 +58,7 @@ LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
 STACK = 64
 """Intermediate results that an expression can have at once."""
 
-# What comes of a statement
+# Result of a statement
 DONE, TRAP, HELD, FETCH = range(4)
 
 # Operations of expressions.  Those from ADD on take two values.
@@ -68,7 +68,7 @@ RESULT, CONSTANT, SLOT, VARIABLE, BYTE, WORD, LONG, COMPUTED, PIN, NEGATIVE, OVE
     EQUAL, UNEQUAL, LESS, GREATER, AT_MOST, AT_LEAST,
 ) = range(13, 28)  # fmt: skip
 
-# What COMPUTED computes
+# Values of COMPUTED
 POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_WORD, AT_STATEMENT, MODE_TOLD = range(9)
 
 # Operations of statements
@@ -77,14 +77,14 @@ POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_W
     S_RETURN, S_RETURNI, S_STACK, S_END, S_FETCH,
 ) = range(15)  # fmt: skip
 HEAD = 3
-"""Every statement begins with its operation, its number, and where to go on if it is abandoned."""
+"""Every statement begins with its operation, its number, and the place of the next statement if it is abandoned."""
 
 MOST_POWER = 4
 
 
 @sampled
 def computed(i: Ints, what: int) -> int:
-    """A system variable that is kept nowhere as such (6 of the base language).
+    """Return a system variable that is computed on demand (6 of the base language).
 
     Using `I` clears Bi, and the next index is captured.
     """
@@ -144,14 +144,14 @@ def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
 
 @sampled
 def outside(kind: int, index: int) -> bool:
-    """Whether there is no such element: ab[0…203], aw[0…101], al[0…50] (8.2)."""
+    """True if the element does not exist: ab[0…203], aw[0…101], al[0…50] (8.2)."""
     size = BYTES if kind == BYTE else WORDS if kind == WORD else LONGS
     return index < 0 or index >= size
 
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """base ^ exponent; something beyond 32 bits if it does not fit, or the exponent is not 0…4."""
+    """Return base ^ exponent; a number beyond 32 bits if it does not fit, or the exponent is not 0…4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -171,7 +171,7 @@ def quotient(left: int, right: int) -> int:
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """What an operation with two values gives; something beyond 32 bits if it has no result."""
+    """Return the result of an operation with two values; a number beyond 32 bits if it has no result."""
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:
@@ -207,7 +207,7 @@ def combined(operation: int, left: int, right: int) -> int:
 
 @sampled
 def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int:
-    """Work an expression out, to stack[0].  The place behind it, or -1 if it has no value: Bd, Bu or Bs is set."""
+    """Evaluate an expression, to stack[0].  Return the next place, or -1 without a value: Bd, Bu or Bs is set."""
     top = -1
     while True:
         operation = code[at]
@@ -280,7 +280,7 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 
 @sampled
 def call_again(i: Ints) -> None:
-    """C1 is over: a fault that has occurred within it calls it again."""
+    """End C1.  A fault that has occurred within C1 calls it again."""
     if i[FAULT_AGAIN] != 0:
         i[FAULT_AGAIN] = 0
         i[PENDING] |= CALL_FAULT
@@ -288,7 +288,7 @@ def call_again(i: Ints) -> None:
 
 @sampled
 def go_back(i: Ints) -> None:
-    """RETURN: to the address on top of the stack.  With none, or one of a program that stood still, the program ends.
+    """RETURN: to the address on top of the stack.  Without one, or with that of a stopped program, the program ends.
 
     RETURN without a GOSUB sets Bs.
     """
@@ -307,7 +307,7 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Go to `target` and remember to come back (-1: to standing still).  A full stack sets Bs, and nothing else."""
+    """Go to `target` and push the return address (-1: none, the program was stopped).  A full stack sets only Bs."""
     if i[DEPTH] >= DEPTH_MOST:
         i[BS] = 1
         return False
@@ -319,7 +319,7 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: no return addresses any more; C2 may be called again (7, F=64)."""
+    """STACK: remove all return addresses; C2 may be called again (7, F=64)."""
     i[DEPTH] = 0
     i[C2_CALLED] = 0
     call_again(i)
@@ -327,10 +327,10 @@ def forget(i: Ints) -> None:
 
 @sampled
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Carry out the statement at i[PC].
+    """Execute the statement at i[PC].
 
-    DONE; TRAP: Python has to perform it; HELD: by TWAIT; FETCH: Python has to fetch its outside values first, and then
-    to go on with it at once.
+    Return DONE; TRAP: Python must execute it; HELD by TWAIT; FETCH: Python must fetch its external values first, and
+    then continue with it at once.
     """
     if i[TWAITING] != 0:
         if i[BT] != 0:
@@ -366,7 +366,7 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
-    """The statements that are carried out less often; i[PC] is behind them already."""
+    """Execute one of the less frequent statements; i[PC] is the next statement already."""
     operation = code[pc]
     if operation == S_SWITCH:
         at = evaluate(i, v, stack, code, pc + HEAD)

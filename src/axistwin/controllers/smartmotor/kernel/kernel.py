@@ -1,9 +1,9 @@
-"""What the motor's processor does in each sample of 245,760 ns, for as many samples as nothing else happens.
+"""The work of the motor's processor in each sample of 245,760 ns, up to the next event.
 
     statements of the program - the shaft turns - trajectory - servo law - protection and inputs
 
-It is written for Numba (`jit.py`) and runs as plain Python as well.  It only finds out; what follows from a fault, an
-edge or the end of a trajectory is done in Python (`motor.py`), at exactly that sample.
+It is written for Numba (`jit.py`) and runs as plain Python as well.  It only detects a fault, an edge
+or the end of a trajectory; Python (`motor.py`) handles them at exactly that sample.
 """
 
 from collections.abc import Sequence
@@ -88,7 +88,7 @@ from axistwin.controllers.smartmotor.kernel.trajectory import (
     wrap,
 )
 
-# Why it stops.  The first three come before the sample that they belong to, the others at its end.
+# Reasons for stopping.  The first three come before their sample, the others at its end.
 ALL_DONE = 0
 STATEMENT_WAITS = 1  # a statement that Python carries out
 VALUE_WAITS = 2  # a value that Python fetches
@@ -106,7 +106,7 @@ BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 @sampled
 def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """The statements of one sample."""
+    """Execute the statements of one sample."""
     if i[PENDING] and i[PROGRAM] == STOPPED:
         return CALL_WAITS
     while i[BUDGET] > 0 and i[PROGRAM] == RUNNING and i[SAMPLE] + 1 >= i[WAIT_UNTIL]:
@@ -124,17 +124,17 @@ def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 
 @sampled
-def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
-    """The trajectory of one sample; with PIDn of every n-th."""
+def move(i: Ints, v: Ints, ring: Ints, predicted: Ints) -> int:
+    """Compute the trajectory of one sample; with PIDn, of every n-th."""
     why, before = ALL_DONE, i[MASTER]
-    master_turns(i, told)
+    master_turns(i, predicted)
     if i[SHOWN] != 0:
         show_master(i, before)
     if i[SAMPLE] % i[PID_RATE] != 0:
         return why
     moved = counted(i)
     mode = i[MODE]
-    if mode < M_HOLD or mode == M_TORQUE:  # where the shaft is, there the trajectory is
+    if mode < M_HOLD or mode == M_TORQUE:  # the trajectory follows the shaft
         i[COMMANDED] = position(i) << 16
         i[VELOCITY] = 0
     elif mode < M_FOLLOW:
@@ -158,21 +158,21 @@ def move(i: Ints, v: Ints, ring: Ints, told: Ints) -> int:
 
 @sampled
 def beyond_plus(i: Ints) -> int:
-    """Whether the positive limit is asserted now: pin C, or the software limit, "at or beyond"."""
+    """Return 1 if the positive limit is asserted: pin C, or the software limit, "at or beyond"."""
     hard = i[LIMIT_C] and i[PINS] & 4
     return 1 if hard or (i[SOFT_LIMITS] and position(i) >= i[SLP]) else 0
 
 
 @sampled
 def beyond_minus(i: Ints) -> int:
-    """Whether the negative limit is asserted now: pin D, or the software limit."""
+    """Return 1 if the negative limit is asserted: pin D, or the software limit."""
     hard = i[LIMIT_D] and i[PINS] & 8
     return 1 if hard or (i[SOFT_LIMITS] and position(i) <= i[SLN]) else 0
 
 
 @sampled
 def heading(i: Ints) -> int:
-    """Positive or negative: which way the motor is driven; 0 while it stops because of a fault."""
+    """Return the direction in which the motor is driven; 0 while it stops because of a fault."""
     if i[STOPPING]:
         return 0
     return i[T] if i[MODE] == M_TORQUE else i[VELOCITY]
@@ -180,7 +180,7 @@ def heading(i: Ints) -> int:
 
 @sampled
 def protect(i: Ints, f: Floats) -> int:
-    """Chapters 3 and 4: limits, position error, overheat."""
+    """Check limits, position error and overheat (chapters 3 and 4)."""
     why = ALL_DONE
     plus, minus = beyond_plus(i), beyond_minus(i)
     if plus == 0:
@@ -203,7 +203,7 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """The shaft is at an index mark of the encoder, or has passed one: its position is captured once, flag Bi."""
+    """Handle an index mark that the shaft has reached or passed: its position is captured once, flag Bi."""
     shaft, turn = i[SHAFT], i[COUNTS_PER_REV]
     passed = i[INDEX_HIGH] if shaft >= i[INDEX_HIGH] else i[INDEX_LOW]
     before = i[BX]
@@ -221,7 +221,7 @@ def mark(i: Ints) -> int:
 
 @sampled
 def inputs(i: Ints) -> int:
-    """Pin G, "polled once per sample and de-bounced"; switches and index marks that the shaft has reached."""
+    """Poll pin G, "once per sample and de-bounced", and check for switches and index marks."""
     why = ALL_DONE
     level = i[PINS] >> 6 & 1
     if level == i[GO_LEVEL]:
@@ -244,17 +244,17 @@ def inputs(i: Ints) -> int:
 
 
 @sampled
-def sample(i: Ints, v: Ints, f: Floats, ring: Ints, told: Ints) -> int:
-    """One sample, after its statements."""
+def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
+    """Compute one sample, after its statements."""
     i[SAMPLE] += 1
     i[BUDGET] = i[STATEMENTS_PER_SAMPLE]
     busy = i[BT]
     if i[IDEAL]:
-        why = move(i, v, ring, told)
+        why = move(i, v, ring, predicted)
         ideal(i, f)
     else:
         rotate(i, f)
-        why = move(i, v, ring, told)
+        why = move(i, v, ring, predicted)
         control(i)
     why |= protect(i, f) | inputs(i)
     if i[BT] != busy:
@@ -270,17 +270,17 @@ def advance(
     stack: Ints,
     code: Sequence[int],
     ring: Ints,
-    told: Ints,
+    predicted: Ints,
     shaft: Ints,
     commanded: Ints,
     log: Ints,
     most: int,
 ) -> int:
-    """Do up to `most` samples; returns why it stopped.
+    """Compute up to `most` samples.  Return the reason for stopping.
 
-    `told`: edges of the external encoder, see the slot TOLD.
-    Into `shaft` and `commanded` it writes, sample by sample, where the shaft is and where it should be, in counts
-    of the machine; into `log` what has changed of the numbers that somebody follows (`log.py`).
+    `predicted`: edges of the external encoder, see the slot TOLD.
+    Writes the actual and the commanded position of each sample into `shaft` and `commanded`, in counts of the machine,
+    and the changes of followed numbers into `log` (`log.py`).
     """
     first = i[SAMPLE]
     why = ALL_DONE
@@ -290,7 +290,7 @@ def advance(
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
             stated = i[BUDGET] != budget or i[SAMPLE] == first  # before the first sample Python may have done something
-            why = sample(i, v, f, ring, told)
+            why = sample(i, v, f, ring, predicted)
             n = i[SAMPLE] - first - 1
             shaft[n] = i[SHAFT] + i[SLIPPED]
             commanded[n] = commanded_shaft(i)

@@ -1,6 +1,6 @@
 """Words of the later generation, Class 5, and what firmware 4.76 has for them.
 
-A program may be of either generation, and its words tell which.  A Class 5 motor has 8000 samples per second, so its
+A program may be of either generation, and its words show which.  A Class 5 motor has 8000 samples per second, so its
 numbers of speed and acceleration have another unit; positions have the same.
 """
 
@@ -88,21 +88,21 @@ VALUES = (
     _later(r"INA", "UAA to UGA"),
     _later(r"IN", "UA to UG"),
 )
-"""What stands in an expression, by its name alone."""
+"""Values of expressions, by name."""
 
 
 def command(text: str) -> Found | None:
-    """The Class 5 command that a statement is, if it is one."""
+    """Return the Class 5 command that a statement is; None: it is none."""
     return _find(text, COMMANDS)
 
 
 def value(name: str) -> Found | None:
-    """The Class 5 value of this name, if it is one."""
+    """Return the Class 5 value of this name; None: there is none."""
     return _find(name, VALUES)
 
 
 def message(found: Found) -> str:
-    """What to tell about it."""
+    """Return the message of the checker."""
     note = f" ({found.note})" if found.note else ""
     return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 has {found.here}{note}"
 

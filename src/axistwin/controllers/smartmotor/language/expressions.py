@@ -1,25 +1,22 @@
 """Expressions (7 of the base language): text becomes code for the interpreter.
 
-From what binds most to what binds least: unary minus; ^; * / %; + -; comparisons; &; !|; |.  Operations of one kind
-go from left to right.  What can be worked out beforehand is, unless it has no value: that is found out when it is run.
+From the strongest to the weakest: unary minus; ^; * / %; + -; comparisons; &; !|; |.  Operations of one kind
+go from left to right.  Constant parts are computed beforehand, unless they have no value.
 """
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, find
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST, STACK, combined, evaluate
-from axistwin.controllers.smartmotor.kernel.state import HIDDEN, HIDDEN_MOST
 from axistwin.controllers.smartmotor.language import class5
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
+from axistwin.controllers.smartmotor.processor import Processor
 
 CHAPTER = "Variables and mathematics"
 DEEPEST = 20
@@ -34,21 +31,21 @@ LEVELS = (
     {"*": ops.MULTIPLY, "/": ops.DIVIDE, "%": ops.REMAINDER},
     {"^": ops.POWER},
 )
-"""The operations with two values, from what binds least on."""
+"""The operations with two values, the weakest first."""
 
 _token = re.compile(r"@[A-Z]+|B[a-z]|[A-Z]+\d*|[a-z]+|\d+|!\||[=!<>]=|[-+*/%^&|<>()\[\]]", re.ASCII)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong with a statement, where in its text, and the manual's chapter."""
+    """An error in a statement: its place in the text, and the manual's chapter."""
 
     position: int
     message: str
     chapter: str = CHAPTER
     rule: Rule = rules.EXPRESSION
     end: int = 0
-    """The index behind what it is about; 0: it goes to the end of the statement."""
+    """The index after the wrong part; 0: the end of the statement."""
 
 
 class Malformed(Exception):  # noqa: N818  # it is caught where the statement is read
@@ -72,11 +69,11 @@ class Index:
 
 @dataclass(frozen=True)
 class Expression:
-    """What stands in a statement for a number."""
+    """A number in a statement."""
 
     code: tuple[int, ...]
-    fetches: "tuple[Callable[[Motor], int], ...]" = ()
-    """Get values from outside, in the order of the text, for the hidden variables from the first on."""
+    fetches: "tuple[Callable[[Processor], int], ...]" = ()
+    """Fetch the external values for the hidden variables, in the order of the text."""
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
     """The variables in it, in the order of the text."""
@@ -85,42 +82,42 @@ class Expression:
 
     @cached_property
     def constant(self) -> int | None:
-        """Its value, if that is known beforehand."""
+        """The value, if it is constant."""
         known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
         return self.code[1] if known else None
 
-    def fetch(self, motor: "Motor") -> None:
-        """Get what it needs from outside."""
+    def fetch(self, motor: Processor) -> None:
+        """Fetch the external values."""
         for number, fetch in enumerate(self.fetches):
-            motor.v[HIDDEN + number] = fetch(motor)
+            motor.v[s.HIDDEN + number] = fetch(motor)
 
-    def value(self, motor: "Motor") -> int | None:
-        """Its value now.  None: it has none, and a flag says why."""
+    def value(self, motor: Processor) -> int | None:
+        """Return the value now; None: there is no value, and a flag is set."""
         self.fetch(motor)
         stack = [0] * STACK
         return stack[0] if evaluate(motor.i, motor.v, stack, self.code, 0) >= 0 else None
 
 
 class Reader:
-    """Reads expressions along a statement.  `at` is where it has got to; `assigned`: the value is for a variable."""
+    """Reads expressions of a statement.  `at`: the current index; `assigned`: the value is for a variable."""
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
         self._code: list[list[int]] = []  # an operation and its argument, if it has one
         self._height = self._highest = self._deep = 0
-        self._fetches: list[Callable[[Motor], int]] = []
+        self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
         self._indices: list[Index] = []
         self._names: list[str] = []
         self._taken: list[str] = []
 
     def expression(self) -> Expression:
-        """The expression that begins here.  Raises Malformed."""
+        """Return the expression that begins here.  Raises Malformed."""
         self._binary(0)
         return self._read()
 
     def element(self) -> Expression:
-        """The array element that begins here.  Raises Malformed."""
+        """Return the array element that begins here.  Raises Malformed."""
         self._array(self._next())
         return self._read()
 
@@ -137,12 +134,12 @@ class Reader:
         )
 
     def index(self) -> Expression:
-        """The index that begins here, in its brackets.  Raises Malformed."""
+        """Return the index that begins here, in brackets.  Raises Malformed."""
         self._nested("]")
         return self._read()
 
     def _next(self) -> str:
-        """The next token; empty: there is none."""
+        """Return the next token; empty: the end of the text, or no token."""
         match = _token.match(self.text, self.at)
         return match[0] if match else ""
 
@@ -238,12 +235,12 @@ class Reader:
         message = f"there is no variable {token}{hint}"
         return Malformed(self.at, message, rule=rules.VARIABLE, end=self.at + len(token))
 
-    def _hidden(self, fetch: "Callable[[Motor], int]") -> None:
+    def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)
-        if place >= HIDDEN_MOST:
-            raise Malformed(self.at, f"more than {HIDDEN_MOST} values from outside in one statement")
+        if place >= s.HIDDEN_MOST:
+            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} values from outside in one statement")
         self._fetches.append(fetch)
-        self._push(ops.VARIABLE, HIDDEN + place)
+        self._push(ops.VARIABLE, s.HIDDEN + place)
 
     def _nested(self, closing: str) -> None:
         self.at += 1

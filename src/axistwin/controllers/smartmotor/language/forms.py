@@ -1,4 +1,4 @@
-"""What an entry of the command table says beyond what all families share: who may give a command, and its form."""
+"""Entries of the command table: the sources that may give a command, and its form."""
 
 from dataclasses import dataclass
 from enum import Enum, Flag, auto
@@ -7,7 +7,7 @@ from axistwin.controllers.commandset import Command
 
 
 class Accept(Flag):
-    """From where a command is accepted."""
+    """The sources from which a command is accepted."""
 
     HOST = auto()  # over a communication channel
     PROGRAM = auto()  # in the stored program
@@ -16,7 +16,7 @@ class Accept(Flag):
 
 
 class Form(Enum):
-    """How a command is written."""
+    """The written form of a command."""
 
     BARE = "G"
     NUMBER = "GOSUBn"
@@ -37,13 +37,13 @@ class Instruction(Command):
 
     form: Form = Form.BARE
     written: str = ""
-    """How it is written, where the form and the parameters do not tell."""
+    """The syntax, if it does not follow from form and parameters."""
     instead: str = ""
-    """What replaces a command that has been removed."""
+    """The replacement of a command that has been removed."""
 
     @property
     def syntax(self) -> str:
-        """How it is written."""
+        """The written syntax."""
         if self.written:
             return self.written
         code = str(self.code)

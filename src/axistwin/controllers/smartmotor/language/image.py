@@ -1,12 +1,12 @@
 """Section 15 of the base language: a program as text and as the image that a host's compiler makes of it (.smx).
 
 The motor keeps the text without comments and needless blanks, each line ended by LF.  In the image a word of program
-flow carries the place where the program goes on: `$`, its first letter, four hexadecimal digits, and what follows its
-third letter, so that WHILE becomes $W003CLE, LOOP $L0000P and IF $I003F.  Places count characters of the text.
+flow contains the place where the program continues: `$`, the word's first letter, four hexadecimal digits, and the rest
+from its fourth letter on, so that WHILE becomes $W003CLE, LOOP $L0000P and IF $I003F.  Places count characters.
 
     $4 LLL SSSSSS NNNNNN HHHHHH 0000   labels, sum and length of the text, sum of the label addresses (hexadecimal)
     llllaaaa ...                       for each label Cn its number and its place
-    text with jumps                    up to FF, behind which a compiler may leave a note
+    text with jumps                    up to FF, after which a compiler may leave a note
 
 The form of the words is known from users; of the header only sums and length are, from later firmware.
 """
@@ -26,7 +26,7 @@ _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 _word = re.compile(r'(?:"[^"\n]*(?:"|(?=\n)|$)|[^ \t\n"])+')
 _line_end = re.compile(r"[\r\n\0]+")
 _flow = re.compile(rf'"[^"\n]*"?|(?<![^ \t\n])(?:C\d{{1,3}}|ENDIF|ENDS|{"|".join(JUMPING)})(?![^ \t\n])', re.ASCII)
-"""A label or a word of program flow; or what stands between quotes, so that none is found there."""
+"""A label or a word of program flow; or quoted text, which contains neither."""
 _label = re.compile(r"C(\d{1,3})", re.ASCII)
 _jump = re.compile(r"\$([A-Z])[0-9A-F]{4}(.*)")
 _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]{10}\n?")
@@ -39,7 +39,7 @@ def strip(source: str) -> str:
 
 
 def labels(text: str) -> dict[int, int]:
-    """The place of each label Cn in a text; of a label that stands there twice the first one."""
+    """Return the place of each label Cn in a text; of a repeated label, the first place."""
     places: dict[int, int] = {}
     for place, word, _ in _words(text):
         match = _label.fullmatch(word)
@@ -49,7 +49,7 @@ def labels(text: str) -> dict[int, int]:
 
 
 def sums(text: str) -> tuple[int, int]:
-    """What RCKS reports: the sums of the bytes of the label addresses and of the text, 24 bits each."""
+    """Return the sums of RCKS: the sums of the bytes of the label addresses and of the text, 24 bits each."""
     addresses = sum((place >> 8) + (place & 0xFF) for place in labels(text).values())
     return addresses & 0xFFFFFF, _sum(text)
 
@@ -67,7 +67,7 @@ class _Block:
     waiting: int | None
     """The word that has to know where the next branch is."""
     leaving: list[int] = field(default_factory=list)
-    """Words that go behind the end of the block."""
+    """Words that jump to the end of the block."""
 
 
 def encode(text: str) -> bytes:
@@ -93,12 +93,12 @@ class Decoder:
     def __init__(self) -> None:
         self._lines: list[str] = []
         self._rest = ""
-        """What has come and is no whole line, or may still belong to the header."""
+        """Text that is no complete line yet, or may still belong to the header."""
         self._header: tuple[int, int] | None = None
         self._begun = self._ended = False
 
     def feed(self, data: bytes) -> None:
-        """Take the next bytes.  What stands behind the end of the text is ignored."""
+        """Take the next bytes.  Data after the end of the text is ignored."""
         if self._ended:
             return
         text, ended, _ = data.partition(END_OF_TEXT)
@@ -148,7 +148,7 @@ def _with_target(match: re.Match[str], targets: dict[int, int]) -> str:
 
 
 def _words(text: str) -> Iterator[tuple[int, str, int]]:
-    """Each label and word of program flow in a text: its place, itself, and the place behind it."""
+    """Yield each label and word of program flow in a text: its place, the word, and the place after the word."""
     for match in _flow.finditer(text):
         yield match.start(), match[0], match.end() + 1
 

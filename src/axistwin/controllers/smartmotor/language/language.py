@@ -1,29 +1,27 @@
-"""The command language (3 of the base language): the text of one command or statement becomes what is to be done.
+"""The command language (3 of the base language): the text of one command or statement becomes a `Statement`.
 
 One reader for what a host sends, for the program and for the checker.  Text that is no command becomes a statement too,
-which sets Bs when it is its turn.
+which sets Bs when it is executed.
 """
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.smartmotor import rules
-from axistwin.controllers.smartmotor.chapters.reports import LOOKING
+from axistwin.controllers.smartmotor.chapters.eeprom import Run
+from axistwin.controllers.smartmotor.chapters.reports import READ_ONLY
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES, NAMES, find, values
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST
-from axistwin.controllers.smartmotor.kernel.state import HIDDEN
 from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.language.expressions import Expression, Index, Malformed, Problem, Reader
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
+from axistwin.controllers.smartmotor.processor import Processor
 
 LEXICAL = "Lexical rules"
 EQUAL_SIGN = "8.1 Forced equal sign"
@@ -31,36 +29,57 @@ EQUAL_SIGN = "8.1 Forced equal sign"
 
 @dataclass(frozen=True)
 class Elements:
-    """An assignment to an array, as the interpreter wants it: how many, which array, first index, values."""
+    """An assignment to an array as the interpreter's code: number of values, array, first index, values."""
 
     code: tuple[int, ...]
-    fetches: "tuple[Callable[[Motor], int], ...]" = ()
+    fetches: "tuple[Callable[[Processor], int], ...]" = ()
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()
     taken: tuple[str, ...] = ()
     count: int = 1
 
-    def fetch(self, motor: "Motor") -> None:
-        """Get what it needs from outside."""
+    def fetch(self, motor: Processor) -> None:
+        """Fetch the external values."""
         for number, fetch in enumerate(self.fetches):
-            motor.v[HIDDEN + number] = fetch(motor)
+            motor.v[s.HIDDEN + number] = fetch(motor)
 
-    def value(self, motor: "Motor") -> tuple[int, ...]:
-        """The code, when what it needs from outside has been fetched."""
+    def value(self, motor: Processor) -> tuple[int, ...]:
+        """Return the code, after fetching the external values."""
         self.fetch(motor)
         return self.code
 
 
-WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
-"""What stands behind IF, ELSEIF, WHILE, SWITCH or CASE and is no expression: the condition does not hold, flag Bs."""
+@dataclass(frozen=True)
+class First:
+    """The variable or element with which a VST or VLD begins."""
 
-Operand = int | str | bytes | Expression | Elements
-"""What a handler gets: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
+    name: str
+
+    def __call__(self, motor: Processor) -> Run | None:
+        """Return the run that begins here; None: no such variable or element exists."""
+        if "[" not in self.name:
+            group = values(self.name)
+            return None if group is None else Run(ops.VARIABLE, group.start, len(group))
+        kind, length = ARRAY_SIZES.get(self.name[:2], (0, 0))
+        reader = Reader(self.name, 2)
+        try:
+            index = reader.index()
+        except Malformed:
+            return None
+        first = index.value(motor) if reader.at == len(self.name) else None
+        return None if first is None or not 0 <= first < length else Run(kind, first, length - first)
+
+
+WITHOUT_VALUE = Expression((ops.NO_VALUE, ops.RESULT))
+"""The operand of IF, ELSEIF, WHILE, SWITCH or CASE that is no expression: the condition is false, flag Bs."""
+
+Operand = int | str | bytes | Expression | Elements | First
+"""An argument of a handler: a number, text, `#n` of a PRINT as a byte; of an expression, its value."""
 
 
 @dataclass(frozen=True)
 class Statement:
-    """A command with its operands, or what is wrong with the text."""
+    """A command with its operands, or the error in the text."""
 
     text: str
     command: Instruction | None = None
@@ -69,27 +88,27 @@ class Statement:
 
     @property
     def computed(self) -> tuple[Expression | Elements, ...]:
-        """The operands that have to be worked out."""
+        """The operands that are computed."""
         return tuple(part for part in self.operands if isinstance(part, Expression | Elements))
 
-    def fetch(self, motor: "Motor") -> None:
-        """Get what an assignment or a condition needs from outside; the interpreter does the rest."""
+    def fetch(self, motor: Processor) -> None:
+        """Fetch the external values of an assignment or a condition; the interpreter does the rest."""
         for part in self.computed:
             part.fetch(motor)
 
     @cached_property
-    def looks_only(self) -> bool:
-        """Whether it is a report that changes nothing."""
+    def read_only(self) -> bool:
+        """True for a report that changes nothing."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):
             asked.add(handler.keywords.get("name", ""))
             handler = handler.func
         fetched = any(part.fetches for part in self.computed)
-        return self.problem is None and handler in LOOKING and "I" not in asked and not fetched
+        return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
-    def perform(self, motor: "Motor") -> str | None:
-        """Do it.  The text of a report, without its CR.  What is no command sets Bs and does nothing else."""
+    def perform(self, motor: Processor) -> str | None:
+        """Execute the statement.  Return the text of a report, without CR.  Text that is no command only sets Bs."""
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None
@@ -177,11 +196,11 @@ def _find(text: str) -> tuple[Instruction | None, int]:
 
 REMOVED = tuple(entry for entry in COMMANDS if isinstance(entry, Instruction) and Accept.REMOVED in entry.accepted)
 
-_number_behind = re.compile(r"([A-Z]+|[a-z]+)-?\d+", re.ASCII)
+_with_number = re.compile(r"([A-Z]+|[a-z]+)-?\d+", re.ASCII)
 
 
 def _unknown(text: str) -> tuple[Rule, str]:
-    match = _number_behind.fullmatch(text)
+    match = _with_number.fullmatch(text)
     if match and (_get(f"{match[1]}=") is not None or values(match[1]) is not None):
         better = f"{match[1]}={text[match.end(1) :]}"
         return rules.EQUAL_SIGN, f"{text}: an assignment needs its equal sign, {better}"
@@ -198,7 +217,7 @@ def _unknown(text: str) -> tuple[Rule, str]:
     return rules.UNKNOWN, f"unknown command {text[:40]}"
 
 
-# What stands behind the keyword, form by form
+# Operands after the keyword, form by form
 
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
@@ -216,14 +235,14 @@ def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, assigned: bool = False) -> Expression:
-    """An expression and nothing behind it."""
+    """Read an expression up to the end."""
     reader = Reader(text[:end], at, assigned=assigned)
     expression = reader.expression()
-    _nothing_behind(reader, found)
+    _expect_end(reader, found)
     return expression
 
 
-def _nothing_behind(reader: Reader, found: Instruction) -> None:
+def _expect_end(reader: Reader, found: Instruction) -> None:
     rest = reader.text[reader.at :]
     if rest:
         raise Malformed(reader.at, f"{rest[:20]} cannot stand behind this expression", found.chapter)
@@ -258,7 +277,7 @@ def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         return (_list(text, index.at, kind, first),)
     reader = Reader(text, index.at + 1, fetches=len(first.fetches), assigned=True)
     value = reader.expression()
-    _nothing_behind(reader, found)
+    _expect_end(reader, found)
     code = (1, kind, *first.code, *value.code)
     known = _known(text[:at], at + 1, first), *first.indices, *value.indices
     names = first.names + value.names
@@ -328,7 +347,7 @@ def _item(text: str, at: int, found: Instruction) -> tuple[Operand, int]:
 
 
 def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Whatever stands between the parentheses; VST and VLD take a variable and a number of them."""
+    """Read the text between the parentheses; VST and VLD take a variable and a number of them."""
     if not text.endswith(")"):
         raise Malformed(len(text), ") is missing", found.chapter, rules.ARGUMENTS)
     inner = text[at:-1]
@@ -337,11 +356,11 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     name, comma, _ = inner.rpartition(",")
     if not comma:
         raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter, rules.ARGUMENTS)
-    return name, _whole(text, at + len(name) + 1, found, len(text) - 1)
+    return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
-    """A name behind the R: Ra, RAINA1."""
+    """Read the name after the R: Ra, RAINA1."""
     if find(text[1:]) is None:
         raise Malformed(1, f"{text[1:][:20]} is not there: {found.syntax}", found.chapter, rules.ARGUMENTS)
     return (_whole(text, 1, found),)
@@ -350,7 +369,7 @@ def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, 
 def _report_array(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
     reader = Reader(text, 1)
     element = reader.element()
-    _nothing_behind(reader, found)
+    _expect_end(reader, found)
     return (element,)
 
 

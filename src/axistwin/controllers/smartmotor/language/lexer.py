@@ -1,8 +1,8 @@
 """Lexical rules (3 of the base language): where a command ends, in what a host sends and in the text of a program.
 
-A space, CR, LF or NUL ends a command; between quotes a space does not.  A list of array values goes on until its
-period.  In a program, a tab is a space, `'` begins a comment, and IF, ELSEIF, WHILE, SWITCH and CASE take what stands
-behind the blanks.
+A space, CR, LF or NUL ends a command; between quotes a space does not.  A list of array values ends with its
+period.  In a program, a tab is a space, `'` begins a comment, and IF, ELSEIF, WHILE, SWITCH and CASE take the word
+after the blanks.
 """
 
 import re
@@ -17,7 +17,7 @@ _line_end = re.compile(r"\r\n|[\r\n]")
 
 
 def begins_list(text: str) -> bool:
-    """Whether these are array values in a row, `aw[0] 0 100 500 700.` (1.1)."""
+    """True if the text begins a list of array values, `aw[0] 0 100 500 700.` (1.1)."""
     if not text.startswith(("ab[", "aw[", "al[")):
         return False
     deep = 0
@@ -29,7 +29,7 @@ def begins_list(text: str) -> bool:
 
 
 def statements(text: str) -> Iterator[tuple[int, int]]:
-    """Where each statement of a program begins and ends."""
+    """Yield the begin and the end of each statement of a program."""
     at = _skip(text, 0)
     while at < len(text):
         match = _word.match(text, at)
@@ -61,5 +61,5 @@ def _extended(text: str, begin: int, end: int) -> int:
 
 
 def line_begins(text: str) -> list[int]:
-    """Where the lines of a text begin."""
+    """Return the index at which each line of a text begins."""
     return [0, *(match.end() for match in _line_end.finditer(text))]

@@ -24,10 +24,10 @@ from axistwin.controllers.smartmotor.language.language import WITHOUT_VALUE, Ele
 __all__ = ["Compilation", "Place", "Program", "Statement"]
 
 OPENS = {"ENDIF": "IF", "LOOP": "WHILE", "ENDS": "SWITCH"}
-"""What ends a block, and what begins it."""
+"""The end of each kind of block, and its beginning."""
 PARTS = {"ELSEIF": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
 OTHERWISE = frozenset({"ELSE", "DEFAULT"})
-"""Parts that a block has once: nothing of an IF comes behind its ELSE."""
+"""Parts that occur once in a block; ELSE is the last part of an IF."""
 SILENT = frozenset({"ENDIF", "ENDS"})
 """Statements that take no time."""
 PIECE = 64
@@ -35,7 +35,7 @@ PIECE = 64
 
 
 class Place(NamedTuple):
-    """Where a statement stands: line and column from 1, and the characters from `begin` to `end` of the text."""
+    """The place of a statement: line and column from 1, and the characters from `begin` to `end` of the text."""
 
     line: int
     column: int
@@ -68,35 +68,35 @@ class Program:
     code: Sequence[int]
     statements: tuple[Statement, ...]
     labels: Mapping[int, int]
-    """Where in the code each label stands; of a label that stands twice the first one."""
+    """The place in the code of each label; of a repeated label, the first place."""
     places: tuple[Place, ...]
     begins: tuple[int, ...]
-    """Where in the code each statement begins."""
+    """The place in the code of each statement."""
     heads: tuple[int, ...] = ()
-    """Where in the code there is an operation that takes a sample, or its announcement; in the order of the code."""
+    """The places in the code of operations that take a sample, or of their announcements, in order."""
     announces: frozenset[int] = frozenset()
-    """The statements of which Python is told before they are carried out, by a FETCH of nothing."""
+    """The statements that are announced to Python before they are executed, by a FETCH of nothing."""
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """A program from its source text.  Never fails: what cannot be understood sets Bs when it is reached."""
+        """A program from its source text.  Never fails: an invalid statement sets Bs when it is reached."""
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
-        """The same program that tells of these statements; the same things stand at its `heads`, one by one."""
+        """Return the same program with announcements of these statements; its `heads` correspond one by one."""
         return self if numbers == self.announces else self.compile(self.text, announces=numbers)
 
     def number_at(self, head: int) -> int:
-        """The statement of which this head is one; behind the last one: their number."""
+        """Return the number of the statement at this head; at the end of the program, the number of statements."""
         number = self.code[head + 1]
         return ~number if number < 0 else number
 
     def announcement(self, head: int) -> int:
-        """How long the announcement at this head is, before the operation itself."""
+        """Return the length of the announcement at this head, before the operation itself."""
         return ops.HEAD if self.code[head + 1] < 0 else 0
 
     def problems(self) -> list[tuple[int, Problem]]:
-        """What is wrong: offset in the text, and what."""
+        """Return the errors: offset in the text, and problem."""
         found = zip(self.places, self.statements, strict=True)
         return [(place.begin + s.problem.position, s.problem) for place, s in found if s.problem is not None]
 
@@ -257,10 +257,10 @@ class _Writer:
         self.statements, self.blocks, self._announces = statements, blocks, announces
         self.labels: dict[int, int] = {}
         self.begins: list[int] = []
-        """Where a statement begins for what goes straight on."""
+        """The place of each statement for the preceding statement."""
         self.heads: list[int] = []
         self._entries: list[int] = []
-        """Where it begins for what comes from elsewhere in its block."""
+        """The place of each statement for jumps within its block."""
         self.code: list[int] = []
         self._last = -1, -1
         """Operation and number of the head that was written last."""
@@ -293,11 +293,11 @@ class _Writer:
         return len(self.code) - 1
 
     def _within(self, number: int) -> bool:
-        """Whether a statement that has been announced goes straight on here."""
+        """True if an announced statement continues here."""
         return self._last in ((ops.S_FETCH, number), (ops.S_SWITCH, number))
 
     def _simple(self, operation: int, number: int, statement: Statement | None = None) -> None:
-        """A statement after which the program goes on with the next one."""
+        """Write a statement that continues with the next one."""
         target = self._head(operation, number)
         for part in statement.operands if statement else ():
             if isinstance(part, Expression | Elements):
@@ -372,7 +372,7 @@ class _Writer:
         self._jump(number, self.blocks[number].end)
 
     def _switch(self, number: int, statement: Statement) -> Iterator[None]:
-        """The tests of all CASEs stand here, in their order; if none holds, DEFAULT, or what is behind ENDS."""
+        """Write the tests of all CASEs, in order; if none is true, a jump to DEFAULT or the end of the block."""
         block = self.blocks[number]
         cases = [part for part in block.parts if word(self.statements[part]) == "CASE"]
         otherwise = next((part for part in block.parts if word(self.statements[part]) != "CASE"), block.end)
@@ -406,7 +406,7 @@ class _Writer:
         return target
 
     def _nothing(self, _: int, __: Statement) -> None:
-        """CASE, DEFAULT: places where a SWITCH goes on."""
+        """CASE, DEFAULT: targets of a SWITCH without code of their own."""
 
 
 def digits(statement: Statement) -> int:
@@ -439,4 +439,4 @@ _WRITERS: dict[str, Callable[[_Writer, int, Statement], Iterator[None] | None]] 
     "DEFAULT": _Writer._nothing,
     "BREAK": _Writer._break,
 }
-"""What is not just an operation and its expression."""
+"""Statements that are more than an operation and its expression."""

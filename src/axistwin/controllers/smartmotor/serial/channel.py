@@ -1,59 +1,37 @@
-"""A serial channel (chapters 6 and 10, section 2 of the base language): characters in and out, and who is meant.
+"""A serial channel (chapters 6 and 10, section 2 of the base language): characters in and out, and their receiver.
 
     byte ── line errors ── echo ──┬── command:  address, words up to a space, CR, LF or NUL, binary records
                                   ├── data:     a FIFO of 16 bytes for LEN and GETCHR
-                                  └── diverted: a program being loaded, an upload waiting for its acknowledgement
+                                  └── transfer: a program being loaded, an upload waiting for its acknowledgement
 
 Channel 0 is the main one, RS-232 or with pin G as its direction line RS-485; channel 1 is RS-485 on pins E and F.
 """
 
+from array import array
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import IntFlag
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from axistwin.controllers.smartmotor.chapters import io, modes
-from axistwin.controllers.smartmotor.kernel import host_mode
-from axistwin.controllers.smartmotor.kernel.state import (
-    ADDR,
-    BB,
-    BC,
-    BF,
-    BS,
-    HOST_CLOCK,
-    LENGTHS,
-    PAUSED,
-    PROGRAM,
-    RUNNING,
-    STATUS,
-)
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.language.vocabulary import TERMINATORS, Words
+from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.pins import UserPin
 from axistwin.sim.serial import Uart
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
 
 FIFO = 16
 TRANSMITTER = 16
-"""With more characters than this waiting to be sent a program stops at its PRINT."""
+"""A program stops at its PRINT while more characters than this are waiting to be sent."""
 
 GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
 STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
 RECORDS = {POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
-"""Bytes of a binary record by its first one: that, four of the value, and in host mode CR (10.1)."""
-TAKES: "dict[int, Callable[[Motor, int], None]]" = {
-    POSITION: host_mode.position,
-    CLOCK: host_mode.clock,
-    DIRECT_A: modes.acceleration,
-    DIRECT_V: modes.velocity,
-    DIRECT_P: modes.position,
-}
-"""What the value of a binary record is for: points of host mode, or the buffered A, V and P."""
+"""Bytes of a binary record by its first byte: that byte, four of the value, and in host mode CR (10.1)."""
 
 
 class ChannelError(IntFlag):
-    """What RCHN reports."""
+    """The errors that RCHN reports."""
 
     OVERFLOW = 1
     FRAMING = 2
@@ -61,74 +39,100 @@ class ChannelError(IntFlag):
     PARITY = 8
 
 
-FLAGS = {ChannelError.OVERFLOW: BC, ChannelError.FRAMING: BF, ChannelError.SCAN: BS, ChannelError.PARITY: BB}
+FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.SCAN: s.BS, ChannelError.PARITY: s.BB}
 
 
-class Diversion(Protocol):
-    """Who takes the characters that are no commands: a download or an upload."""
+class Transfer(Protocol):
+    """A download or an upload: it takes the characters while they are not commands."""
 
     def take(self, byte: int) -> None:
-        """A character has come in."""
+        """Take a received character."""
 
     def spoil(self) -> None:
-        """A character has come in with a line error."""
+        """Take note of a character with a line error."""
+
+
+class Dispatcher(Protocol):
+    """The processor as a channel uses it."""
+
+    clock: Clock
+    i: "array[int]"
+    powered: bool
+
+    @property
+    def channels(self) -> "Sequence[Channel]":
+        """All channels of the motor."""
+
+    def catch_up(self, *, changing: bool = True) -> None:
+        """Bring the state to the last sample by now."""
+
+    def update_outputs(self) -> None:
+        """Update outputs after a change of the state."""
+
+    def execute(self, channel: "Channel", text: str) -> None:
+        """Execute a command of the host."""
+
+    def execute_record(self, code: int, value: int) -> None:
+        """Execute a binary record."""
+
+    def report_host_mode(self, channel: "Channel") -> None:
+        """Send the status of host mode."""
 
 
 class Channel:
-    """One serial channel of a motor that has its power on."""
+    """One serial channel of a motor that is switched on."""
 
-    def __init__(self, motor: "Motor", number: int, uart: Uart) -> None:
+    def __init__(self, motor: Dispatcher, number: int, uart: Uart) -> None:
         self.motor, self.number, self.uart = motor, number, uart
         self.open = number == 0
         self.echoing = self.asleep = self.silent = False
         self.addressed = True
-        """Whether commands are for this motor; it is until an address byte says something else."""
-        self.heard = False
-        """Whether anything has come in since power-up."""
-        self.obeying = False
-        """Whether a command from this channel is being carried out."""
+        """True if commands are for this motor; the latest address byte decides."""
+        self.received = False
+        """True if a character has been received since power-up."""
         self.errors = ChannelError(0)
         self.fifo: deque[int] = deque()
-        self.diversion: Diversion | None = None
+        self.transfer: Transfer | None = None
+        """Takes all characters while a program is being transferred."""
+        self.direction: UserPin | None = None
+        """The direction line of an RS-485 converter, pin G."""
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
-        self._words = Words(self._obey, lambda: self.complain(ChannelError.OVERFLOW))
-        self._record, self._spoilt = bytearray(), False  # a binary record, and whether there was a line error in it
+        self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
+        self._record, self._spoilt = bytearray(), False  # a binary record; True if it contains a line error
         self._timeout_ns = 0
         """Time within which a command must end, from its first character; 0: no time-out."""
         self._begun_ns: int | None = None
-        """Time at which the command began that is coming in, while there is a time-out."""
-        self.direction = False
-        """Whether pin G is the direction line of an RS-485 converter."""
+        """Time at which the incomplete command began, while there is a time-out."""
         uart.format = UartFormat()
         uart.on_receive, uart.on_idle = self.receive, self._idle
 
     def close(self) -> None:
-        """The power is gone: nothing more is received or sent."""
+        """Receive and send nothing any more: the motor is switched off."""
         self.shut()
-        self.diversion = None
+        self.transfer = None
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
     # In
 
     def receive(self, byte: int, errors: LineError) -> None:
-        """A character has come in.  One with a line error is flagged, and spoils the command in which it stands."""
+        """Receive a character.  A line error is flagged, and spoils the command in which it occurs."""
         if not self.open:
             return
-        self.heard = True
-        if self.motor.i[PAUSED]:
-            self._go_on()
+        self.received = True
+        if self.motor.i[s.PAUSED]:
+            self._resume_program()
         if self.echoing:
-            self.say(bytes((byte,)))
+            self.send(bytes((byte,)))
         if errors:
             self._spoil(byte, errors)
         else:
             self.take(byte)
         if self._timeout_ns:
-            self._mind_time()
+            self._start_timeout()
 
-    def _mind_time(self) -> None:
-        """Give the command that has begun its time to end."""
+    def _start_timeout(self) -> None:
+        """Start the time-out of a command that has just begun."""
         if not (self._words.begun or self._record):
             self._begun_ns = None
         elif self._begun_ns is None:
@@ -142,33 +146,29 @@ class Channel:
             self._record.clear()
             self._words.forget()
             if not self.asleep:
-                self.complain(ChannelError.SCAN)
+                self.flag_new(ChannelError.SCAN)
 
-    def _go_on(self) -> None:
-        """`!` has held the program until a character comes in."""
+    def _resume_program(self) -> None:
+        """Resume the program that `!` has paused."""
         self.motor.catch_up()
-        self.motor.i[PAUSED], self.motor.i[PROGRAM] = 0, RUNNING
-        self.motor.replan()
+        self.motor.i[s.PAUSED], self.motor.i[s.PROGRAM] = 0, s.RUNNING
+        self.motor.update_outputs()
 
-    def divert(self, to: Diversion) -> None:
-        """From now on characters are no commands."""
-        self.diversion = to
-
-    def resume(self) -> None:
-        """They are commands again."""
-        self.diversion = None
+    def end_transfer(self) -> None:
+        """Take characters as commands again."""
+        self.transfer = None
         self._words.forget()
 
     def get_character(self) -> int:
-        """GETCHR: the next byte of the FIFO; 0 if there is none."""
+        """GETCHR: the next byte of the FIFO; 0 if it is empty."""
         byte = self.fifo.popleft() if self.fifo else 0
-        self.motor.i[LENGTHS + self.number] = len(self.fifo)
+        self.motor.i[s.LENGTHS + self.number] = len(self.fifo)
         return byte
 
     def take(self, byte: int) -> None:
-        """A character goes to whom it concerns."""
-        if self.diversion is not None:
-            self.diversion.take(byte)
+        """Pass a character to its receiver."""
+        if self.transfer is not None:
+            self.transfer.take(byte)
         elif self._data_mode:
             self._take_data(byte)
         elif self._record:
@@ -178,24 +178,20 @@ class Channel:
         elif self.addressed:
             self._words.take(byte)
 
-    def _obey(self, text: str) -> None:
-        if self.asleep and text != ("WAKE1" if self.number else "WAKE"):
-            return
-        self.obeying = True
-        self.motor.obey(self, text)
-        self.obeying = False
+    def _execute(self, text: str) -> None:
+        if not self.asleep or text == ("WAKE1" if self.number else "WAKE"):
+            self.motor.execute(self, text)
 
     def _take_binary(self, byte: int) -> None:
-        """An address, which holds until the next one, or the first byte of a binary record."""
-        if self._words.forget() and not self.asleep:  # it does not end as a command
-            self.complain(ChannelError.SCAN)
+        """Take an address, which holds until the next one, or the first byte of a binary record."""
+        if self._words.forget() and not self.asleep:  # an incomplete command
+            self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
-            self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[ADDR])  # ADDR is changed by SADDRn only
-        elif byte in RECORDS:  # whoever is meant: its bytes are no addresses and no commands
+            self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])  # ADDR is changed by SADDRn only
+        elif byte in RECORDS:  # for any motor: its bytes are neither addresses nor commands
             self._record.append(byte)
-        elif byte == STATUS_QUERY and self._listening:
-            self.motor.catch_up()
-            self.say(host_status(self.motor))
+        elif byte == STATUS_QUERY and self._active:
+            self.motor.report_host_mode(self)
 
     def _take_record(self, byte: int) -> None:
         self._record.append(byte)
@@ -205,53 +201,48 @@ class Channel:
         self._record.clear()
         self._spoilt = False
         if len(record) == RECORDS[POSITION] and byte not in TERMINATORS:
-            self._not_a_record(byte)
-        elif self._listening and not spoilt:
-            self._hand_over(record)
+            self._reject_record(byte)
+        elif self._active and not spoilt:
+            self.motor.execute_record(record[0], int.from_bytes(record[1:5], "big", signed=True))
 
-    def _not_a_record(self, byte: int) -> None:
-        """Something else than CR stands behind the four bytes."""
-        if self._listening:
-            self.complain(ChannelError.SCAN)
+    def _reject_record(self, byte: int) -> None:
+        """Reject a record that does not end in CR."""
+        if self._active:
+            self.flag_new(ChannelError.SCAN)
         if byte < GLOBAL:
             self._words.drop()
         self.take(byte)
 
-    def _hand_over(self, record: bytes) -> None:
-        motor, value = self.motor, int.from_bytes(record[1:5], "big", signed=True)
-        motor.catch_up()
-        TAKES[record[0]](motor, value)
-        motor.replan()
-
     def _take_data(self, byte: int) -> None:
         if len(self.fifo) == FIFO:
-            self.complain(ChannelError.OVERFLOW)
+            self.flag_new(ChannelError.OVERFLOW)
             return
         self.fifo.append(byte)
         self.motor.catch_up()
-        self.motor.i[LENGTHS + self.number] = len(self.fifo)
-        self.motor.replan()
+        self.motor.i[s.LENGTHS + self.number] = len(self.fifo)
+        self.motor.update_outputs()
 
     @property
-    def _listening(self) -> bool:
+    def _active(self) -> bool:
+        """True if commands on this channel are executed."""
         return self.addressed and not self.asleep
 
     # Errors
 
-    def complain(self, error: ChannelError) -> None:
-        """Something is wrong with what comes in: set its flag.  A motor that rests rests on if it is set already."""
-        self.motor.core.catch_up(changing=False)
+    def flag_new(self, error: ChannelError) -> None:
+        """Set the flag of a receive error.  A motor at rest is not disturbed if the flag is set already."""
+        self.motor.catch_up(changing=False)
         if self.motor.i[FLAGS[error]] and error & self.errors:
             return
         self.motor.catch_up()
         self.flag(error)
-        self.motor.replan()
+        self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and remember for RCHN that this channel had it."""
+        """Set the flag of an error, and record for RCHN that this channel had the error."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            for channel in self.motor.channels:  # it has been cleared since it was set last
+            for channel in self.motor.channels:  # the flag has been cleared meanwhile
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
@@ -262,11 +253,11 @@ class Channel:
 
     def _spoil(self, byte: int, errors: LineError) -> None:
         if LineError.PARITY in errors:
-            self.complain(ChannelError.PARITY)
+            self.flag_new(ChannelError.PARITY)
         if LineError.FRAMING in errors:
-            self.complain(ChannelError.FRAMING)
-        if self.diversion is not None:
-            self.diversion.spoil()
+            self.flag_new(ChannelError.FRAMING)
+        if self.transfer is not None:
+            self.transfer.spoil()
         elif self._record:
             self._spoilt = True
             self._take_record(byte)
@@ -277,28 +268,31 @@ class Channel:
 
     # Out
 
-    def say(self, data: bytes) -> None:
-        """Send characters, after those that are waiting already.  On a channel that is not open they are lost."""
+    def send(self, data: bytes) -> None:
+        """Send characters after those that are waiting.  On a closed channel they are lost."""
         if not self.open:
             return
-        if self.direction:
-            io.show_direction(self.motor, True)
+        self._set_direction(transmitting=True)
         self.uart.send(data)
         if not self.uart.sending:
             self._idle()
 
+    def _set_direction(self, *, transmitting: bool) -> None:
+        """Set the direction line, high while the motor transmits, if the pin is still an output."""
+        if self.direction is not None and self.direction.is_output:
+            self.direction.output(transmitting)
+
     @property
     def full(self) -> bool:
-        """Whether so much is waiting to be sent that a program has to wait."""
+        """True if a program must wait until the channel is empty."""
         return len(self.uart.queue) > TRANSMITTER
 
     def when_empty(self, action: Callable[[], None]) -> None:
-        """Do this once, when everything has been sent."""
+        """Call `action` once, when everything has been sent."""
         self._when_empty = action
 
     def _idle(self) -> None:
-        if self.direction:
-            io.show_direction(self.motor, False)
+        self._set_direction(transmitting=False)
         action, self._when_empty = self._when_empty, None
         if action is not None:
             action()
@@ -312,20 +306,10 @@ class Channel:
         self._record.clear()
         self.uart.format = fmt
         self.fifo.clear()
-        self.motor.i[LENGTHS + self.number] = 0
+        self.motor.i[s.LENGTHS + self.number] = 0
         self._words.forget()
 
     def shut(self) -> None:
-        """CCHN: nothing is received and nothing sent any more; what is waiting to be sent is lost."""
+        """CCHN: receive and send nothing any more; characters that are waiting to be sent are lost."""
         self.open = False
         self.uart.queue.clear()
-
-
-def host_status(motor: "Motor") -> bytes:
-    """Status byte S, free places in the host mode buffer, clock of the trajectory (4 bytes, most significant first).
-
-    The answer to the byte 0xF9 and to Q; its layout is a guess (section 11 of the base language).
-    """
-    low = sum(motor.i[slot] << bit for bit, slot in enumerate(STATUS[:8]))
-    free = min(host_mode.free(motor), 255)
-    return bytes((low, free)) + (motor.i[HOST_CLOCK] & 0xFFFFFFFF).to_bytes(4, "big")

@@ -3,50 +3,43 @@
     host  LOAD ␣        8 bytes        8 bytes    …   the rest  FF FF
     motor        06            06             06
 
-The program memory is not valid from LOAD until FF FF has come: what a power cut or a silent host leaves behind is not
-run, and flag Bk says so.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes … FF.
+The program memory is invalid from LOAD until FF FF has been received: an incomplete program is not run and sets flag
+Bk.  UPLOAD and UP work the other way round: 8 bytes, 06 from the host, 8 bytes … FF.
 """
 
-from typing import TYPE_CHECKING
-
 from axistwin.controllers.smartmotor.chapters import flow
-from axistwin.controllers.smartmotor.chapters.nonvolatile import Nonvolatile
-from axistwin.controllers.smartmotor.kernel.state import BE, BH, BK, BL, BR
+from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.language import image
+from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial.channel import Channel
 from axistwin.units import MS, S
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
-
-__all__ = ["Nonvolatile"]
 
 ACKNOWLEDGE, END = 0x06, 0xFF
 UPLOAD_BLOCK = 8
 DECODED_AT_ONCE = 256
 """Bytes of a download that are decoded in one step."""
 GIVE_UP_NS = 5 * S
-"""A download of which nothing has come for so long is over."""
+"""Time without a character after which a download ends."""
 SECOND_END_NS = 50 * MS
-"""An FF that ends a block may be the first of the two at the end: the answer waits for so long."""
+"""Delay of the answer to an FF that ends a block, since it may be the first of the two at the end."""
 
 
 class Download:
-    """A program on its way into the motor."""
+    """A download: a program from the host."""
 
-    def __init__(self, motor: "Motor", channel: Channel) -> None:
+    def __init__(self, motor: Processor, channel: Channel) -> None:
         self.motor, self.channel = motor, channel
         self._decoder = image.Decoder()
         self._size, self._fresh = 0, bytearray()  # bytes of the text so far, and those that are not decoded yet
-        self._complete = False  # FF has come; what stands behind it is a compiler's note
+        self._complete = False  # FF has come; the rest is a compiler's note
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
-        channel.divert(self)
-        self._watch()
+        channel.transfer = self
+        self._supervise()
 
     def take(self, byte: int) -> None:
-        """A byte of the program.  After each block but the last the motor answers 06."""
+        """Take a byte of the program.  After each block but the last the motor answers 06."""
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
@@ -70,49 +63,46 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """A byte has come with a line error."""
+        """Take a byte with a line error: the program is invalid."""
         self._sound = False
         self.take(0)
 
     @property
     def _active(self) -> bool:
-        return self.channel.diversion is self
+        return self.channel.transfer is self
 
     def _answer(self, byte: int) -> None:
         count = self._count
 
-        def unless_it_has_ended() -> None:
+        def acknowledge() -> None:
             if self._active and self._count == count:
-                self.channel.say(bytes((ACKNOWLEDGE,)))
+                self.channel.send(bytes((ACKNOWLEDGE,)))
 
         if byte == END:
-            self.motor.clock.call_later(SECOND_END_NS, unless_it_has_ended)
+            self.motor.clock.call_later(SECOND_END_NS, acknowledge)
         else:
-            unless_it_has_ended()
+            acknowledge()
 
-    def _watch(self) -> None:
-        """A host that has fallen silent; one that has sent FF, but only once, is taken to have finished."""
+    def _supervise(self) -> None:
+        """End the download when the host has sent nothing for long.  After a single FF it counts as complete."""
         if not self._active:
             return
-        quiet_ns = self.motor.clock.now - self._last_ns
-        if quiet_ns < GIVE_UP_NS:
-            self._look_again(GIVE_UP_NS - quiet_ns)
-            return
-        self._sound &= self._complete
-        self._finish()
-
-    def _look_again(self, ns: int) -> None:
         clock = self.motor.clock
+        silent_ns = clock.now - self._last_ns
+        if silent_ns >= GIVE_UP_NS:
+            self._sound &= self._complete
+            self._finish()
+            return
         clock.background += 1
 
-        def look() -> None:
+        def supervise() -> None:
             clock.background -= 1
-            self._watch()
+            self._supervise()
 
-        clock.call_later(ns, look)
+        clock.call_later(GIVE_UP_NS - silent_ns, supervise)
 
     def _finish(self) -> None:
-        self.channel.resume()
+        self.channel.end_transfer()
         memory = self.motor.nonvolatile
         self._decode()
         memory.program, intact = self._decoder.result()
@@ -121,55 +111,50 @@ class Download:
         memory.save(self.motor.store)
         self.motor.catch_up()
         power_up(self.motor)
-        self.motor.replan()
+        self.motor.update_outputs()
 
 
 class Upload:
-    """A program on its way to the host."""
+    """An upload: a program to the host."""
 
     def __init__(self, channel: Channel, data: bytes) -> None:
         self.channel = channel
         self._rest = data + image.END_OF_TEXT
-        channel.divert(self)
+        channel.transfer = self
         self._send()
 
     def take(self, byte: int) -> None:
-        """06 asks for the next block; anything else ends the upload and is heard as usual."""
+        """06 asks for the next block; any other character ends the upload and is taken as usual."""
         if byte == ACKNOWLEDGE:
             self._send()
         else:
-            self.channel.resume()
+            self.channel.end_transfer()
             self.channel.take(byte)
 
     def spoil(self) -> None:
-        """A byte has come with a line error: it asks for nothing."""
+        """Ignore a byte with a line error."""
 
     def _send(self) -> None:
         block, self._rest = self._rest[:UPLOAD_BLOCK], self._rest[UPLOAD_BLOCK:]
         if not self._rest:
-            self.channel.resume()
-        self.channel.say(block)
+            self.channel.end_transfer()
+        self.channel.send(block)
 
 
-def power_up(motor: "Motor") -> None:
-    """Look at what is in the program memory: Bk is set and there is no program if it is not sound."""
+def power_up(motor: Processor) -> None:
+    """Load the program from the memory.  If the memory is not valid, Bk is set and there is no program."""
     broken = motor.nonvolatile.broken
-    motor.i[BK] = broken
+    motor.i[s.BK] = broken
     motor.set_program("" if broken else motor.nonvolatile.program)
 
 
-def boot(motor: "Motor") -> None:
-    """Nothing has been heard in the first 200 ms after power-up: the stored program starts from the top."""
-    flow.begin(motor)
-
-
-def load(motor: "Motor") -> None:
+def load(motor: Processor) -> None:
     """LOAD: stop the program and take a new one, an image or source text.  Comments and blanks are not kept.
 
     Refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 comes.  The new program is not locked.
     """
-    channel = _host(motor)
-    if channel is None or any(motor.i[fault] for fault in (BR, BL, BE, BH)):
+    channel = motor.host
+    if channel is None or any(motor.i[fault] for fault in (s.BR, s.BL, s.BE, s.BH)):
         motor.syntax_error()
         return
     flow.end(motor)
@@ -177,44 +162,38 @@ def load(motor: "Motor") -> None:
     motor.nonvolatile.save(motor.store)
     power_up(motor)
     Download(motor, channel)
-    channel.say(bytes((ACKNOWLEDGE,)))
+    channel.send(bytes((ACKNOWLEDGE,)))
 
 
-def upload(motor: "Motor") -> None:
+def upload(motor: Processor) -> None:
     """UPLOAD: send the readable text of the program.  A locked one is not sent, and Bs is set."""
     _upload(motor, motor.nonvolatile.program.encode("latin-1"))
 
 
-def upload_image(motor: "Motor") -> None:
+def upload_image(motor: Processor) -> None:
     """UP: send the image of the program, with header and jumps.  A locked one is not sent, and Bs is set."""
     _upload(motor, image.encode(motor.nonvolatile.program))
 
 
-def lock(motor: "Motor") -> None:
+def lock(motor: Processor) -> None:
     """LOCKP: the program cannot be uploaded any more, until another one is loaded."""
     motor.nonvolatile.locked = True
     motor.nonvolatile.save(motor.store)
 
 
-def checksum_report(motor: "Motor") -> str:
+def checksum_report(motor: Processor) -> str:
     """RCKS: two sums of six hexadecimal digits, of the label addresses and of the text; P, or F if it is broken.
 
     A program of END alone has 000000 0000E1 P.  F sets Bk.
     """
     header, program = image.sums(motor.nonvolatile.program)
     if motor.nonvolatile.broken:
-        motor.i[BK] = 1
+        motor.i[s.BK] = 1
     return f"{header:06X} {program:06X} {'F' if motor.nonvolatile.broken else 'P'}"
 
 
-def _upload(motor: "Motor", data: bytes) -> None:
-    channel = _host(motor)
-    if channel is None or motor.nonvolatile.locked:
+def _upload(motor: Processor, data: bytes) -> None:
+    if motor.host is None or motor.nonvolatile.locked:
         motor.syntax_error()
     else:
-        Upload(channel, data)
-
-
-def _host(motor: "Motor") -> Channel | None:
-    """The channel on which a host has given the command that is being carried out; None: the program has."""
-    return next((channel for channel in motor.channels if channel.obeying), None)
+        Upload(motor.host, data)

@@ -5,74 +5,64 @@ What a channel does with its characters is in `channel.py`.
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from axistwin.controllers.smartmotor.chapters import io
-from axistwin.controllers.smartmotor.kernel.state import ADDR
-from axistwin.controllers.smartmotor.serial.channel import GLOBAL, LAST_ADDRESS, Channel, host_status
+from axistwin.controllers.smartmotor.chapters import host_mode, io
+from axistwin.controllers.smartmotor.kernel import state as s
+from axistwin.controllers.smartmotor.processor import Processor
+from axistwin.controllers.smartmotor.serial.channel import GLOBAL, LAST_ADDRESS, Channel
 from axistwin.sim.frames import Parity, UartFormat
 from axistwin.units import MS
-
-if TYPE_CHECKING:
-    from axistwin.controllers.smartmotor.motor import Motor
-
-__all__ = ["Channel"]
 
 BAUD_RATES = (2400, 4800, 9600, 19200, 38400)
 
 
-def query(motor: "Motor") -> None:
+def query(motor: Processor) -> None:
     """Q: host mode's status, in binary."""
-    motor.say(host_status(motor))
+    motor.send(host_mode.status(motor))
 
 
-def echo(motor: "Motor", channel: int = 0) -> None:
+def echo(motor: Processor, channel: int = 0) -> None:
     """ECHO, ECHO1: send every character back that comes in, addresses and terminators too."""
     motor.channels[channel].echoing = True
 
 
-def echo_off(motor: "Motor", channel: int = 0) -> None:
+def echo_off(motor: Processor, channel: int = 0) -> None:
     """ECHO_OFF, ECHO_OFF1: as at power-up."""
     motor.channels[channel].echoing = False
 
 
-def sleep(motor: "Motor", channel: int = 0) -> None:
-    """SLEEP, SLEEP1: obey nothing on this channel but WAKE.  The echo goes on."""
+def sleep(motor: Processor, channel: int = 0) -> None:
+    """SLEEP, SLEEP1: execute nothing on this channel but WAKE.  The echo continues."""
     motor.channels[channel].asleep = True
 
 
-def wake(motor: "Motor", channel: int = 0) -> None:
+def wake(motor: Processor, channel: int = 0) -> None:
     """WAKE, WAKE1: end SLEEP."""
     motor.channels[channel].asleep = False
 
 
-def silent(motor: "Motor", channel: int = 0) -> None:
+def silent(motor: Processor, channel: int = 0) -> None:
     """SILENT, SILENT1: what the program prints and reports on this channel is not sent."""
     motor.channels[channel].silent = True
 
 
-def talk(motor: "Motor", channel: int = 0) -> None:
+def talk(motor: Processor, channel: int = 0) -> None:
     """TALK, TALK1: end SILENT."""
     motor.channels[channel].silent = False
 
 
-def address(motor: "Motor", number: int) -> None:
-    """SADDRn: the motor's address, 0 to 120; anything else sets Bs.  Who is addressed now stays so."""
+def address(motor: Processor, number: int) -> None:
+    """SADDRn: the motor's address, 0 to 120; anything else sets Bs.  The addressed motor stays addressed."""
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
-        motor.i[ADDR] = number
+        motor.i[s.ADDR] = number
     else:
         motor.syntax_error()
 
 
-def get_character(motor: "Motor", channel: int) -> int:
-    """GETCHR, GETCHR1: the next byte that has come in on a channel in data mode; 0 if there is none."""
-    return motor.channels[channel].get_character()
-
-
-def baud(motor: "Motor", rate: int) -> None:
+def baud(motor: Processor, rate: int) -> None:
     """BAUDn: channel 0 at 2400, 4800, 9600, 19200 or 38400 bit/s; else Bs is set.
 
-    It takes effect at once: a character on the wire is finished at the old rate, those behind it leave at the new one.
+    It takes effect at once: a character on the wire ends at the old rate, the next one begins at the new rate.
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:
@@ -90,7 +80,7 @@ OPENING = re.compile(
 CLOSING = re.compile(r"(RS[24]|IIC),(?P<channel>[01])")
 
 
-def open_channel(motor: "Motor", parameters: str) -> None:
+def open_channel(motor: Processor, parameters: str) -> None:
     """OCHN(type,channel,parity,baud,stop,data,mode): RS2 or RS4, 0 or 1, N O E, a baud rate, 1 or 2, 7 or 8, C or D.
 
     C: commands; D: data for LEN and GETCHR.  RS4 takes pin G (channel 0) or pins E and F (channel 1); RS2 on channel 1
@@ -107,8 +97,8 @@ def open_channel(motor: "Motor", parameters: str) -> None:
     _wire(motor, channel, rs485=match["type"] == "RS4")
 
 
-def close_channel(motor: "Motor", parameters: str) -> None:
-    """CCHN(type,channel): the channel neither hears nor speaks any more.  Anything else sets Bs."""
+def close_channel(motor: Processor, parameters: str) -> None:
+    """CCHN(type,channel): the channel neither receives nor sends any more.  Anything else sets Bs."""
     match = CLOSING.fullmatch(parameters)
     if match is None:
         motor.syntax_error()
@@ -118,19 +108,19 @@ def close_channel(motor: "Motor", parameters: str) -> None:
     channel.shut()
 
 
-def rs4(motor: "Motor") -> None:
+def rs4(motor: Processor) -> None:
     """RS4: channel 0 is RS-485; pin G is its direction line, high while the motor transmits."""
     _wire(motor, motor.channels[0], rs485=True)
 
 
-def rs2(motor: "Motor") -> None:
+def rs2(motor: Processor) -> None:
     """RS2: channel 0 is RS-232; pin G, if it has been the direction line, is an input."""
     _wire(motor, motor.channels[0], rs485=False)
 
 
-def _wire(motor: "Motor", channel: Channel, *, rs485: bool) -> None:
+def _wire(motor: Processor, channel: Channel, *, rs485: bool) -> None:
     if rs485:
         io.take_for_channel(motor, channel.number)
     elif channel.direction:
         io.direction_in(motor, "G")
-    channel.direction = rs485 and channel.number == 0
+    channel.direction = motor.pins["G"] if rs485 and channel.number == 0 else None

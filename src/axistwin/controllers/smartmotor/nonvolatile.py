@@ -1,4 +1,4 @@
-"""What a motor keeps without power: its program (section 15 of the base language) and its data EEPROM (section 6)."""
+"""The memory that needs no power: the program (section 15 of the base language) and the data EEPROM (section 6)."""
 
 import json
 from dataclasses import dataclass, field
@@ -24,10 +24,10 @@ class Nonvolatile:
     locked: bool = False
     """LOCKP: the program cannot be uploaded."""
     eeprom: bytearray = field(default_factory=bytearray)
-    """The data EEPROM as far as it has been written to; what lies behind is erased."""
+    """The data EEPROM as far as it has been written to; the rest is erased."""
 
     def save(self, store: Store) -> None:
-        """Keep it, readable for people."""
+        """Save the memory as readable text."""
         contents = {
             "version": VERSION,
             "program": self.program,
@@ -39,7 +39,7 @@ class Nonvolatile:
 
     @classmethod
     def load(cls, store: Store) -> "Nonvolatile":
-        """What was kept, or the memory of a new motor.  Raises UsageError if somebody has spoilt the file."""
+        """Return the kept memory, or that of a new motor.  Raises UsageError for an invalid file."""
         contents = store.load()
         if contents is None:
             return cls()
@@ -60,11 +60,11 @@ class Nonvolatile:
         return cls(kept["program"], kept["broken"], kept["locked"], eeprom)
 
     def read(self, place: int, size: int) -> bytes:
-        """Bytes of the data EEPROM."""
+        """Return bytes of the data EEPROM."""
         return bytes(self.eeprom[place : place + size]).ljust(size, bytes((ERASED,)))
 
     def write(self, place: int, data: bytes) -> bool:
-        """Change bytes of the data EEPROM.  Returns whether that makes a difference."""
+        """Change bytes of the data EEPROM.  Return True if they differ from the old ones."""
         if self.read(place, len(data)) == data:
             return False
         self.eeprom.extend((ERASED,) * (place - len(self.eeprom)))

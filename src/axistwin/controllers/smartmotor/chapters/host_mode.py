@@ -1,0 +1,80 @@
+"""Host mode (chapter 10): the host sends positions and the clock values at which the motor is to reach them.
+
+position  ╱──●      Between two points the velocity is constant.  A clock value may be omitted: the last difference
+       ●─╱          then applies.  The same clock value twice ends host mode: the buffered mode continues from the
+ ●────╱             position and the velocity reached (10.2).  An empty buffer without that is an underflow.
+ clock →
+"""
+
+from axistwin.controllers.smartmotor.kernel import state as s
+from axistwin.controllers.smartmotor.processor import Processor, Reception
+
+CLOCK_TURN = 1 << 32
+
+
+def clear(motor: Processor) -> None:
+    """MD: empty the buffer."""
+    motor.reception = Reception()
+    motor.i[s.HOST_HEAD] = motor.i[s.HOST_COUNT] = motor.i[s.HOST_LEFT] = motor.i[s.HOST_STARTED] = 0
+
+
+def position(motor: Processor, value: int) -> None:
+    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the usual one."""
+    complete(motor)
+    motor.reception.position = value
+
+
+def clock(motor: Processor, value: int) -> None:
+    """Record 0xFB: the clock value, in samples, of the position before it; the value of the last point again: exit.
+
+    The clock has 32 bits; 0 follows FFFFFFFFh.  A value before the last point's sets Bs.
+    """
+    waiting = motor.reception
+    ahead = 0 if waiting.clock is None else (value - waiting.clock) % CLOCK_TURN
+    if ahead >= CLOCK_TURN // 2:
+        motor.syntax_error()
+    elif waiting.clock is not None and ahead == 0:
+        waiting.position = None
+        _append(motor, 0, waiting.clock)
+    elif waiting.position is not None:
+        _point(motor, value % CLOCK_TURN if waiting.clock is None else waiting.clock + ahead)
+
+
+def complete(motor: Processor) -> None:
+    """Complete the position without a clock value by the usual difference of clock values, if there are both."""
+    waiting = motor.reception
+    if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
+        _point(motor, waiting.clock + waiting.delta)
+
+
+def status(motor: Processor) -> bytes:
+    """Return status byte S, free places in the buffer, and the clock of the trajectory (4 bytes, big-endian).
+
+    The answer to the byte 0xF9 and to Q; the layout is a guess (section 11 of the base language).
+    """
+    low = sum(motor.i[slot] << bit for bit, slot in enumerate(s.STATUS[:8]))
+    return bytes((low, min(_free(motor), 255))) + (motor.i[s.HOST_CLOCK] & 0xFFFFFFFF).to_bytes(4, "big")
+
+
+def _free(motor: Processor) -> int:
+    """Return the number of points for which there is room."""
+    return len(motor.ring) // 2 - motor.i[s.HOST_COUNT]
+
+
+def _point(motor: Processor, clock: int) -> None:
+    waiting = motor.reception
+    assert waiting.position is not None
+    if waiting.clock is not None:
+        waiting.delta = clock - waiting.clock
+    _append(motor, waiting.position, clock)
+    waiting.position, waiting.clock = None, clock
+
+
+def _append(motor: Processor, position: int, clock: int) -> None:
+    """Append a point to the buffer.  A full buffer loses the point, which is a communication overflow."""
+    if not _free(motor):
+        motor.overflow()
+        return
+    at = (motor.i[s.HOST_HEAD] + 2 * motor.i[s.HOST_COUNT]) % len(motor.ring)
+    motor.ring[at], motor.ring[at + 1] = position, clock
+    motor.i[s.HOST_COUNT] += 1

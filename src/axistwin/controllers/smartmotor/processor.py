@@ -1,0 +1,169 @@
+"""The state of the motor's processor and the primitives that every chapter uses.
+
+`i` holds the integers named in `kernel/state.py`, `v` the variables of the language.  Chapters change both.  They do
+not import the dispatcher (`motor.py`): those of its functions that chapters need are abstract here.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from axistwin.controllers.product import Store
+from axistwin.controllers.smartmotor.kernel import state as s
+from axistwin.controllers.smartmotor.kernel.core import Core
+from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
+from axistwin.controllers.smartmotor.options import Options
+from axistwin.controllers.smartmotor.serial.channel import Channel, ChannelError
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.clock import Clock
+from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
+
+CHANNEL_1 = 4
+"""The bit of F that sends what a program prints to channel 1 (table 7.1)."""
+
+
+class Control(Enum):
+    """The signal that controls the static brake (5.2)."""
+
+    SERVO = "BRKSRV"
+    TRAJECTORY = "BRKTRJ"
+    RELEASED = "BRKRLS"
+    ENGAGED = "BRKENG"
+
+
+@dataclass
+class Reception:
+    """Records of host mode that are not a point of the trajectory yet (10.1)."""
+
+    position: int | None = None
+    """A position without its clock value."""
+    clock: int | None = None
+    """The last point's clock value."""
+    delta: int | None = None
+    """The difference between the last two clock values."""
+
+
+class StoredProgram(Protocol):
+    """The program in the memory, as far as program flow and fault handling use it."""
+
+    @property
+    def labels(self) -> Mapping[int, int]:
+        """The place in the code of each label."""
+
+    @property
+    def statements(self) -> Sequence[object]:
+        """The statements in the order of the text."""
+
+    def number_at(self, head: int) -> int:
+        """Return the number of the statement at a place of the code."""
+
+
+class Processor(ABC):
+    """A processor that is switched on."""
+
+    def __init__(
+        self,
+        axis: ServoAxis,
+        pins: Mapping[str, UserPin],
+        brake_line: Pin,
+        uarts: tuple[Uart, Uart],
+        store: Store,
+        options: Options,
+    ) -> None:
+        self.clock: Clock = brake_line.clock
+        self.axis, self.pins, self.brake_line, self.store, self.options = axis, pins, brake_line, store, options
+        self.core = Core(self.clock, self._act, options.host_buffer)
+        self.i, self.v, self.f, self.ring = self.core.i, self.core.v, self.core.f, self.core.ring
+        self.channels = Channel(self, 0, uarts[0]), Channel(self, 1, uarts[1])
+        self.nonvolatile = Nonvolatile.load(store)
+        self.reception = Reception()
+        self.brake_control, self.mtb_enabled = Control.SERVO, True
+        self.powered = True
+        self.refused = False
+        """True if a fault has prevented a movement."""
+        self.host: Channel | None = None
+        """The channel whose command is being executed; None: a statement of the program, or nothing."""
+        self.statement_before = s.NOTHING_YET
+        """The statement that was announced last since the program was started."""
+        self.on_pin_use: Signal[[]] = Signal()
+        """Emitted when pins A and B become the inputs of an encoder, or of steps and direction."""
+        self.on_fault: Callable[[str], None] = lambda name: None
+        """Called with the flag's name when a fault of table 4.1 occurs."""
+
+    @property
+    @abstractmethod
+    def program(self) -> StoredProgram:
+        """The program in the memory."""
+
+    @abstractmethod
+    def set_program(self, text: str) -> None:
+        """End the running program and replace the program in the memory."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Start again as at power-up."""
+
+    @abstractmethod
+    def execute(self, channel: Channel, text: str) -> None:
+        """Execute a command of the host, given without its terminator."""
+
+    @abstractmethod
+    def execute_record(self, code: int, value: int) -> None:
+        """Execute a binary record: its first byte and its value."""
+
+    @abstractmethod
+    def report_host_mode(self, channel: Channel) -> None:
+        """Send the status of host mode."""
+
+    @abstractmethod
+    def update_outputs(self) -> None:
+        """Update brake, windings and signals after a change of the state."""
+
+    @abstractmethod
+    def _act(self, why: int) -> None:
+        """Handle the events at which the kernel has stopped."""
+
+    def catch_up(self, *, changing: bool = True) -> None:
+        """Bring the state to the last sample by now.  Afterwards it may be changed, if `changing`."""
+        self.core.catch_up(changing=changing)
+
+    def edges(self) -> int:
+        """Return the edges of the external encoder so far, exactly now."""
+        return self.axis.master.count + self.i[s.BY_HAND]
+
+    def syntax_error(self) -> None:
+        """Flag text that is no command, or a command that is impossible: Bs, and RCHN of the host's channel."""
+        self._flag(s.BS, ChannelError.SCAN)
+
+    def overflow(self) -> None:
+        """Flag data for which there is no room: Bc, and RCHN of the host's channel."""
+        self._flag(s.BC, ChannelError.OVERFLOW)
+
+    def _flag(self, slot: int, error: ChannelError) -> None:
+        self.i[slot] = 1
+        if self.host is not None:
+            self.host.flag(error)
+
+    def send(self, data: bytes, channel: int | None = None) -> None:
+        """Send the output of the statement in progress: to the host that gave it, or to the program's channel.
+
+        A program is blocked while too much of its output is waiting.
+        """
+        if self.host is not None and channel is None:
+            self.host.send(data)
+            return
+        to = self.channels[(1 if self.i[s.F] & CHANNEL_1 else 0) if channel is None else channel]
+        if self.host is not None or not to.silent:
+            to.send(data)
+        if self.host is None and to.full:
+            self.i[s.PROGRAM] = s.BLOCKED
+            to.when_empty(self._unblock)
+
+    def _unblock(self) -> None:
+        if self.powered and self.i[s.PROGRAM] == s.BLOCKED:
+            self.catch_up()
+            self.i[s.PROGRAM] = s.RUNNING
