@@ -10,15 +10,20 @@ import select
 import socket
 import subprocess
 import sys
+import tempfile
 import termios
 import threading
 from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from unittest.mock import patch
 
 import pytest
 
-from axistwin.links.urls import parse
+from axistwin.cli import main
 from axistwin.terminal.keyboards import to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
+
+from ..links.serving import Served
 
 PATIENCE_S = 20
 PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()"]
@@ -26,9 +31,16 @@ AT_ONCE = ("--speed", "max")
 
 
 def term(*arguments: object, typed: str = "") -> subprocess.CompletedProcess[str]:
-    """The program with lines coming through a pipe."""
-    words = [*PROGRAM, "term", *map(str, arguments)]
-    return subprocess.run(words, input=typed, capture_output=True, text=True, timeout=PATIENCE_S)
+    """Run `axistwin term` in this process, with the typed lines in a file as its standard input."""
+    out, err, threads = io.StringIO(), io.StringIO(), set(threading.enumerate())
+    with tempfile.TemporaryFile("w+") as lines, patch.object(sys, "stdin", lines):
+        lines.write(typed)
+        lines.seek(0)
+        with redirect_stdout(out), redirect_stderr(err):
+            code = main._run(["term", *map(str, arguments)])
+        for thread in set(threading.enumerate()) - threads:  # the reader of the file
+            thread.join(PATIENCE_S)
+    return subprocess.CompletedProcess((), code, out.getvalue(), err.getvalue())
 
 
 def after_initialisation(output: str) -> list[str]:
@@ -38,7 +50,8 @@ def after_initialisation(output: str) -> list[str]:
 
 
 def test_lines_through_a_pipe_are_dealt_with_one_after_the_other():
-    result = term("if1", *AT_ONCE, typed="X1000$\nE\nN\n:axes\nK")
+    words, typed = [*PROGRAM, "term", "if1", *AT_ONCE], "X1000$\nE\nN\n:axes\nK"
+    result = subprocess.run(words, input=typed, capture_output=True, text=True, timeout=PATIENCE_S)
     assert (result.returncode, result.stderr) == (0, "")
     assert after_initialisation(result.stdout) == [
         "> X1000$",
@@ -157,17 +170,17 @@ def test_what_cannot_be_opened(arguments, message):
 
 
 @pytest.fixture
-def served(tmp_path):
+def urls(tmp_path):
     """The URLs of an IF1 on a free TCP port, an RFC 2217 port and a pty."""
-    link = tmp_path / "if1"
-    words = [*PROGRAM, "serve", "if1", *AT_ONCE, "--tcp", ":0", "--rfc2217", ":0", "--pty", str(link)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as program:
-        yield {parse(url).scheme: url for url in (program.stdout.readline().split()[-1] for _ in range(3))}
-        program.kill()
+    ports = "tcp://127.0.0.1:0", "rfc2217://127.0.0.1:0", f"pty:{tmp_path}/if1"
+    with Served() as served:
+        if1 = served.add(initialised=False)
+        yield {url.scheme: str(url) for url in (served.open(if1, port) for port in ports)}
 
 
-def test_a_controller_at_a_port(served):
-    first = term(served["tcp"], typed="(\nU61\nX100$\nE\n:pins\n")
+@pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
+def test_a_controller_at_a_port(urls):
+    first = term(urls["tcp"], typed="(\nU61\nX100$\nE\n:pins\n")
     assert first.stdout.splitlines() == [
         "> (",
         "< U<CR>",
@@ -178,7 +191,7 @@ def test_a_controller_at_a_port(served):
         "> :pins",
         "this command is for a virtual controller: a port transfers characters only",
     ]
-    for url in (served["tcp"].replace("tcp", "socket"), served["rfc2217"], served["pty"], served["pty"][4:]):
+    for url in (urls["tcp"].replace("tcp", "socket"), urls["rfc2217"], urls["pty"], urls["pty"][4:]):
         assert term(url, typed="N\n").stdout.splitlines() == ["> N", "< 100<CR>"], url
 
 
