@@ -10,32 +10,33 @@ bench.run(0.1)
 assert if1.serial.read() == b"U\\r"
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from axistwin.lazy import lazy
 from axistwin.version import VERSION
 
 if TYPE_CHECKING:
     from axistwin.bench import Bench
+    from axistwin.conversations.player import play
+    from axistwin.conversations.recorder import recording
     from axistwin.errors import AxistwinError
     from axistwin.fault_injection.injector import Fault
     from axistwin.scenes.scene import Scene
+    from axistwin.sessions.session import Session
     from axistwin.testing.twin import serve
+    from axistwin.traces.trace import tracing
+else:  # a pytest plug-in must cost nothing if it is not used
+    __getattr__ = lazy(
+        __name__,
+        bench="Bench",
+        conversations="play recording",
+        errors="AxistwinError",
+        fault_injection="Fault",
+        scenes="Scene",
+        sessions="Session",
+        testing="serve",
+        traces="tracing",
+    )
 
-__all__ = ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
+__all__ = ["AxistwinError", "Bench", "Fault", "Scene", "Session", "play", "recording", "serve", "tracing"]
 __version__ = VERSION
-
-_HOMES = {
-    "AxistwinError": "axistwin.errors",
-    "Bench": "axistwin.bench",
-    "Fault": "axistwin.fault_injection.injector",
-    "Scene": "axistwin.scenes.scene",
-    "serve": "axistwin.testing.twin",
-}
-"""Where each name lives; imported when it is asked for: a pytest plug-in must cost nothing to who does not use it."""
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'axistwin' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)

@@ -156,7 +156,10 @@ def test_a_line_format_is_written_in_a_few_words(text, shown, instant):
 
 
 def test_the_public_names_are_these():
-    assert sorted(axistwin.__all__) == ["AxistwinError", "Bench", "Fault", "Scene", "serve"]
+    names = ["AxistwinError", "Bench", "Fault", "Scene", "Session", "play", "recording", "serve", "tracing"]
+    assert axistwin.__all__ == names and all(getattr(axistwin, name) for name in names)
+    with pytest.raises(AttributeError, match="has no attribute 'nobody'"):
+        axistwin.nobody()
 
 
 def test_terminals_are_pins_and_what_a_plug_or_a_bus_has_besides():

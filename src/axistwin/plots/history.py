@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.events import Changed, Event, Heard, Said, Turned, observing, terminals
-from axistwin.motion.train import Stroke
+from axistwin.motion.train import Move as TrainMove
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.plots.servo_record import ServoMove, ServoRecord, moves_of
@@ -55,7 +55,7 @@ class Move:
 
     controller: str
     axis: str
-    stroke: Stroke
+    stroke: TrainMove
     now_ns: int
     unit = "pulses"
 
@@ -166,7 +166,7 @@ class History:
         found = [
             Move(controller, name, stroke, self.bench.now)
             for controller, name, axis in self._steppers()
-            for stroke in axis.train.strokes
+            for stroke in axis.train.moves
             if stroke.profile.segments and (stroke.end_ns is None or stroke.end_ns > self.began_ns)
         ]
         return sorted(found, key=lambda move: move.start_ns)
@@ -199,7 +199,7 @@ class History:
                 if isinstance(axis, ServoAxis):
                     record = ServoRecord(controller.name, name, axis)
                     self.servos.append(record)
-                    stack.callback(axis.watch(record.add_samples))
+                    stack.callback(axis.subscribe(record.add_samples))
                     stack.callback(axis.catch_up)
 
 
@@ -217,6 +217,6 @@ def watching(bench: Bench) -> Iterator[History]:
     ]
     with ExitStack() as stack:
         history.observe_servos(stack)
-        stack.callback(bench.faults.watch(lambda fault, what: history.failed(fault.name, what)))
+        stack.callback(bench.faults.subscribe(lambda fault, what: history.failed(fault.name, what)))
         stack.enter_context(observing(bench, history.record))
         yield history

@@ -1,1 +1,15 @@
 """Tests of host software against virtual controllers: `serve()` and the pytest plug-in."""
+
+from typing import TYPE_CHECKING
+
+from axistwin.lazy import lazy
+
+if TYPE_CHECKING:
+    from axistwin.testing.twin import Twin, serve
+else:
+    __getattr__ = lazy(
+        __name__,
+        twin="Twin serve",
+    )
+
+__all__ = ["Twin", "serve"]

@@ -1,1 +1,24 @@
 """Traces: record the changes on a bench in a file during a run; read traces back; compare them."""
+
+from typing import TYPE_CHECKING
+
+from axistwin.lazy import lazy
+
+if TYPE_CHECKING:
+    from axistwin.traces.differences import Tolerance, compare
+    from axistwin.traces.reading import Trace, Track, read
+    from axistwin.traces.signals import COUNT, EVERYTHING, LEVEL, TEXT, catalogue, choose
+    from axistwin.traces.trace import tracing
+else:
+    __getattr__ = lazy(
+        __name__,
+        differences="Tolerance compare",
+        reading="Trace Track read",
+        signals="COUNT EVERYTHING LEVEL TEXT catalogue choose",
+        trace="tracing",
+    )
+
+__all__ = [
+    "COUNT", "EVERYTHING", "LEVEL", "TEXT", "Tolerance", "Trace", "Track", "catalogue", "choose", "compare", "read",
+    "tracing",
+]  # fmt: skip
