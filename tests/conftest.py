@@ -23,12 +23,12 @@ SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
     "cli": "board cli demo ending motors plot record run serve serve_trace term",
-    "compumotor": "closed_loop closed_loop_maintenance command_list decisions home manual_moves manual_programming manual_stop"
-    " moves owners state_machine streaming streaming_moments",
+    "compumotor": "closed_loop closed_loop_maintenance command_list decisions home manual_moves manual_programming"
+    " manual_stop moves owners state_machine streaming streaming_moments",
     "conversations": "recorder",
     "diagnostics": "check_agrees check_fix check_formats codes",
-    "digiplan": "anything at_every_moment backlash check command_list control_of_data_transfer data_format initialisation"
-    " interpolation listing memory_image ramp repeats sequence_properties speed stored_state",
+    "digiplan": "anything at_every_moment backlash check command_list control_of_data_transfer data_format"
+    " initialisation interpolation listing memory_image ramp repeats sequence_properties speed stored_state",
     "editor": "editing lsp",
     "examples": "scenes",
     "fault_injection": "anywhere machines",
@@ -37,8 +37,8 @@ SLOW_FILES = {
     "plots": "plot_trace",
     "robustness": "mutated_files mutation same_instant",
     "sim": "clock sampling",
-    "smartmotor": "arrays brake_model brakes cam_on_the_fly check decisions_motion f_functions fault_handling follow host_mode"
-    " host_streams image inputs_outputs interpreter interrupt_roles interrupts jit kernel_properties kernel_reference"
+    "smartmotor": "arrays brake_model brakes cam_on_the_fly check decisions_motion f_functions fault_handling follow"
+    " host_mode host_streams image inputs_outputs interpreter interrupt_roles interrupts jit kernel_properties kernel_reference"
     " limits listing machine master_on_an_axis modes overheat pieces program_store registers servo servo_reference"
     " status_word trajectory",
     "testing": "pytest_plugin twin",
