@@ -39,8 +39,8 @@ SLOW_FILES = {
     "sim": "clock sampling",
     "smartmotor": "arrays brake_model brakes cam_on_the_fly check decisions_motion f_functions fault_handling follow"
     " host_mode host_streams image inputs_outputs interpreter interrupt_roles interrupts jit kernel_properties"
-    " kernel_reference limits listing machine master_on_an_axis modes overheat pieces program_store registers servo servo_reference"
-    " status_word trajectory",
+    " kernel_reference limits listing machine master_on_an_axis modes overheat pieces program_store registers"
+    " servo servo_reference status_word trajectory",
     "testing": "pytest_plugin twin",
     "traces": "traces traces_page",
 }

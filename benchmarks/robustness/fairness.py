@@ -1,6 +1,6 @@
 """Garbage at every baud rate to a served controller, while a host asks another one of the same process.
 
-    python benchmarks/robustness/fairness.py [--seed 1811] [--bytes 1000]
+    python benchmarks/robustness/fairness.py [--seed 11] [--bytes 1000]
 
 Printed, as processor time of the process: the longest step of the simulation, and the longest time from a question of
 the other host to its answer, at 9600 baud.  Exit code 0: no step above 5 ms, no answer after more than 50 ms.

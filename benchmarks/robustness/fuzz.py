@@ -1,6 +1,6 @@
 """Random input against every model, at its own baud rate and at wrong ones: exceptions, and bytes per second.
 
-    python benchmarks/robustness/fuzz.py [--seed 1811] [--bytes 1000]
+    python benchmarks/robustness/fuzz.py [--seed 11] [--bytes 1000]
 
 A rate is in characters per second of processor time: those that are put on wires, or those that the receivers find
 there where these are more (to a fast receiver the bits of a slow character look like several).  Bytes of the host per
