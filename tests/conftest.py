@@ -3,7 +3,6 @@
 Every file is `quick` unless it is slow: if only quick tests are asked for, slow files are not even imported.
 """
 
-import gc
 import os
 import sys
 from collections.abc import Callable
@@ -61,13 +60,6 @@ def is_slow(path: Path) -> bool:
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     return True if config.option.markexpr == "quick" and is_slow(collection_path) else None
-
-
-def pytest_collection_finish() -> None:
-    """Collect garbage less often: the modules of all tests stay, and Python would search them again and again."""
-    gc.collect()
-    gc.freeze()
-    gc.set_threshold(100_000, 20, 100)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
