@@ -26,9 +26,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from nicegui import Client
 
-from axistwin.panel import turns
+from axistwin.panel import Address, Panel, turns
 from axistwin.panel.page import KEPT
-from axistwin.panel.web import Address, Panel
 from axistwin.scenes.scene import Scene
 from axistwin.sessions.session import Session
 

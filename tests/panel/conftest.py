@@ -1,4 +1,4 @@
-"""One NiceGUI for all tests of the panel in this process."""
+"""Start NiceGUI once for all tests of the panel in this process."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Views on pages as NiceGUI simulates them: no web server, no browser, and as many frames as a test asks for.
+"""Views on simulated pages of NiceGUI, without web server and browser; a test draws each frame.
 
 NiceGUI is started once in a process, and so is the event loop.  Each test has a page, a bench and a session of its own.
 """
@@ -12,13 +12,12 @@ from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Bench
-from axistwin.panel.look import Common, Look
-from axistwin.panel.people import People
+from axistwin.panel import Common, Look, People
 from axistwin.sessions.session import Session
 
 
 def bench_of(*models, **options):
-    """What makes a bench with one controller of each of these models, each called like its model."""
+    """Return a function that builds a bench with one controller of each model, with the model's name."""
 
     def build():
         bench = Bench()
@@ -30,7 +29,7 @@ def bench_of(*models, **options):
 
 
 class Visit:
-    """Somebody at a page; `look` is the person's."""
+    """A user's page; `look` is the user's."""
 
     def __init__(self, user, look, refresh):
         self.user, self.look, self._refresh = user, look, refresh
@@ -40,7 +39,7 @@ class Visit:
         return self.look.bench
 
     def frame(self):
-        """The view is brought up to date; what has come into view is built."""
+        """Update the view, and build parts that have become visible."""
         with self.user.client:
             self._refresh()
             while self.look.unbuilt:
@@ -48,43 +47,43 @@ class Visit:
                 self._refresh()
 
     def run(self, seconds):
-        """Virtual time passes, and then there is a frame."""
+        """Let virtual time pass, and draw a frame."""
         self.bench.run(seconds)
         self.frame()
 
     def found(self, mark):
-        """The one element that is called so."""
+        """Return the only element with this mark."""
         (element,) = self.user.find(marker=mark).elements
         return element
 
     def press(self, mark):
-        """A click, and a frame."""
+        """Click, and draw a frame."""
         self.user.find(marker=mark).click()
         self.frame()
 
     def trigger(self, mark, event, arguments=None):
-        """Any event, and a frame."""
+        """Send any event, and draw a frame."""
         self.user.find(marker=mark).trigger(event, arguments)
         self.frame()
 
     def choose(self, mark, value):
-        """Another value for a field."""
+        """Set the value of a field."""
         with self.user.client:
             self.found(mark).value = value
 
     def lit(self, mark):
-        """Whether a lamp is lit, as those are told who cannot see it, and those who can."""
+        """Return True if a lamp is lit, both visibly and for screen readers."""
         lamp = self.found(mark)
         told = lamp.props["aria-label"].endswith(": on")
         assert told is ("lit" in lamp.classes)
         return told
 
     def pressed(self, *marks):
-        """Those of the keys that are pressed."""
+        """Return the keys that are pressed."""
         return [mark for mark in marks if self.found(mark).props["aria-pressed"] == "true"]
 
     async def until(self, came_true):
-        """Frames, until this is true; the loop has its turn in between."""
+        """Draw frames until a condition is true, with a pass of the event loop in between."""
         for _ in range(1000):
             if came_true():
                 return
@@ -94,7 +93,7 @@ class Visit:
 
     @property
     def messages(self):
-        """What has been told."""
+        """Messages that have been shown."""
         return self.user.notify.messages
 
 
@@ -141,11 +140,11 @@ class Stage:
 
 
 stage = Stage()
-"""The one of this process."""
+"""The stage of this process."""
 
 
 def show(build, view, play):
-    """`play(visit)` at a page with this view, `view(look)`; the first visitor, who drives.  It may be asynchronous.
+    """Call `play(visit)`, which may be asynchronous, for a driver's page with the view `view(look)`.
 
     Returns what `play` returns.
     """
@@ -154,7 +153,7 @@ def show(build, view, play):
 
 
 def show_to(look, view, play):
-    """The same for the visitor of `look`."""
+    """Call `play(visit)` for the page of `look`."""
     made = []
 
     async def played(user):

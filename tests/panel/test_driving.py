@@ -1,10 +1,11 @@
-"""The bar with which one drives."""
+"""The toolbars that control virtual time."""
 
 import io
 import zipfile
 
 from nicegui import ui
 
+from axistwin.panel import State
 from axistwin.panel.views.driving import SPEEDS, driving
 
 from .showing import bench_of, show
@@ -15,18 +16,18 @@ def state(visit):
 
 
 def type_into(visit, mark, text):
-    """Text and Enter."""
+    """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
 
 
 def test_run_and_pause():
     async def play(visit):
-        assert (state(visit), visit.found("run").text) == ("stands", "Run")
+        assert (state(visit), visit.found("run").text) == ("paused", "Run")
         visit.press("run")
         assert (state(visit), visit.found("run").text) == ("running", "Pause")
         visit.press("run")
-        assert (state(visit), visit.found("run").text) == ("stands", "Run")
+        assert (state(visit), visit.found("run").text) == ("paused", "Run")
 
     show(bench_of("if1"), driving, play)
 
@@ -34,11 +35,11 @@ def test_run_and_pause():
 def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told():
     async def play(visit):
         visit.press("step-event")
-        await visit.until(lambda: visit.look.session.seconds > 0 and state(visit) == "stands")
+        await visit.until(lambda: visit.look.session.seconds > 0 and state(visit) == "paused")
         assert visit.look.session.seconds == 1.0  # the lamp goes out at the end of the self-test
         visit.press("step-statement")
         await visit.until(lambda: visit.messages)
-        assert visit.messages == ["nothing like that happens soon: a line of a program begins"]
+        assert visit.messages == ["no such event within 60 virtual seconds: a line of a program begins"]
 
     show(bench_of("if1"), driving, play)
 
@@ -78,18 +79,66 @@ def test_back_in_time_and_live_from_there():
         session = visit.look.session
         type_into(visit, "until", "if1.led falls")
         await visit.until(lambda: not session.running)
-        assert state(visit) == "stands: if1.led falls"
+        assert state(visit) == "paused: if1.led falls"
         type_into(visit, "moment", "0.5")
         await visit.until(lambda: session.seconds == 0.5 and not session.busy)
-        assert state(visit) == "stands, repeating what was recorded"
+        assert state(visit) == "paused, replaying the recording"
         for _ in range(10):
             visit.frame()
         assert (visit.found("timeline").value, visit.found("timeline").props["max"]) == (0.5, 1.0)
         visit.press("forget")
-        assert (state(visit), session.recorded_seconds) == ("stands", 0.5)
+        assert (state(visit), session.recorded_seconds) == ("paused", 0.5)
         type_into(visit, "moment", "tomorrow")
         await visit.until(lambda: visit.messages)
-        assert visit.messages == ["'tomorrow' is no number of seconds"]
+        assert visit.messages == ["invalid time 'tomorrow': expected seconds, e.g. 1.5"]
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_acts_during_a_move_are_performed_after_it_in_their_order():
+    async def play(visit):
+        session, acts = visit.look.session, visit.look.acts
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: acts.state is State.QUIET)
+        type_into(visit, "moment", "0.25")
+        assert (acts.state, visit.found("run").text) == (State.BUSY, "Stop")
+        visit.press("step-event")
+        visit.trigger("run", "click", "Run")  # the browser still shows Run
+        assert not session.running
+        await visit.until(lambda: session.running)
+        assert session.seconds >= 1.0  # the step has been before
+        visit.trigger("run", "click", "Pause")
+        assert (state(visit), acts.state, visit.messages) == ("paused", State.QUIET, [])
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_stop_drops_the_acts_that_wait():
+    async def play(visit):
+        session, acts = visit.look.session, visit.look.acts
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: acts.state is State.QUIET)
+        type_into(visit, "moment", "0.5")
+        visit.press("step-event")
+        visit.trigger("run", "click", "Run")
+        visit.trigger("run", "click", "Stop")
+        await visit.until(lambda: acts.state is State.QUIET)
+        assert (session.running, session.busy, visit.messages) == (False, False, [])
+        assert session.seconds <= 0.5  # neither the step nor the run has been
+
+    show(bench_of("if1"), driving, play)
+
+
+def test_an_error_of_an_act_that_has_waited_is_shown():
+    async def play(visit):
+        acts = visit.look.acts
+        type_into(visit, "until", "if1.led falls")
+        await visit.until(lambda: acts.state is State.QUIET)
+        type_into(visit, "moment", "0.5")
+        type_into(visit, "new-break", "nobody falls")
+        assert visit.messages == []
+        await visit.until(lambda: visit.messages)
+        assert "nobody" in visit.messages[0]
 
     show(bench_of("if1"), driving, play)
 
@@ -101,7 +150,7 @@ def test_breaks_are_added_switched_off_and_removed():
         assert visit.found("breaks").text == "Breaks (1)"
         visit.press("run")
         await visit.until(lambda: not session.running)
-        assert (session.seconds, state(visit)) == (1.0, "stands: break: if1.led falls")
+        assert (session.seconds, state(visit)) == (1.0, "paused: break: if1.led falls")
         visit.user.find("once")
         with visit.user.client:
             visit.user.find(ui.checkbox).elements.pop().value = False

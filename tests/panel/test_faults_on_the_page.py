@@ -15,7 +15,7 @@ MUST = {"baudrate": 300, "percent": 2, "seconds": 0.01, "counts": 100, "torque":
 
 
 def build():
-    """A bench on which every kind of fault can be."""
+    """Return a bench on which every kind of fault is possible."""
     bench = Bench()
     bench.add("if1", "if1", X={"motor": {"torque": [[0, 1.0], [5000, 0.5]], "inertia": 3e-5}, "limits": (-100, 1000)})
     bench.add("1811", "1811", motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25_000}})

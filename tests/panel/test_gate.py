@@ -1,11 +1,11 @@
-"""Who may come in."""
+"""Access control."""
 
 import asyncio
 
 import httpx
 import pytest
 
-from axistwin.panel.gate import PERSON, Gate, is_loopback
+from axistwin.panel import PERSON, Gate, is_loopback
 
 
 async def page(scope, receive, send):
@@ -14,7 +14,7 @@ async def page(scope, receive, send):
 
 
 def asked(token, *requests, base="http://127.0.0.1:8080"):
-    """What one browser is answered, with its cookies."""
+    """Return the answer to one browser, with its cookies."""
 
     async def ask():
         transport = httpx.ASGITransport(Gate(page, token))

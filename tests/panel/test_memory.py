@@ -1,21 +1,19 @@
-"""Pages that are left are freed without a search for garbage, and such searches pass over pages."""
+"""Deleted pages are freed without garbage collection, and garbage collection skips pages."""
 
 import asyncio
 import gc
 import weakref
 from functools import partial
 
-from axistwin.panel.look import Common, Look
-from axistwin.panel.memory import AT_A_TIME, Memory, release
+from axistwin.panel import AT_A_TIME, Common, Look, Memory, People, release
 from axistwin.panel.page import Visits, page, views
-from axistwin.panel.people import People
 from axistwin.sessions.session import Session
 
 from .showing import bench_of, show, stage
 
 
 def test_a_page_that_is_deleted_is_freed_by_counting_references():
-    """Of its elements hardly any is left, although nothing has been collected."""
+    """Few elements remain, although no garbage collection has run."""
     people, common = People(), Common(Session(bench_of("if1"), None))
     left = []
 

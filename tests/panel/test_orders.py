@@ -1,4 +1,4 @@
-"""What a product tells of how a host has its programs carried out: said by a host, it does what it says."""
+"""Orders of a product for stored programs: sent by a host, they start and stop the program."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from axistwin.bench.hosts import host_at
 
 
 def board(bench):
-    """An 1811 whose sequence 2 waits for 1000 ms and then for 7 s."""
+    """Return an 1811 whose sequence 2 waits for 1000 ms and then for 7 s."""
     controller = bench.add("1811", "board")
     bench.run(2)
     say(bench, "board", *map(bytes, ((0xD9, 2), (0x29, 0, 0, 0x03, 0xE8), (0x2A, 0, 7), (0xD8,))))

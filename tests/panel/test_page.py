@@ -1,4 +1,4 @@
-"""The page as a whole: tabs, people, terminals; a controller that no panel has heard of."""
+"""The complete page: tabs, users, terminals; a controller that is unknown to the panel."""
 
 from dataclasses import replace
 
@@ -6,9 +6,8 @@ import pytest
 
 from axistwin.bench import FAMILIES, Bench
 from axistwin.bench.events import Broke, Said
-from axistwin.panel.look import together
+from axistwin.panel import Talk, together
 from axistwin.panel.page import views
-from axistwin.panel.talk import Talk
 from axistwin.panel.views.people import people
 from axistwin.panel.views.tabs import tabs
 from axistwin.panel.views.terminal import terminal
@@ -21,13 +20,13 @@ def whole(look):
 
 
 def said(visit):
-    """By the host of an if1."""
+    """Return the data that the host of an if1 has sent."""
     events = visit.look.common(Talk).since("if1", 0)[1]
     return b"".join(event.data for event in events if isinstance(event, Said))
 
 
 def type_into(visit, mark, text):
-    """Text and Enter."""
+    """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
 
@@ -87,7 +86,7 @@ def test_a_line_that_motors_share_has_a_terminal_of_its_own():
 def test_who_drives_is_on_the_button_and_taking_over_is_told():
     def play(visit):
         told = []
-        visit.look.people.listen(told.append)
+        visit.look.people.subscribe(told.append)
         assert visit.found("people").text == "you drive"
         visit.choose("name", "Anna")
         visit.trigger("name", "keydown.enter")
@@ -176,6 +175,6 @@ def test_break_control_lines_and_format():
 
 def test_who_is_connected_from_outside_is_told():
     def play(visit):
-        assert visit.found("client-if1").text == "nobody is connected from outside"
+        assert visit.found("client-if1").text == "no client is connected"
 
     show(bench_of("if1"), at("if1"), play)

@@ -1,11 +1,11 @@
-"""Panels in one process, one after the other, as whoever embeds them has them."""
+"""Several panels in one process, one after the other, as in an embedding program."""
 
 import asyncio
 
 import httpx
 
 from axistwin import Bench
-from axistwin.panel.web import Address, Panel
+from axistwin.panel import Address, Panel
 from axistwin.sessions.session import Session
 
 from .showing import stage

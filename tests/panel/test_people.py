@@ -1,13 +1,11 @@
-"""Who drives."""
+"""Users and the driver."""
 
 import asyncio
 from functools import partial
 
+from axistwin.panel import Common, Look, People, people
 from axistwin.panel import page as page_module
-from axistwin.panel import people
-from axistwin.panel.look import Common, Look
 from axistwin.panel.page import Visits, page
-from axistwin.panel.people import People
 from axistwin.sessions.session import Session
 
 from .showing import bench_of, stage
@@ -24,7 +22,7 @@ def test_the_first_to_come_drives_and_comes_back_as_the_driver():
 def test_taking_over_is_told_to_everybody_once():
     those, told = People(), []
     _, second = those["a"], those["b"]
-    end = those.listen(told.append)
+    end = those.subscribe(told.append)
     those.take_over(second)
     those.take_over(second)
     end()
@@ -102,7 +100,7 @@ def test_of_very_many_who_left_the_latest_are_remembered(monkeypatch):
 
 
 class Visited:
-    """A page for one visit after the other, of people with these keys."""
+    """Build a page for each visit, of users with these keys."""
 
     def __init__(self, keys):
         self.session, self.people, self._keys = Session(bench_of("if1"), None), People(), iter(keys)
@@ -126,7 +124,7 @@ async def disconnect(client):
 
 
 def test_somebody_is_there_as_long_as_a_page_is_connected():
-    """A page that has lost its connection waits for it for a while; its visitor is away at once."""
+    """A page without a connection is kept for a while; its user is absent at once."""
     visited = Visited("a")
 
     async def play(user):

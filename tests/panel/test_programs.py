@@ -1,4 +1,4 @@
-"""Stored programs on the page: their lines, the running one, breaks, loading, starting and stopping."""
+"""Stored programs on the page: lines, the running line, breakpoints, loading, starting and stopping."""
 
 import pytest
 from nicegui import ui
@@ -14,7 +14,7 @@ SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
 
 
 def motor(source=SOURCE):
-    """What makes a bench with a motor that has this program in its memory, just switched on."""
+    """Return a function that builds a bench with a motor that stores this program, at power-on."""
 
     def build():
         bench = Bench()
@@ -33,7 +33,7 @@ def listing(visit, name="motor"):
 
 
 def test_lines_are_listed_and_the_running_one_is_marked():
-    """The program begins by itself after 0.2 s; it waits for 4000 samples, almost a second, in line 2."""
+    """The program starts automatically after 0.2 s, and waits for 4000 samples, almost a second, in line 2."""
 
     def play(visit):
         assert listing(visit).lines == ("a=1", "WAIT=4000", "a=2", "C1", "WAIT=4000", "GOTO1")
@@ -141,7 +141,7 @@ def test_a_text_of_any_length_is_not_taken():
         visit.press("motor load")
         visit.choose("motor text", "' x\n" * 70_000)
         visit.press("motor loading")
-        assert visit.messages[-1].startswith("no program has more than 262,144 characters")
+        assert visit.messages[-1].startswith("the text is too long: expected at most 262,144 characters")
         assert visit.found("motor text").value == ""
         assert listing(visit).lines[0] == "a=1"
 
@@ -181,7 +181,7 @@ def test_where_nothing_is_stored_that_is_said():
 
 
 def board():
-    """A board with two sequences: 29h waits 1000 ms, 2Ah waits 3 or 7 s."""
+    """Build a board with two sequences: 29h waits 1000 ms, 2Ah waits 3 or 7 s."""
     bench = Bench()
     bench.add("1811", "board")
     bench.run(2)

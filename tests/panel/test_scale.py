@@ -1,4 +1,4 @@
-"""Numbers for people, round steps, and when things are seen to move."""
+"""Format of numbers, round steps, and smooth motion."""
 
 from hypothesis import given
 from hypothesis import strategies as st

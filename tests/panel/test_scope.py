@@ -1,4 +1,4 @@
-"""The oscilloscope without its page: recorded from a bench, triggered, measured, sent and saved."""
+"""The oscilloscope without its page: recording, trigger, measurement, frames and files."""
 
 from base64 import b64decode
 from math import isnan
@@ -8,13 +8,31 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
-from axistwin.panel.scope.frames import FULL, TOP, frame
-from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
-from axistwin.panel.scope.saving import saved
-from axistwin.panel.scope.screen import Screen, first_choice, searched
-from axistwin.panel.scope.tracks import Track
-from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
+from axistwin.panel.scope import (
+    AUTO,
+    DOWN,
+    EITHER,
+    FULL,
+    MOST_SIGNALS,
+    NORMAL,
+    SINGLE,
+    TOP,
+    UP,
+    Recorder,
+    Screen,
+    Track,
+    Trigger,
+    between,
+    duration,
+    first_choice,
+    frame,
+    nearest_edge,
+    next_edge,
+    rate,
+    saved,
+    searched,
+    value_at,
+)
 from axistwin.traces.reading import read
 from axistwin.traces.signals import COUNT, LEVEL
 from axistwin.traces.trace import tracing
@@ -25,7 +43,7 @@ SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says"
 
 @pytest.fixture
 def bench():
-    """An IF1 that has been initialised."""
+    """Return a bench with an IF1 that is initialised."""
     bench = Bench()
     if1 = bench.add("if1")
     bench.run(1.5)
@@ -50,7 +68,7 @@ def screen(recorder):
 
 
 def pulse(bench, seconds=0.01):
-    """Input 1 is high for a while."""
+    """Set input 1 high for a while."""
     bench["if1"].pins["input1"].drive(True)
     bench.run(seconds)
     bench["if1"].pins["input1"].drive(False)

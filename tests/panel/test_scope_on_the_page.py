@@ -1,12 +1,11 @@
-"""The oscilloscope on the page, in NiceGUI's simulation of one: each of its controls, used once."""
+"""The oscilloscope on a simulated page of NiceGUI: each of its controls is used once."""
 
 import json
 
 import pytest
 
-from axistwin.panel.look import Common, Look
-from axistwin.panel.people import People
-from axistwin.panel.scope.screen import Screen
+from axistwin.panel import Common, Look, People
+from axistwin.panel.scope import Screen
 from axistwin.panel.views.scope import Scopes, scope
 from axistwin.sessions.session import Session
 from axistwin.units import S
@@ -19,7 +18,7 @@ def screen_of(visit) -> Screen:
 
 
 def tell(visit, **what):
-    """What the page's own script tells of wheel, fingers and keys."""
+    """Send a message of the page's script about wheel, fingers or keys."""
     layout = visit.user.client.layout
     (listener,) = (listener for listener in layout._event_listeners.values() if listener.type == "scope")
     visit.user.client.handle_event({"id": layout.id, "listener_id": listener.id, "args": [json.dumps(what)]})
@@ -27,7 +26,7 @@ def tell(visit, **what):
 
 
 def played(play, *models):
-    """`play(visit)` with the oscilloscope of a bench that has been on for 1.5 s."""
+    """Call `play(visit)` with the oscilloscope of a bench after 1.5 s."""
 
     def begin(visit):
         visit.run(1.5)
@@ -68,7 +67,7 @@ def test_pause_and_live():
         visit.run(1.0)
         assert screen_of(visit).edges == before
         assert visit.found("scope-pause").text == "Live"
-        assert visit.found("scope-state").text == "view paused; the bench goes on"
+        assert visit.found("scope-state").text == "view paused; the bench runs"
         visit.press("scope-pause")
         assert screen_of(visit).edges[1] == visit.bench.now
 

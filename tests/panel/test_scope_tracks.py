@@ -1,4 +1,4 @@
-"""What the oscilloscope remembers: all changes of late, extremes of long ago, in a limited memory."""
+"""The oscilloscope's memory: recent changes exactly, older times as extremes, in limited space."""
 
 from itertools import pairwise
 
@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.panel.scope import tracks
+from axistwin.panel.scope import MOST_BYTES, Track, Words, marks, tracks, window
 from axistwin.panel.scope.decimation import line as line_of
-from axistwin.panel.scope.decimation import marks, window
-from axistwin.panel.scope.tracks import MOST_BYTES, Track, Words
 from axistwin.traces.signals import COUNT, LEVEL, TEXT
 from axistwin.units import MS, S
 
@@ -84,7 +82,7 @@ changes_ = st.lists(st.tuples(st.integers(1, 50), st.integers(-9, 9)), min_size=
 
 
 def stepped(steps):
-    """Changes with growing times; the second of two at the same value is none."""
+    """Changes with increasing times; the second of two equal values is not a change."""
     time_ns, found = 0, []
     for wait_ns, value in steps:
         time_ns += wait_ns
@@ -94,7 +92,7 @@ def stepped(steps):
 
 
 def naive(changes, from_ns, to_ns, pixels):
-    """Least and greatest in each pixel, one after the other."""
+    """Return the least and greatest value of each pixel, in order."""
     edges = [from_ns + (to_ns - from_ns) * n // pixels for n in range(pixels + 1)]
     found = []
     for left, right in pairwise(edges):

@@ -1,4 +1,4 @@
-"""`axistwin serve --panel` as a program: its address, its end, and what it refuses."""
+"""`axistwin serve --panel` as a program: its address, its end, and rejected options."""
 
 import http.client
 import re
@@ -24,7 +24,7 @@ PANEL = re.compile(r"panel on (http://\S+)\n")
 
 @contextmanager
 def started(*words):
-    """The running program, and the address of its panel."""
+    """Run the program, and yield it with the address of its panel."""
     with running("serve", *words) as program:
         line = program.stdout.readline()
         assert PANEL.fullmatch(line), line + program.stderr.read()
@@ -32,7 +32,7 @@ def started(*words):
 
 
 def get(address, **headers):
-    """Status, headers and text of an answer."""
+    """Return status, headers and text of an answer."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=PATIENCE_S)
     try:
@@ -45,7 +45,7 @@ def get(address, **headers):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 0)])
 def test_it_ends_at_once_and_without_a_word_also_with_a_browser(number, code):
-    """As fast as it goes: on a busy machine it would say that it fell behind the wall clock."""
+    """At full speed: in real time, a loaded computer would cause a message about delays."""
     with started("if1", "--panel", 0, "--speed", "max") as (program, address):
         place = urlsplit(address)
         with socket.create_connection((place.hostname, place.port), timeout=PATIENCE_S) as browser:
@@ -77,7 +77,7 @@ def test_a_port_that_is_taken():
 def test_a_place_that_is_none(place):
     code, words = refused("serve", "if1", "--panel", place)
     assert code == 2
-    assert f"no place {place!r} for a panel: give a port such as 8080" in words
+    assert f"invalid panel address {place!r}: expected PORT or HOST:PORT, e.g. 8080" in words
 
 
 def test_without_its_extra_one_line_says_what_to_install():
@@ -132,7 +132,7 @@ def test_state_speed_and_ports_are_as_without_a_panel(tmp_path):
 
 @contextmanager
 def page_socket(address):
-    """What the page of a browser has: a websocket on which socket.io is spoken."""
+    """Open the connection of a page: a websocket with socket.io."""
     client = re.search(r"client_id\W+([\w-]+)", get(address)[2])[1]
     query = f"client_id={client}&document_id=1&tab_id=1&next_message_id=0&implicit_handshake=true"
     with connect(f"ws://{urlsplit(address).netloc}/_nicegui_ws/socket.io/?EIO=4&transport=websocket&{query}") as page:

@@ -1,4 +1,4 @@
-"""Two axes that make a table: from above with trail and tool, and in three dimensions for those who wish."""
+"""Two axes that make a table: from above with trail and tool, and in three dimensions."""
 
 from fractions import Fraction
 
@@ -20,12 +20,12 @@ def at(look):
 
 
 def top(visit):
-    """What the view from above shows."""
+    """Return the state of the view from above."""
     return visit.found("table if2").shown
 
 
 def go(visit, **pulses):
-    """Each of these axes by so many pulses, at the same time; and a frame."""
+    """Move these axes by some pulses at the same time, and draw a frame."""
     for axis, number in pulses.items():
         profile = Profile([Segment(Fraction(1000), Fraction(abs(number), 1000))])
         visit.bench["if2"].axes[axis].start(profile, 1 if number > 0 else -1)
@@ -33,12 +33,12 @@ def go(visit, **pulses):
 
 
 def pixels(shown, part):
-    """Where a part stands: right and down."""
+    """Return the place of a part: right and down."""
     return [float(word.strip(" px)")) for word in shown[part, "move"].partition("(")[2].split(",")]
 
 
 def corners(shown):
-    """Of the whole trail, from the elements that it is drawn with."""
+    """Return all points of the trail, from the elements of its drawing."""
     lines = [shown.get((f"trail{piece}", "points"), "") for piece in range(PIECES)]
     return [tuple(float(number) for number in corner.split(",")) for line in lines for corner in line.split()]
 

@@ -1,10 +1,10 @@
-"""What terminals on the page show."""
+"""The text of terminals on the page."""
 
 import re
 
 from axistwin import Bench
 from axistwin.bench import endpoints
-from axistwin.panel.talk import KEPT, Printer, Talk
+from axistwin.panel import KEPT, Printer, Talk
 from axistwin.sessions.session import Session
 
 COLOURS = re.compile(r"\x1b\[\d*m")
@@ -17,7 +17,7 @@ def bench_with(model, **options):
 
 
 def printed(bench, talk, name):
-    """The lines of a terminal that begins to look now."""
+    """Return the lines of a terminal that is opened now."""
     printer = Printer(endpoints.codec_at(bench, name), endpoints.at_a_bus(bench, name))
     return COLOURS.sub("", printer.text(talk.since(name, 0)[1])).split("\r\n")[1:]
 

@@ -1,4 +1,4 @@
-"""The path of a table, worked out from what its axes remember: every corner by hand."""
+"""The trail of a table, calculated from the moves of its axes; all corners are calculated by hand."""
 
 import asyncio
 from fractions import Fraction
@@ -35,7 +35,7 @@ def trail_of(controller):
 
 
 def square(bench, go, look=lambda: None):
-    """100 along X, 50 along Y, back along X; `look` after each."""
+    """Move 100 along X, 50 along Y, and back along X, with an update after each."""
     for axis, rate, direction in (("X", 100, +1), ("Y", 50, +1), ("X", 100, -1)):
         go(axis, (rate, Fraction(1)), direction=direction)
         bench.run(1.5)
@@ -75,7 +75,7 @@ def test_two_axes_at_one_rate_make_a_straight_line(moving):
 
 
 def test_a_ramp_of_one_of_them_makes_a_curve(moving):
-    """In the first half second 40 by 20, in the second 40 by 60; it is looked at in eight pieces of each."""
+    """Move 40 by 20 in the first half second, 40 by 60 in the second, each with eight updates."""
     bench, controller, go = moving
     trail = trail_of(controller)
     go("X", (80, Fraction(1)))

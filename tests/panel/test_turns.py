@@ -1,4 +1,4 @@
-"""A computation in pieces, between which the event loop has its turn."""
+"""A computation in pieces, with passes of the event loop in between."""
 
 import asyncio
 from types import SimpleNamespace
@@ -7,17 +7,15 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import FAMILIES
-from axistwin.panel import turns
-from axistwin.panel.look import careful, together
+from axistwin.panel import breathe, careful, in_turns, together, turns
 from axistwin.panel.page import views
-from axistwin.panel.turns import breathe, in_turns
 
 from .showing import bench_of, show
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Each look at it takes a millisecond."""
+    """A clock that advances by a millisecond at each read."""
     now = [0.0]
 
     def look():
@@ -30,7 +28,7 @@ def clock(monkeypatch):
 
 
 def run(compute):
-    """What `in_turns` gives, and how many turns the loop has had meanwhile."""
+    """Return the result of `in_turns`, and the number of passes of the loop meanwhile."""
 
     async def counted():
         had = 0
@@ -53,7 +51,7 @@ def run(compute):
 
 
 def test_the_loop_has_its_turn_whenever_the_time_is_over(clock):
-    """A piece begins, and after three looks at the clock it ends: 3 ms."""
+    """A piece starts, and ends after three reads of the clock: 3 ms."""
     order = []
 
     def compute():
@@ -79,7 +77,7 @@ def test_what_is_raised_is_raised():
 
 
 def test_it_is_in_the_task_that_waits_for_it():
-    """So NiceGUI finds the page on which something is made."""
+    """NiceGUI needs this to find the page of a new element."""
 
     async def compare():
         return await in_turns(asyncio.current_task) is asyncio.current_task()
@@ -116,7 +114,7 @@ MOST_ELEMENTS = 15
 
 @pytest.mark.parametrize("model", FAMILIES)
 def test_a_page_pauses_every_few_elements(model, monkeypatch):
-    """An element takes 0.2 ms or less: what is built after 1.5 ms, before the piece ends, takes 3 ms at most."""
+    """An element takes at most 0.2 ms: the work after 1.5 ms, before the piece ends, takes at most 3 ms."""
     made = []
 
     def build(look):

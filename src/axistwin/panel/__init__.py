@@ -1,4 +1,53 @@
-"""The panel: a bench in a browser, to be seen and touched.  An application on the public face, as all others.
+"""The panel: a bench in a browser, to watch and to operate.
 
-NiceGUI, the extra `[panel]`, is imported by what is in here and by nobody else.
+Only this package imports NiceGUI, the extra `[panel]`.
 """
+
+from typing import TYPE_CHECKING
+
+from axistwin.lazy import lazy
+
+if TYPE_CHECKING:
+    from axistwin.panel.acts import Acts, State
+    from axistwin.panel.gate import PERSON, Gate, is_loopback
+    from axistwin.panel.look import Common, Look, careful, together
+    from axistwin.panel.memory import AT_A_TIME, Memory, release
+    from axistwin.panel.people import People
+    from axistwin.panel.talk import KEPT, Printer, Talk
+    from axistwin.panel.turns import breathe, in_turns
+    from axistwin.panel.web import Address, Panel
+else:
+    __getattr__ = lazy(
+        __name__,
+        acts="Acts State",
+        gate="PERSON Gate is_loopback",
+        look="Common Look careful together",
+        memory="AT_A_TIME Memory release",
+        people="People",
+        talk="KEPT Printer Talk",
+        turns="breathe in_turns",
+        web="Address Panel",
+    )
+
+__all__ = [
+    "AT_A_TIME",
+    "KEPT",
+    "PERSON",
+    "Acts",
+    "Address",
+    "Common",
+    "Gate",
+    "Look",
+    "Memory",
+    "Panel",
+    "People",
+    "Printer",
+    "State",
+    "Talk",
+    "breathe",
+    "careful",
+    "in_turns",
+    "is_loopback",
+    "release",
+    "together",
+]

@@ -1,7 +1,7 @@
-"""Who may come in: the page itself, nobody else's page, and from other machines only those who know the token.
+"""Access control: requests of the panel's own page only, and with the token only from other computers.
 
-On loopback the request must be for a loopback name, so that no page of the Web that lets its own name point here gets
-in.  With a token, a browser shows it once, in the address, and is then known by a cookie that no script can read.
+On loopback, the request must be for a loopback name, so that no web page whose name resolves to loopback has access.
+A browser sends the token once, in the address; then a cookie identifies the browser, and scripts cannot read it.
 """
 
 import secrets
@@ -14,19 +14,19 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 PERSON = "axistwin-person"
-"""The cookie by which a browser is known again after a reload."""
+"""Cookie that identifies a browser after a reload."""
 HEADERS = {
     "X-Frame-Options": "DENY",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Content-Security-Policy": "frame-ancestors 'none'",
 }
-"""No other page may frame this one, and nobody is told its address."""
+"""No other page may frame this page or receive its address."""
 LASTS_S = 30 * 24 * 3600
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a name or number, as in a URL, is this machine's own."""
+    """Return True if a name or number, as in a URL, is a loopback address."""
     if host == "localhost" or host.endswith(".localhost"):
         return True
     try:
@@ -36,14 +36,14 @@ def is_loopback(host: str) -> bool:
 
 
 class Gate:
-    """In front of an ASGI application.  `token`: what a browser has to know; None: whoever is on this machine may."""
+    """Access control of an ASGI application.  `token`: required from browsers; None: all local requests pass."""
 
     def __init__(self, app: ASGIApp, token: str | None) -> None:
         self.app = app
         self._token = token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let a request through, or refuse it."""
+        """Pass a request to the application, or refuse the request."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -56,7 +56,7 @@ class Gate:
             await self._pass(cookies.get(PERSON), scope, receive, send)
 
     async def _pass(self, person: str | None, scope: Scope, receive: Receive, send: Send) -> None:
-        """Tell the application who it is, and somebody new who he is from now on."""
+        """Pass a request with the user's key; a new user receives a key."""
         scope["person"] = person or secrets.token_urlsafe(12)
 
         async def answer(message: Message) -> None:
@@ -70,7 +70,7 @@ class Gate:
         await self.app(scope, receive, answer)
 
     def _foreign(self, headers: Headers) -> str:
-        """Why a request comes from somebody else's page; empty if it does not."""
+        """Return the reason why a request is from another page; "" if it is not."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if self._token is None and not is_loopback(_name(host)):
             return f"this panel is for this machine only, and not called {host!r}"
@@ -92,13 +92,13 @@ class Gate:
         return "this panel wants its token: open the address that axistwin serve has printed"
 
     def _shown(self, scope: Scope) -> str | None:
-        """The token in the address."""
+        """Return the token in the address."""
         if self._token is None or scope["type"] != "http":
             return None
         return dict(parse_qsl(scope["query_string"].decode("latin-1"))).get("token")
 
     async def _welcome(self, token: str, scope: Scope, receive: Receive, send: Send) -> None:
-        """From now on it is known by a cookie, and the token need not stay in the address."""
+        """Store the token in a cookie, and redirect to the address without the token."""
         others = [(key, value) for key, value in parse_qsl(scope["query_string"].decode("latin-1")) if key != "token"]
         address = scope["path"] + (f"?{urlencode(others)}" if others else "")
         response = RedirectResponse(address, 303, HEADERS | {"Set-Cookie": _set_cookie(_cookie(scope), token)})
@@ -106,12 +106,12 @@ class Gate:
 
 
 def _name(host: str) -> str:
-    """A host without its port: `localhost:8080`, `[::1]:8080`."""
+    """Return a host without its port: `localhost:8080`, `[::1]:8080`."""
     return host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
 
 
 def _cookie(scope: Scope) -> str:
-    """Cookies are shared by all ports of a machine."""
+    """Return the cookie's name with the port, because all ports of a machine share cookies."""
     server = scope.get("server") or ("", 0)
     return f"axistwin-token-{server[1]}"
 

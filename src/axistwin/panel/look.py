@@ -1,4 +1,4 @@
-"""Somebody who looks at the bench: one page in one browser."""
+"""A user's page: the session, its user, and acts of the user."""
 
 from collections.abc import Awaitable, Callable
 from logging import getLogger
@@ -8,6 +8,7 @@ from nicegui import ui
 
 from axistwin.bench import Bench
 from axistwin.errors import AxistwinError
+from axistwin.panel.acts import Acts, State
 from axistwin.panel.people import People, Person
 from axistwin.sessions.session import Session
 
@@ -15,11 +16,11 @@ log = getLogger("axistwin")
 
 Thing = TypeVar("Thing")
 Refresh = Callable[[], None]
-"""Brings a view up to date."""
+"""Updates a view."""
 
 
 def careful(view: Refresh) -> Refresh:
-    """The same view; a defect in it is reported, once until it is mended, and the page's other views go on."""
+    """Return a view whose defects are logged, once until it works again; the page's other views continue."""
     failing = False
 
     def refresh() -> None:
@@ -37,7 +38,7 @@ def careful(view: Refresh) -> Refresh:
 
 
 def together(*views: Refresh) -> Refresh:
-    """One view of several."""
+    """Return one view of several."""
 
     def refresh() -> None:
         for each in views:
@@ -46,58 +47,88 @@ def together(*views: Refresh) -> Refresh:
     return refresh
 
 
+def seldom(look: "Look", every: int, view: Refresh) -> Refresh:
+    """Return a view that is updated in one frame of `every` while virtual time passes, else in all frames."""
+    frame = 0
+
+    def refresh() -> None:
+        nonlocal frame
+        frame += 1
+        if frame % every == 0 or look.acts.state is not State.RUNNING:
+            view()
+
+    return refresh
+
+
 class Common:
-    """What all who look at one session have in common."""
+    """Objects that all pages of one session share."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
-        """What `make` makes of the session, made for whoever is the first to ask."""
+        """Return `make(session)`, created at the first call."""
         if make not in self._made:
             self._made[make] = make(self.session)
         return cast("Thing", self._made[make])
 
 
 class Look:
-    """What a view is given: the session, what all who look at it have in common, and who looks at it."""
+    """Context of a view: the session, the objects that all pages share, and the page's user."""
 
     def __init__(self, common: Common, people: People, person: Person) -> None:
         self.session, self.common, self.people, self.person = common.session, common, people, person
         self.unbuilt: list[Refresh] = []
-        """What builds parts of the page that have come into view; the page calls each once, before its next frame."""
+        """Functions that build parts of the page that have become visible; called once, before the next frame."""
+        self.acts = common(Acts)
 
     @property
     def bench(self) -> Bench:
-        """The bench as it is now."""
+        """The present bench."""
         return self.session.bench
 
     @property
     def drives(self) -> bool:
-        """Whether this person may touch things."""
+        """True if this user is the driver."""
         return self.people.driver is self.person
 
-    def touch(self, act: Callable[[], object]) -> bool:
-        """Do something to the bench if this person drives; what is wrong is told.  Returns whether it was done."""
-        if not self._may():
-            return False
-        try:
-            act()
-        except AxistwinError as error:
-            _complain(error)
-            return False
-        return True
+    def touch(self, act: Callable[[], object], *, now: bool = False) -> bool:
+        """Perform an act on the session if this person drives; an error is shown.
 
-    async def wait_for(self, act: Callable[[], Awaitable[object]]) -> object:
-        """The same for what takes a while; returns what it returns, None if it was not done."""
+        During a step or a `go_to`, the act waits for its end, unless `now`.  Returns True if the act is accepted.
+        """
         if not self._may():
-            return None
+            return False
+        client, accepted = ui.context.client, True
+
+        def attempt() -> None:
+            nonlocal accepted
+            try:
+                with client:
+                    act()
+            except AxistwinError as error:
+                accepted = False
+                with client:
+                    _complain(error)
+
+        if now:
+            attempt()
+        else:
+            self.acts.do(attempt)
+        return accepted
+
+    def move(
+        self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
+    ) -> Awaitable[None] | None:
+        """Begin a step or a `go_to` if this person drives, and call `done` with its result; an error is shown."""
+        return self._move(self.acts.move(begin), done) if self._may() else None
+
+    async def _move(self, move: Awaitable[object], done: Callable[[object], None]) -> None:
         try:
-            return await act()
+            done(await move)
         except AxistwinError as error:
             _complain(error)
-            return None
 
     def _may(self) -> bool:
         if not self.drives:

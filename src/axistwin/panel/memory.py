@@ -1,8 +1,8 @@
 """Memory of pages.
 
-A page has some 30,000 Python objects.  A search through them for garbage would keep hosts waiting for a tenth of a
-second, again and again.  So pages are taken out of these searches when they are built (`keep`), and when they are left
-the cycles of references in them are cut (`release`): what nobody refers to is freed at once.
+A page has some 30,000 Python objects.  Each garbage collection of them would delay hosts by a tenth of a second.
+Therefore `keep` excludes a page from garbage collection after it is built, and `release` cuts the reference cycles of a
+deleted page, so that its objects are freed at once.
 """
 
 import asyncio
@@ -17,27 +17,27 @@ from axistwin.bench import Bench
 from axistwin.sessions.session import Session
 
 AT_A_TIME = 50
-"""Number of elements released between two turns of the loop: less than 1 ms."""
+"""Number of elements released in one pass of the event loop: less than 1 ms."""
 
 
 class Memory:
-    """What a session's pages take."""
+    """Memory of a session's pages."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._kept: weakref.ref[Bench] | None = None
 
     def keep(self) -> None:
-        """Leave what there is now out of Python's searches for garbage.
+        """Exclude all present objects from garbage collection.
 
-        A bench that has been replaced since the last time is freed first: only a whole search finds it.
+        A bench that has been replaced is freed before: only a full collection finds it.
         """
         bench = self._session.bench
         if self._kept is None or self._kept() is not bench:
             gc.unfreeze()
             gc.collect()
             self._kept = weakref.ref(bench)
-        gc.collect(1)  # what was made for a moment only; the older ones are collected by themselves
+        gc.collect(1)  # temporary objects; older objects are collected automatically
         gc.freeze()
 
 
@@ -52,7 +52,7 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Let it refer to nothing that refers to it; whoever still holds it may set and read its properties."""
+    """Cut the reference cycles of an element; its properties remain usable."""
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()
     if isinstance(element, ValueElement):

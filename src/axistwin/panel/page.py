@@ -1,15 +1,18 @@
-"""The page: which views there are and where, and the frames in which they are brought up to date."""
+"""The page: its views, their places, and the frames in which they are updated."""
 
 import asyncio
+import json
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from importlib import resources
 from time import perf_counter
 
 from fastapi import Request
-from nicegui import Client, background_tasks, ui
+from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
+from axistwin.panel.acts import State
 from axistwin.panel.look import Look, Refresh, careful
 from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
@@ -28,24 +31,24 @@ from axistwin.panel.views.terminal import terminal
 from axistwin.sessions.session import Session
 
 FRAME_S = 0.05
-"""At most so often is a page brought up to date."""
+"""Shortest interval between two frames of a page."""
 PATIENCE_S = 30.0
-"""A browser that has drawn nothing for so long is asked again."""
+"""Timeout of a browser for one frame; the frame is then repeated."""
 KEPT = 3
-"""So many pages without a browser are kept whole; of more, those that have been left for longest are emptied."""
-SCRIPTS = "keys.js", "scope.js"
-"""Of views; a browser carries out only those that come with the page itself."""
+"""Number of pages without a browser that are kept; the oldest of more pages are emptied."""
+SCRIPTS = "keys.js", "scope.js", "state.js"
+"""Scripts of views; a browser executes only scripts that are part of the page."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
-BUILT = 'document.documentElement.classList.remove("building")'
-"""What cannot be touched yet is not to be seen."""
-DRAWN = "await new Promise(requestAnimationFrame)"
+BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
+"""The page is hidden until it is built."""
+DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
 async def page(enter: Callable[[], Look]) -> None:
-    """The page for one visit.  `enter`: called when a browser has connected, for who comes in.
+    """Build the page for one visit.  `enter`: called when a browser has connected; returns its `Look`.
 
-    Before, there is but a shell: who only fetches the address is nobody, and costs next to nothing.  The views are
-    built in pieces, one page at a time, and the bench has its turn between two of them.
+    Before that, the page is empty: a program that only fetches the address is no user, and costs little.  The views are
+    built in pieces, one page at a time, and the bench runs between two pieces.
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
@@ -54,7 +57,7 @@ async def page(enter: Callable[[], Look]) -> None:
     ui.add_css(_text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
-    await client.connected()  # or until it is clear that it never will be
+    await client.connected()  # returns also if no browser connects
     if client.is_deleted:
         return
     look = enter()
@@ -64,21 +67,21 @@ async def page(enter: Callable[[], Look]) -> None:
         made = await in_turns(partial(_built, client, look))
         look.common(Memory).keep()
     client.run_javascript(BUILT)
-    visits.shown(client, background_tasks.create(_keep_showing(client, look, made), name="panel"))
+    visits.shown(client, background_tasks.create(_Frames(client, look, made).show(), name="panel"))
 
 
 class Visits:
-    """All pages of a session.  Those whose browsers are gone keep what they have for a while, but not too many."""
+    """All pages of a session.  A limited number of pages without a browser are kept for a while."""
 
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()
-        """Held while a page is built: one at a time."""
+        """Held while a page is built, one at a time."""
         self._left: dict[Client, None] = {}
         self._frames: dict[Client, asyncio.Task[None] | None] = {}
-        """Who brings each page up to date; None: it is being built."""
+        """Task that updates each page; None: the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
-        """This page is connected."""
+        """Add a page that is connected."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
         client.on_delete(lambda: self._forget(client))
@@ -86,7 +89,7 @@ class Visits:
         person.came()
 
     def shown(self, client: Client, frames: asyncio.Task[None]) -> None:
-        """It is built, and brought up to date from now on."""
+        """Store the task that updates a page after it is built."""
         if client in self._frames:
             self._frames[client] = frames
         else:
@@ -117,12 +120,12 @@ class Visits:
 
 
 def _released(elements: list[ui.element]) -> None:
-    """Once they have been removed."""
+    """Free elements that have been removed from a page."""
     background_tasks.create(release(elements), name="panel")
 
 
 def rehearse(look: Look, request: Request) -> None:
-    """Build a page for nobody, so that what is done once, such as reading files, keeps no host waiting later."""
+    """Build a page without a browser, so that single actions such as reading files do not delay hosts later."""
     client = Client(ui.page(""), request=request)
     _built(client, look)
     client.build_response(request)
@@ -143,7 +146,7 @@ def _text(*place: str) -> str:
 
 
 def views(look: Look) -> Iterator[Refresh]:
-    """All of them, each when it is asked for."""
+    """Build all views, each when the iterator reaches it."""
     yield from _header(look)
     yield from _body(look)
 
@@ -176,7 +179,7 @@ def _body(look: Look) -> Iterator[Refresh]:
 
 
 def _machine(look: Look, name: str) -> Iterator[Refresh]:
-    """A controller and what hangs on it."""
+    """Build the views of a controller and its machine."""
     with ui.row().classes("machine-head"):
         ui.label(name).classes("machine-name")
         ui.label(look.bench[name].product.title).classes("quiet")
@@ -190,63 +193,98 @@ def _machine(look: Look, name: str) -> Iterator[Refresh]:
     yield tabs(look, name, kinds)
 
 
-def _called(partner: str, name: str) -> str:
-    return "Terminal" if partner == name else f"Terminal {partner.removeprefix(f'{name}.')}"
+def _called(endpoint: str, name: str) -> str:
+    return "Terminal" if endpoint == name else f"Terminal {endpoint.removeprefix(f'{name}.')}"
 
 
 def _reached(look: Look, name: str) -> list[str]:
-    """The partners at which a host talks to this controller only."""
+    """Return the endpoints at which a host communicates with this controller only."""
     return [each for each in endpoints.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
-async def _keep_showing(client: Client, look: Look, made: list[Refresh]) -> None:
-    """Frame by frame.  A browser that is slow gets fewer, and always the latest; a hidden one none."""
-    loop = asyncio.get_running_loop()
-    deafen = look.people.listen(partial(_tell, client))
-    try:
+class _Frames:
+    """The frames of one page.  A slow browser receives fewer frames, each with the latest state; a hidden one none."""
+
+    def __init__(self, client: Client, look: Look, made: list[Refresh]) -> None:
+        self._client, self._look, self._made = client, look, made
+        self._handled = 0
+        """Number of messages of the browser that have been handled."""
+        self._news = asyncio.Event()
+        """Set when the next frame need not wait."""
         with client:
-            await _drawn(client)  # what has been built: terminals have their sizes by then
-        while not client.is_deleted:
-            began_s = loop.time()
+            ui.on("sent", self._on_sent)
+
+    async def show(self) -> None:
+        """Draw frame by frame until the page is closed."""
+        loop, client = asyncio.get_running_loop(), self._client
+        ends = self._look.people.subscribe(partial(_tell, client)), self._look.acts.subscribe(self._news.set)
+        try:
             with client:
-                await _show(look, made)
-                await _complete(look)
-                await _drawn(client)
-            await asyncio.sleep(max(0.0, began_s + FRAME_S - loop.time()))
-    finally:
-        deafen()
+                await self._drawn(State.BUSY)  # terminals have their sizes after that
+            while not client.is_deleted:
+                began_s = loop.time()
+                with client:
+                    await self._frame()
+                await self._rest(began_s + FRAME_S - loop.time())
+        finally:
+            for end in ends:
+                end()
 
+    async def _frame(self) -> None:
+        self._news.clear()
+        before = self._handled, self._look.acts.state
+        await self._refresh()
+        if self._look.unbuilt:
+            self._news.set()
+            await self._complete()
+        now = self._handled, self._look.acts.state
+        await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
-async def _show(look: Look, made: list[Refresh]) -> None:
-    """One frame; the loop has its turn in between if it takes long."""
-    began_s = perf_counter()
-    for view in made:
-        if perf_counter() - began_s > TURN_S:
-            await asyncio.sleep(0)
-            began_s = perf_counter()
-        if look.session.running:
-            look.session.pacer.inspect(view)
-        else:
-            view()
+    async def _refresh(self) -> None:
+        """Update all views, with a turn for the event loop in between if they take long."""
+        session, began_s = self._look.session, perf_counter()
+        for view in self._made:
+            if perf_counter() - began_s > TURN_S:
+                await asyncio.sleep(0)
+                began_s = perf_counter()
+            if session.running:
+                session.pacer.inspect(view)
+            else:
+                view()
 
+    async def _complete(self) -> None:
+        """Build the views that have come into view, in pieces."""
+        look = self._look
+        while look.unbuilt:
+            build = careful(look.unbuilt.pop())
+            async with look.common(Visits).building:
+                await in_turns(build)
+                look.common(Memory).keep()
 
-async def _complete(look: Look) -> None:
-    """Build what has come into view, in pieces."""
-    while look.unbuilt:
-        build = careful(look.unbuilt.pop())
-        async with look.common(Visits).building:
-            await in_turns(build)
-            look.common(Memory).keep()
+    async def _drawn(self, state: State) -> None:
+        """Publish the state after the browser has drawn the frame."""
+        try:
+            code = DRAWN.format(state=json.dumps(state), handled=self._handled)
+            await self._client.run_javascript(code, timeout=PATIENCE_S)
+        except TimeoutError:
+            return
+
+    async def _rest(self, seconds: float) -> None:
+        """Wait for the next frame; if virtual time is stopped, at most until the next message is handled."""
+        if self._look.session.running:
+            await asyncio.sleep(max(0.0, seconds))
+            return
+        with suppress(TimeoutError):
+            async with asyncio.timeout(max(0.0, seconds)):
+                await self._news.wait()
+
+    def _on_sent(self, event: events.GenericEventArguments) -> None:
+        sent = event.args.get("sent") if isinstance(event.args, dict) else None
+        if type(sent) is int:
+            self._handled = sent
+            self._news.set()
 
 
 def _tell(client: Client, words: str) -> None:
     with client:
         ui.notify(words)
-
-
-async def _drawn(client: Client) -> None:
-    """Until the browser has shown what it was sent."""
-    try:
-        await client.run_javascript(DRAWN, timeout=PATIENCE_S)
-    except TimeoutError:
-        return

@@ -1,59 +1,59 @@
-"""Who looks at the bench, and who drives it."""
+"""The users of a panel, and the driver among them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import monotonic
 
 GONE_S = 10.0
-"""Whoever drives and has been away for so long may be replaced without a word."""
+"""Time of absence after which the driver is replaced by the next user."""
 FORGOTTEN_S, REMEMBERED = 600.0, 100
-"""Whoever has been away for so long is forgotten; and of more than so many who are away, those who left first."""
+"""Time of absence after which a user is deleted, and greatest number of absent users."""
 LONGEST_NAME = 30
 
 
 @dataclass(eq=False)
 class Person:
-    """One browser, which is known again when it comes back."""
+    """One user: a browser, which is recognised when it connects again."""
 
     key: str
     name: str
     pages: int = 0
-    """How many pages it has open, as far as they are connected."""
+    """Number of connected pages."""
     left_s: float = field(default_factory=monotonic)
-    """When it was last seen: it closed its last page, or has lost its connection."""
+    """Time at which the last page was closed or lost its connection."""
     lines: dict[str, list[str]] = field(default_factory=dict)
-    """What was typed at each terminal."""
+    """Lines that were typed at each terminal."""
     ending: str = "CR"
-    """What ends a line that is typed."""
+    """Line end of typed lines."""
     settings: dict[str, object] = field(default_factory=dict)
-    """How its views are set, by view."""
+    """Settings of views, by view."""
 
     def came(self) -> None:
-        """Opened a page, or is connected again."""
+        """Count a page that is opened or connected again."""
         self.pages += 1
 
     def left(self) -> None:
-        """Closed one, or has lost the connection to it."""
+        """Count a page that is closed or has lost its connection."""
         self.pages -= 1
         self.left_s = monotonic()
 
     @property
     def gone(self) -> bool:
-        """Whether it is not coming back, as far as one can tell."""
+        """True after a long absence."""
         return not self.pages and monotonic() - self.left_s > GONE_S
 
 
 class People:
-    """Everybody who has come; the first drives until another takes over."""
+    """All users; the first is the driver until another user takes over."""
 
     def __init__(self) -> None:
         self._all: dict[str, Person] = {}
         self._came = 0
-        self._listeners: list[Callable[[str], None]] = []
+        self._observers: list[Callable[[str], None]] = []
         self.driver: Person | None = None
 
     def __getitem__(self, key: str) -> Person:
-        """Whoever has this key; somebody who is new is welcome, and the first to come drives."""
+        """Return the user with this key, created if new; the first user is the driver."""
         self._forget()
         if key not in self._all:
             self._came += 1
@@ -64,7 +64,7 @@ class People:
         return person
 
     def _forget(self) -> None:
-        """Those who are not coming back."""
+        """Delete users after a long absence."""
         away = sorted((each for each in self._all.values() if each.gone), key=lambda each: each.left_s)
         surplus = len(away) - REMEMBERED
         for number, person in enumerate(away):
@@ -75,30 +75,30 @@ class People:
 
     @property
     def there(self) -> list[Person]:
-        """Those who look on now."""
+        """Users with a connected page."""
         return [person for person in self._all.values() if person.pages]
 
     @property
     def driver_name(self) -> str:
-        """Who drives."""
+        """Name of the driver."""
         return self.driver.name if self.driver else "nobody"
 
     def take_over(self, person: Person) -> None:
-        """From now on this person drives; everybody is told."""
+        """Make this user the driver, and notify all users."""
         if self.driver is not person:
             self.driver = person
-            self.tell(f"{person.name} drives now")
+            self.notify(f"{person.name} drives now")
 
     def rename(self, person: Person, name: str) -> None:
-        """Call a person so; an empty name changes nothing."""
+        """Rename a user; an empty name has no effect."""
         person.name = " ".join(name.split())[:LONGEST_NAME] or person.name
 
-    def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
-        """Call `listener` with what everybody is told.  Returns what ends it."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
+    def subscribe(self, observer: Callable[[str], None]) -> Callable[[], None]:
+        """Call `observer` with each message to all users.  Returns an unsubscribe function."""
+        self._observers.append(observer)
+        return lambda: self._observers.remove(observer)
 
-    def tell(self, words: str) -> None:
-        """Tell everybody."""
-        for listener in tuple(self._listeners):
-            listener(words)
+    def notify(self, text: str) -> None:
+        """Send a message to all users."""
+        for observer in tuple(self._observers):
+            observer(text)

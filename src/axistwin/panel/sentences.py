@@ -1,10 +1,10 @@
-"""Sentences that a break may wait for, as they begin: see `fault_injection/triggers.py`."""
+"""Beginnings of sentences for breakpoints: see `fault_injection/triggers.py`."""
 
 from axistwin.bench import Bench, endpoints
 
 
 def stems(bench: Bench) -> list[str]:
-    """For every axis, pin, partner and controller there is."""
+    """Return the beginnings for every axis, pin, endpoint and controller of the bench."""
     found = []
     for name, controller in bench.controllers.items():
         found += [f"{name}.{axis} passes 0" for axis in controller.axes]

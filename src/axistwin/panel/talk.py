@@ -1,6 +1,6 @@
-"""What hosts and controllers have said lately, for terminals on the page: kept once, shown to everybody.
+"""Recent messages of hosts and controllers, for the terminals of all pages.
 
-Only what happens is kept while the bench runs; it is made into text when somebody looks.
+While the bench runs, only events are stored; a page converts them to text.
 """
 
 from collections import deque
@@ -16,11 +16,11 @@ from axistwin.sessions.session import Session
 from axistwin.units import MS, to_seconds
 
 KEPT = 20_000
-"""Utterances of each partner that are remembered; on a serial line what comes is heard character by character."""
+"""Number of stored events of each endpoint; a serial line has one event per character."""
 SHOWN = 4_000
-"""Of these a terminal that was away is told the last ones."""
+"""Number of these events that a new terminal shows."""
 PAUSE_NS = 50 * MS
-"""After such a silence what follows begins a line of its own."""
+"""Longest pause within a line of a terminal."""
 CR, LF = b"\r", b"\n"
 
 Utterance = Said | Heard | Broke
@@ -29,7 +29,7 @@ DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m"
 
 
 class Talk:
-    """Of one session.  `generation` counts the benches: what was said on one that is gone is forgotten."""
+    """Messages of one session.  `generation` counts the benches; messages of an earlier bench are deleted."""
 
     def __init__(self, session: Session) -> None:
         self.generation = 0
@@ -39,7 +39,7 @@ class Talk:
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Listen to this bench, and to no other."""
+        """Subscribe to this bench only."""
         self._listening.close()
         self.generation += 1
         self._said = {name: deque(maxlen=KEPT) for name in endpoints.names(bench)}
@@ -47,7 +47,7 @@ class Talk:
         self._listening.enter_context(observing(bench, self._take))
 
     def since(self, name: str, count: int) -> tuple[int, list[Utterance]]:
-        """How much one partner has heard and said so far, and what of it came after `count`."""
+        """Return the number of events of an endpoint so far, and the events after number `count`."""
         total, said = self._count.get(name, 0), self._said.get(name, deque())
         new = min(total - count, len(said), SHOWN)
         return total, list(islice(said, len(said) - new, None))
@@ -59,17 +59,17 @@ class Talk:
 
 
 class Printer:
-    """Makes text for one terminal: a line for each side that says something, with the time at which it began."""
+    """Converts events to text for one terminal: a line for each message, with its start time."""
 
     def __init__(self, codec: Codec, whole: bool) -> None:
         self._codec, self._whole = codec, whole
         self._by_host: bool | None = None
-        """Whose line it is; None: nobody's."""
+        """True: the line is the host's; None: no line."""
         self._last_ns = 0
         self._ended = False
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """What has been said, on to what was printed before."""
+        """Return the text of events that follow the earlier events."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

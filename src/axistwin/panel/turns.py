@@ -1,7 +1,7 @@
-"""A long computation in pieces, between which the event loop has its turn: the bench, and the hosts at its ports.
+"""A long computation in pieces.  Between two pieces the event loop runs the bench and serves hosts.
 
-The computation runs in a thread of its own, but never at the same time as the loop: the loop waits for the end of each
-piece.  So nothing in it needs to know of threads; it calls `breathe` as often as it likes.
+The computation runs in a separate thread, but never at the same time as the loop: the loop waits for the end of each
+piece.  The computation needs no locks; it calls `breathe` at any places.
 """
 
 import asyncio
@@ -13,16 +13,16 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 TURN_S = 0.0015
-"""After so long a piece ends, at the next `breathe`."""
+"""Duration after which a piece ends, at the next `breathe`."""
 _here = threading.local()
 
 
 class _Abandoned(BaseException):
-    """Nobody waits for the computation any more."""
+    """Raised in a computation that has been cancelled."""
 
 
 async def in_turns(compute: Callable[[], T]) -> T:
-    """Return what `compute()` returns, or raise what it raises.  The loop has its turn between its pieces."""
+    """Return the result of `compute()`, or raise its error.  The loop runs between two pieces."""
     work = _Work(compute)
     try:
         while not work.go_on():
@@ -34,7 +34,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """End a piece here if it has lasted long enough.  Outside `in_turns` it does nothing."""
+    """End a piece here if it has lasted long enough; no effect outside `in_turns`."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -51,25 +51,25 @@ class _Work(Generic[T]):
         threading.Thread(target=self._run, name="panel", daemon=True).start()
 
     def go_on(self) -> bool:
-        """Let one piece be computed; returns whether it was the last."""
+        """Compute one piece.  Returns True after the last."""
         self._go.release()
         self._stop.acquire()
         return self._over
 
     def abandon(self) -> None:
-        """Leave it where it is, by way of its `finally` clauses."""
+        """Cancel the computation; its `finally` clauses are executed."""
         self._abandoned = True
         while not self._over:
             self.go_on()
 
     def result(self) -> T:
-        """What has come of it."""
+        """Return the result, or raise the error."""
         if self._error is not None:
             raise self._error
         return self._found[0]
 
     def breathe(self) -> None:
-        """In its thread."""
+        """End a piece if it has lasted long enough; called in the computation's thread."""
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
         self._stop.release()
@@ -80,12 +80,12 @@ class _Work(Generic[T]):
 
     def _run(self) -> None:
         self._go.acquire()
-        asyncio._set_running_loop(self._loop)  # which stands still meanwhile
+        asyncio._set_running_loop(self._loop)  # blocked meanwhile
         _here.work = self
         self._began_s = perf_counter()
         try:
             self._found.append(self._context.run(self._compute))
-        except BaseException as error:  # noqa: BLE001  # it is raised where the result is asked for
+        except BaseException as error:  # noqa: BLE001  # raised by `result`
             self._error = error
         self._over = True
         self._stop.release()

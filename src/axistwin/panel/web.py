@@ -23,7 +23,7 @@ from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
 
 RECONNECT_S = 30.0
-"""So long a page that has lost its connection finds everything as it was."""
+"""Time after which a page that has lost its connection is deleted."""
 GOODBYE_S = 1
 LOOK_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
@@ -31,7 +31,7 @@ NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "h
 
 @dataclass(frozen=True)
 class Address:
-    """Where the panel is to be.  `token`: what browsers have to know; None: none is needed, as on loopback."""
+    """Address of the panel.  `token`: required from browsers; None: not required, as on loopback."""
 
     host: str
     port: int
@@ -39,7 +39,7 @@ class Address:
 
     @staticmethod
     def read(text: str, token: str | None) -> "Address":
-        """`8080`, `0.0.0.0:8080`, `[::1]:8080`; beyond this machine a token is made up if none is given.
+        """Return the address of `8080`, `0.0.0.0:8080` or `[::1]:8080`; remote without a token: with a random token.
 
         Raises UsageError.
         """
@@ -47,11 +47,11 @@ class Address:
         try:
             port = whole(number, 0, 0xFFFF)
         except NumberError:
-            message = f"no place {shortened(text)} for a panel: give a port such as 8080, or 0.0.0.0:8080"
+            message = f"invalid panel address {shortened(text)}: expected PORT or HOST:PORT, e.g. 8080"
             raise UsageError(message) from None
         host = host.strip("[]") or LOOPBACK
         if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
-            raise UsageError("--panel-token: letters and digits only, as it stands in an address")
+            raise UsageError("--panel-token: expected letters and digits only, because the token is part of an address")
         return Address(host, port, token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
 
 
@@ -61,7 +61,7 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # which listens from the beginning
+        self.common(Talk)  # subscribes from the beginning
         gate = Gate(_application(self, title), address.token)
         self._server = _Server(
             uvicorn.Config(
@@ -69,13 +69,13 @@ class Panel:
                 log_level="warning",
                 access_log=False,
                 timeout_graceful_shutdown=GOODBYE_S,
-                ws_per_message_deflate=False,  # which costs more than all else in a frame
+                ws_per_message_deflate=False,  # compression costs more than the rest of a frame
             )
         )
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Show it.  Returns the address, with the token if there is one.  Raises LinkError."""
+        """Start the server.  Returns the address, with the token if there is one.  Raises LinkError."""
         sock = _listening(self.address)
         self._task = asyncio.create_task(self._server.serve(sockets=[sock]))
         while not self._server.started and not self._task.done():
@@ -87,14 +87,14 @@ class Panel:
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
 
     async def close(self) -> None:
-        """Say goodbye to every browser."""
+        """Disconnect all browsers, and stop the server."""
         self._server.should_exit = True
         if self._task is not None:
             await self._task
 
 
 class _Server(uvicorn.Server):
-    """One that leaves signals to the application."""
+    """A server that leaves signals to the application."""
 
     def capture_signals(self) -> AbstractContextManager[None]:  # type: ignore[override]
         return nullcontext()
@@ -102,7 +102,7 @@ class _Server(uvicorn.Server):
 
 def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
-    app.user_middleware.clear()  # there may have been a panel before in this process
+    app.user_middleware.clear()  # of an earlier panel in this process
     app.middleware_stack = None
     icon = (resources.files(__package__) / "panel.svg").read_text()
 

@@ -1,5 +1,4 @@
-"""The panel in a real browser: every control used once, on each of the example machines.
+"""The panel in a real browser: every control is used once, on each example machine where the machine matters.
 
-Playwright keeps an event loop running as long as its browser is there, and others have theirs: so the browser belongs
-to this folder.
+Playwright keeps an event loop running until its browser is closed; therefore the browser exists in this folder only.
 """

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from .using import PATIENCE_MS, quiet
+
 ROOT = Path(__file__).resolve().parents[3]
 ARTEFACTS = ROOT / "tests" / "artefacts"
 PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
@@ -18,28 +20,37 @@ FLAGS = [
     "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",
 ]  # fmt: skip
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-PATIENCE_MS = 20_000
+STILL = """addEventListener("DOMContentLoaded", () => {
+  const style = document.createElement("style");
+  style.textContent = "*, ::before, ::after { transition-duration: 0s !important; animation-duration: 0s !important; }";
+  document.head.append(style);
+});"""
+"""Disables transitions on the page."""
 PANEL = re.compile(r"panel on (http://\S+)")
 SCENES = ("drill", "winder", "cut-to-length")
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Tests in a browser come last.  The first one of a machine starts a program, which may take long.
-
-    On a busy machine a browser loses a click now and then while a page changes; the test has another try then.
-    """
+    """Put the tests in a browser last, machine by machine: the first one of a machine starts a program."""
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.timeout(300))
-            item.add_marker(pytest.mark.flaky(reruns=2))
             item.add_marker(pytest.mark.xdist_group("browser"))  # one server and one browser for all of them
-    items.sort(key=lambda item: item.get_closest_marker("browser") is not None)
+    items.sort(key=_order)
+
+
+def _order(item):
+    parameters = item.callspec.params if hasattr(item, "callspec") else {}
+    if item.get_closest_marker("browser") is None:
+        return -1
+    return SCENES.index(parameters["machine"]) if "machine" in parameters else len(SCENES)
 
 
 @pytest.fixture(scope="package")
 def browser():
-    """Debian's chromium, or whatever is called so."""
+    """Start chromium."""
     path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if path is None:
         pytest.skip("there is no browser here: install Debian's package chromium to test the panel in one")
@@ -53,7 +64,7 @@ def browser():
 
 @contextmanager
 def _shown(scene, *options, told=None):
-    """The address of the panel of a scene (a path, or a model's name).  `told`: a list of what it then says."""
+    """Serve a scene (a path or a model's name), and yield the panel's address.  `told`: receives stderr."""
     words = [*PROGRAM, str(scene), "--panel", "0", *options]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as program:
         try:
@@ -70,26 +81,28 @@ def _shown(scene, *options, told=None):
 
 
 class Visit:
-    """One browser at a panel.  Whatever it asks of other hosts, and whatever goes wrong in it, is remembered."""
+    """One browser at a panel.  Its requests to other hosts and its errors are recorded."""
 
     def __init__(self, browser, address, width=1280, height=900):
         self.address = address
         self.context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True)
         self.context.set_default_timeout(PATIENCE_MS)
+        self.context.add_init_script(STILL)
         self.page = self.context.new_page()
         self.asked, self.wrong = set(), []
         self.page.on("request", lambda request: self.asked.add(request.url.split("/")[2]))
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
         self.page.on("console", lambda message: self.wrong.append(message.text) if message.type == "error" else None)
         self.page.goto(address)
+        quiet(self.page)
 
     def keep_picture(self, name):
-        """A screenshot, as an artefact."""
+        """Save a screenshot as an artefact."""
         ARTEFACTS.mkdir(exist_ok=True)
         self.page.screenshot(path=ARTEFACTS / f"{name}.png", full_page=True)
 
     def close(self):
-        """Leave; nothing has been asked of anybody else."""
+        """Close the page, and check that it has sent no requests to other hosts."""
         self.context.close()
         assert self.asked <= {self.address.split("/")[2], ""}, self.asked
         assert not self.wrong, self.wrong
@@ -97,13 +110,13 @@ class Visit:
 
 @pytest.fixture(scope="package")
 def shown(browser):  # without one nothing need be served
-    """`with shown(SCENE) as address:` serves it with a panel meanwhile."""
+    """Return a context manager: `with shown(SCENE) as address:` serves a scene with a panel."""
     return _shown
 
 
 @pytest.fixture(scope="package")
 def visiting(browser):
-    """`with visiting(address) as visit:` is a browser there, of any size."""
+    """Return a context manager: `with visiting(address) as visit:` opens a page of any size."""
 
     @contextmanager
     def visit(address, **size):
@@ -121,14 +134,14 @@ def visiting(browser):
 
 @pytest.fixture(scope="package", params=SCENES)
 def machine(request, shown):
-    """One of the examples, served with a panel: its name and its address."""
+    """Serve an example with a panel, and yield its name and its address."""
     with shown(f"examples/{request.param}/scene.toml", "--speed", "5") as address:
         yield request.param, address
 
 
 @pytest.fixture(scope="package")
 def driver(machine, visiting):
-    """Somebody who drives it, with one page for all tests."""
+    """Open the driver's page for all tests of a machine."""
     with visiting(machine[1]) as visit:
         visit.page.get_by_text("you drive").wait_for()
         yield visit
@@ -136,7 +149,7 @@ def driver(machine, visiting):
 
 @pytest.fixture
 def panel(machine, driver):
-    """That page, as `Panel`."""
+    """Return the driver's page as `Panel`."""
     from .using import Panel
 
     return Panel(machine[0], driver)

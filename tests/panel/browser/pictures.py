@@ -8,7 +8,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT / "tests" / "apps" / "panel"))
+sys.path.insert(0, str(ROOT / "tests" / "panel"))
 
 from browser.conftest import FLAGS, Visit, _shown  # noqa: E402
 from browser.using import Panel  # noqa: E402
@@ -17,7 +17,7 @@ IMAGES = ROOT / "docs" / "images"
 
 
 def main():
-    """Both, while the machines move."""
+    """Take both pictures while the machines move."""
     with sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
@@ -32,7 +32,7 @@ def main():
 
 
 def drill(panel):
-    """Half way through the second row of holes."""
+    """Stop halfway through the second row of holes."""
     panel.begin()
     panel.run_until("table.Y passes 1000")
     panel.run_until("table.output1 rises")
@@ -42,7 +42,7 @@ def drill(panel):
 
 
 def cut_to_length(panel):
-    """In the middle of a length."""
+    """Stop in the middle of a length."""
     panel.begin()
     panel.tab("feeder", "Terminal")
     panel.tab("knife", "Program")
@@ -53,13 +53,13 @@ def cut_to_length(panel):
 
 
 def signals(panel, names):
-    """On the oscilloscope."""
+    """Show these signals on the oscilloscope."""
     panel.say(panel.region("oscilloscope").get_by_test_id("scope-signals"), names)
     panel.page.mouse.move(0, 0)
 
 
 def move_on(panel, sentence):
-    """In real time, so that it is seen; then it stands there."""
+    """Run in real time until `sentence` comes true, and hide the messages."""
     panel.speed("1")
     panel.run_until(sentence)
     panel.page.get_by_role("alert").first.wait_for(state="hidden")
@@ -67,7 +67,7 @@ def move_on(panel, sentence):
 
 
 def keep(panel, name, height):
-    """The upper part of the page, in few colours."""
+    """Save the upper part of the page in few colours."""
     data = panel.page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": 1280, "height": height})
     Image.open(BytesIO(data)).quantize(256).save(IMAGES / f"{name}.png", optimize=True)
 

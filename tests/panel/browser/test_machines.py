@@ -2,25 +2,19 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
 
-from .using import number, thumb
+from .using import click, number, on, press, thumb
 
 
-def only(panel, machine):
-    if panel.machine != machine:
-        pytest.skip(f"on the {machine} only")
-
-
-def on(panel):
-    """In the middle of a motion."""
+def moving(panel):
+    """Run to the middle of a motion."""
     panel.begin()
     panel.run_until(panel.facts.moving)
 
 
 def test_what_moves_is_drawn_where_it_is(panel):
-    on(panel)
+    moving(panel)
     who, axis = panel.facts.moving.split()[0].split(".")
     place = panel.region(who).locator(".axis", has=panel.page.get_by_role("heading", name=axis, exact=True))
     expect(place.locator('[data-part="position"]').first).to_have_text("1\u2009000")
@@ -28,88 +22,87 @@ def test_what_moves_is_drawn_where_it_is(panel):
 
 
 def test_power(panel):
-    on(panel)
+    moving(panel)
     key = panel.button(f"power of {panel.facts.who}")
     expect(key).to_have_attribute("aria-pressed", "true")
-    key.click()
+    click(key)
     expect(key).to_have_attribute("aria-pressed", "false")
     expect(key).to_have_text("power: off")
-    key.press("Enter")
+    press(key, "Enter")
     expect(key).to_have_attribute("aria-pressed", "true")
 
 
 def test_a_pin_is_driven_and_released(panel):
-    on(panel)
+    moving(panel)
     panel.tab(panel.facts.who, "Pins")
     name = f"{panel.facts.who}.{panel.facts.pin}"
     row = panel.page.get_by_role("group", name=name, exact=True)
     lamp = row.get_by_role("img")
     for word, told in (("high", "on"), ("low", "off")):
-        panel.button(f"{word} {name}").click()
+        click(panel.button(f"{word} {name}"))
         expect(lamp).to_have_attribute("aria-label", f"{panel.facts.pin} high: {told}")
         expect(row).to_contain_text("driven")
         expect(panel.button(f"{word} {name}")).to_have_attribute("aria-pressed", "true")
-    panel.button(f"release {name}").click()
+    click(panel.button(f"release {name}"))
     expect(row).not_to_contain_text("driven")
 
 
+@on("drill", "cut-to-length")
 def test_the_host_lets_a_control_line_go(panel):
-    if panel.machine == "winder":
-        pytest.skip("a board on a bus has none")
     who = "feeder" if panel.machine == "cut-to-length" else panel.facts.who
-    on(panel)
+    moving(panel)
     panel.tab(who, "Pins")
     for line in ("dtr", "rts"):
         lamp = panel.page.get_by_role("group", name=f"{who} host's {line.upper()}").get_by_role("img")
-        panel.button(f"low {who}.{line}").click()
+        click(panel.button(f"low {who}.{line}"))
         expect(lamp).to_have_attribute("aria-label", re.compile("off$"))
-        panel.button(f"high {who}.{line}").click()
+        click(panel.button(f"high {who}.{line}"))
         expect(lamp).to_have_attribute("aria-label", re.compile("on$"))
 
 
+@on("cut-to-length")
 def test_an_analog_pin_is_a_slider(panel):
-    only(panel, "cut-to-length")
-    on(panel)
+    moving(panel)
     panel.tab("knife", "Pins")
     row = panel.page.get_by_role("group", name="knife.E", exact=True)
     slider = row.get_by_role("slider", name="knife.E volts")
-    thumb(slider).press("ArrowLeft")
+    press(thumb(slider), "ArrowLeft")
     expect(row).to_contain_text("4.95 V = 1013")
     box = slider.bounding_box()
     panel.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(row).to_contain_text(re.compile(r"2\.\d\d V = 5\d\d"))
-    panel.button("release knife.E").click()
+    click(panel.button("release knife.E"))
     expect(row).to_contain_text("5.00 V = 1023")
 
 
+@on("cut-to-length")
 def test_the_external_encoder_is_turned(panel):
-    only(panel, "cut-to-length")
     panel.begin()
-    panel.button("event").click()
+    click(panel.button("event"))
     expect(panel.clock).not_to_have_text("0.000000 s")
     pins = panel.tab("knife", "Pins")
     pins.get_by_role("spinbutton", name="counts").fill("-300")
     pins.get_by_role("spinbutton", name="in seconds").fill("0.01")
-    panel.button("turn the external encoder of knife").click()
+    click(panel.button("turn the external encoder of knife"))
     panel.speed("5")
     panel.run()
     expect(panel.region("knife").locator('[data-part="edges"]')).to_have_text("−300")
     panel.pause()
 
 
+@on("cut-to-length")
 def test_the_temperature_around_a_motor(panel):
-    only(panel, "cut-to-length")
-    on(panel)
-    field = panel.region("knife").get_by_role("spinbutton", name="around it, °C")
+    moving(panel)
+    field = panel.region("knife").get_by_role("spinbutton", name="ambient, °C")
     panel.say(field, "40")
     field.blur()
-    panel.button("event").click()
+    click(panel.button("event"))
     expect(field).to_have_value("40")
 
 
+@on("winder")
 def test_the_joystick(panel):
-    only(panel, "winder")
-    on(panel)
+    moving(panel)
     panel.tab("traverse", "Pins")
     stick = panel.page.get_by_role("slider", name="joystick of traverse, by arrow keys")
     told = panel.page.get_by_text(re.compile("^joystick: "))
@@ -130,38 +123,38 @@ def test_the_joystick(panel):
 
 
 def test_a_fault_of_each_kind_of_place_is_put_in_and_mended(panel):
-    on(panel)
+    moving(panel)
     faults = panel.region("faults")
-    title = faults.get_by_role("button", name="Put in a fault")
-    title.click()
+    title = faults.get_by_role("button", name="Inject a fault")
+    click(title)
     for kind, _, values in panel.facts.faults:
-        faults.get_by_role("combobox", name="kind").click()
-        panel.page.get_by_role("option", name=re.compile(f"^{kind}: ")).click()
+        click(faults.get_by_role("combobox", name="kind"))
+        click(panel.page.get_by_role("option", name=re.compile(f"^{kind}: ")))
         for label, value in values.items():
             panel.field(label, faults).fill(value)
         panel.field("name", faults).fill(f"my-{kind}")
-        panel.button("Put it in").click()
+        click(panel.button("Inject"))
         row = faults.get_by_role("listitem").filter(has_text=f"my-{kind}")
         expect(row).to_contain_text("on since")
-        panel.button(f"mend my-{kind}").click()
+        click(panel.button(f"mend my-{kind}"))
         expect(row).to_contain_text("over")
-    title.click()
+    click(title)
 
 
 def test_fronts_tell_what_they_mean_and_all_registers(panel):
-    on(panel)
+    moving(panel)
     card = panel.region(panel.facts.who)
     for title, shown in (("What it means", "dl.meaning"), ("All registers", ".registers")):
         drawer = card.get_by_role("button", name=title)
-        drawer.click()
+        click(drawer)
         expect(card.locator(shown).first).to_be_visible()
-        drawer.click()
+        click(drawer)
         expect(card.locator(shown).first).to_be_hidden()
 
 
+@on("drill")
 def test_a_table_from_above_its_tool_and_its_third_dimension(panel):
-    only(panel, "drill")
-    on(panel)
+    moving(panel)
     card = panel.region("table")
     above = card.get_by_role("img", name="X, Y from above")
     expect(above).to_contain_text("output1 low")
@@ -172,18 +165,18 @@ def test_a_table_from_above_its_tool_and_its_third_dimension(panel):
     expect(above).to_contain_text("output1 high")
     expect(above.locator('[data-part="places"]')).to_have_attribute("d", re.compile("^M"))
     switch = card.get_by_role("switch", name="3-D")
-    switch.click()
+    click(switch)
     expect(card.locator("canvas")).to_be_visible()
-    panel.button("turn left").click()
-    panel.button("turn right").click()
+    click(panel.button("turn left"))
+    click(panel.button("turn right"))
     panel.visit.keep_picture("drill-3-D")
-    switch.click()
+    click(switch)
     expect(card.locator("canvas")).to_be_hidden()
 
 
+@on("cut-to-length")
 def test_a_shaft_tells_turns_and_speed(panel):
-    only(panel, "cut-to-length")
-    on(panel)
+    moving(panel)
     drawing = panel.region("feeder").locator(".shaft")
     expect(drawing.locator('[data-part="turns"]')).to_have_text("2 + 180.0°")
     assert number(drawing.locator('[data-part="rpm"]').inner_text().lstrip("+")) > 0

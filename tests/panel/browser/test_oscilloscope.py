@@ -5,12 +5,14 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from .using import thumb
+from .using import click, on, press, strike, thumb
+
+pytestmark = on("drill")
 
 
 @pytest.fixture
 def scope(panel):
-    """Of a machine that has just begun to move; it shows an axis and a pin."""
+    """Return the card of a machine that has started to move; the card shows an axis and a pin."""
     panel.begin()
     panel.run_until(panel.facts.moving)
     card = panel.region("oscilloscope")
@@ -33,35 +35,35 @@ def test_a_trigger(panel, scope):
     panel.choose("on", f"{panel.facts.who}.{panel.facts.pin}", scope)
     panel.choose("edge", "either", scope)
     scope.get_by_role("spinbutton", name="at").fill("0.5")
-    thumb(scope.get_by_role("slider", name="place of the edge")).press("ArrowRight")
-    panel.button("Arm", scope).click()
+    press(thumb(scope.get_by_role("slider", name="place of the edge")), "ArrowRight")
+    click(panel.button("Arm", scope))
     expect(scope.get_by_role("status")).to_contain_text("waiting for an edge")
     panel.tab(panel.facts.who, "Pins")
     name = f"{panel.facts.who}.{panel.facts.pin}"
     for word in ("high", "low", "high"):
-        panel.button(f"{word} {name}").click()
-        panel.button("event").click()
-        panel.stands()
+        click(panel.button(f"{word} {name}"))
+        click(panel.button("event"))
+        panel.paused()
     panel.speed("1")
     panel.run()
     expect(scope.get_by_role("status")).to_contain_text("view paused")
     panel.pause()
-    panel.button(f"release {name}").click()
+    click(panel.button(f"release {name}"))
     panel.choose("Trigger", "off", scope)
-    panel.button("Live", scope).click()
+    click(panel.button("Live", scope))
 
 
 def test_signals_are_chosen_from_a_list(panel, scope):
-    panel.button("List", scope).click()
+    click(panel.button("List", scope))
     search = panel.field("Search")
     search.fill(f"{panel.facts.who}.{panel.facts.pin}")
     box = panel.page.get_by_role("checkbox", name=f"{panel.facts.who}.{panel.facts.pin}", exact=True)
     expect(box).to_be_checked()
-    box.click()
-    panel.page.keyboard.press("Escape")
+    click(box)
+    strike(panel.page, "Escape")
     expect(scope.get_by_role("row")).to_have_count(2)
     scope.get_by_test_id("scope-signals").fill(signals(panel))
-    panel.button("Show", scope).click()
+    click(panel.button("Show", scope))
     expect(scope.get_by_role("row")).to_have_count(3)
     panel.say(scope.get_by_test_id("scope-signals"), "nothing")
     panel.message("nothing")
@@ -69,14 +71,14 @@ def test_signals_are_chosen_from_a_list(panel, scope):
 
 def test_pause_zoom_and_pan(panel, scope):
     expect(span(scope)).to_have_text(re.compile("s$"))
-    panel.button("Pause", scope).click()
-    expect(scope.get_by_role("status")).to_contain_text("view paused; the bench goes on")
-    for control in ("shorter time", "longer time", "all that is known"):
+    click(panel.button("Pause", scope))
+    expect(scope.get_by_role("status")).to_contain_text("view paused; the bench runs")
+    for control in ("shorter time", "longer time", "complete record"):
         before = span(scope).inner_text()
-        panel.button(control, scope).click()
+        click(panel.button(control, scope))
         expect(span(scope)).not_to_have_text(before)
     before = span(scope).inner_text()
-    scope.get_by_role("slider", name="time base").press("ArrowRight")
+    press(scope.get_by_role("slider", name="time base"), "ArrowRight")
     expect(span(scope)).not_to_have_text(before)
     plot = scope.get_by_test_id("scope-plot")
     plot.hover()
@@ -84,51 +86,48 @@ def test_pause_zoom_and_pan(panel, scope):
     panel.page.mouse.wheel(0, -300)
     expect(span(scope)).not_to_have_text(before)
     before = span(scope).inner_text()
-    plot.press("-")
+    press(plot, "-")
     expect(span(scope)).not_to_have_text(before)
-    plot.press("ArrowLeft")
+    press(plot, "ArrowLeft")
     box = plot.bounding_box()
     panel.page.mouse.move(box["x"] + 300, box["y"] + 50)
     panel.page.mouse.down()
     panel.page.mouse.move(box["x"] + 200, box["y"] + 50, steps=3)
     panel.page.mouse.up()
-    panel.button("Live", scope).click()
+    click(panel.button("Live", scope))
     expect(scope.get_by_role("status")).to_have_text("")
-    panel.stands()
+    panel.paused()
 
 
-def test_lanes_and_overlaid(panel, scope):
+def test_lanes_and_overlaid_and_what_cursors_measure(panel, scope):
     for word in ("Overlaid", "Lanes"):
-        panel.button(word, scope).click()
+        click(panel.button(word, scope))
         expect(panel.button(word, scope)).to_have_attribute("aria-pressed", "true")
-
-
-def test_cursors_measure(panel, scope):
-    panel.button("all that is known", scope).click()
+    click(panel.button("complete record", scope))
     plot, times = scope.get_by_test_id("scope-plot"), scope.locator(".scope-times")
-    panel.button("Clear", scope).click()
+    click(panel.button("Clear", scope))
     expect(times).to_contain_text("no cursors")
     box = plot.bounding_box()
     for part in (0.3, 0.6):
         plot.click(position={"x": box["width"] * part, "y": 30})
     expect(times).to_contain_text("B − A")
-    scope.get_by_role("switch", name="to edges").click()
+    click(scope.get_by_role("switch", name="to edges"))
     for name in ("cursor A", "edge before", "next edge", "cursor B"):
-        panel.button(name, scope).click()
-    plot.press("Shift+ArrowRight")
+        click(panel.button(name, scope))
+    press(plot, "Shift+ArrowRight")
     expect(times).to_contain_text("B moves")
-    scope.get_by_role("switch", name="to edges").click()
-    plot.press("Escape")
+    click(scope.get_by_role("switch", name="to edges"))
+    press(plot, "Escape")
     expect(times).to_contain_text("no cursors")
-    panel.stands()
+    panel.paused()
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".vcd", ".parquet", ".png", ".svg"])
-def test_saving(panel, scope, suffix):
+def test_saving(panel, scope):
     magic = {".csv": b"#", ".vcd": b"$", ".parquet": b"PAR1", ".png": b"\x89PNG", ".svg": b"<?xml"}
-    whole = "what is seen" if suffix in (".png", ".csv") else "all that is known"
-    panel.button("Save", scope).click()
-    with panel.page.expect_download() as download:
-        panel.page.get_by_role("menuitem", name=f"{whole}, {suffix}").click()
-    assert download.value.suggested_filename == f"scope{suffix}"
-    assert download.value.path().read_bytes().startswith(magic[suffix])
+    for suffix, begins in magic.items():
+        whole = "visible window" if suffix in (".png", ".csv") else "complete record"
+        click(panel.button("Save", scope))
+        with panel.page.expect_download() as download:
+            click(panel.page.get_by_role("menuitem", name=f"{whole}, {suffix}"))
+        assert download.value.suggested_filename == f"scope{suffix}"
+        assert download.value.path().read_bytes().startswith(begins)

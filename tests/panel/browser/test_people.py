@@ -1,40 +1,41 @@
-"""Several people: who drives, who watches, and what is as it was after a reload."""
+"""Several users: the driver, other users, and a reload."""
 
 from playwright.sync_api import expect
 
-from .using import Panel
+from .using import Panel, click, on, strike
 
 
 def people(page):
-    """The menu that tells who is there."""
-    page.get_by_role("button", name="drive").first.click()
+    """Open the menu of users."""
+    click(page.get_by_role("button", name="drive").first)
     return page.get_by_role("textbox", name="your name")
 
 
+@on("drill")
 def test_one_drives_and_another_sees_who_and_takes_over(machine, panel, visiting):
     panel.begin()
     name = people(panel.page)
     panel.say(name, "Anna")
     expect(panel.page.get_by_text("Anna — drives")).to_be_visible()
-    panel.page.keyboard.press("Escape")
+    strike(panel.page, "Escape")
     with visiting(machine[1]) as visit:
         second = Panel(machine[0], visit)
         expect(second.button("Anna drives")).to_be_visible()
-        second.button("Run").click()
+        click(second.button("Run"))
         second.message("Anna drives: press Drive to take over")
-        expect(second.state).to_have_text("stands")
-        second.button("Anna drives").click()
-        second.button("Drive", visit.page).click()
-        visit.page.keyboard.press("Escape")
+        expect(second.state).to_have_text("paused")
+        click(second.button("Anna drives"))
+        click(second.button("Drive", visit.page))
+        strike(visit.page, "Escape")
         expect(second.button("you drive")).to_be_visible()
         panel.message("drives now")
         expect(panel.button("you drive")).to_be_hidden()
-        second.button("event").click()
+        click(second.button("event"))
         expect(panel.clock).not_to_have_text("0.000000 s")
         expect(second.clock).to_have_text(panel.clock.inner_text())
         people(panel.page)
-        panel.button("Drive").click()
-        panel.page.keyboard.press("Escape")
+        click(panel.button("Drive"))
+        strike(panel.page, "Escape")
         second.message("Anna drives now")
 
 

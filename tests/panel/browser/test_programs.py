@@ -1,29 +1,30 @@
-"""Stored programs: loaded, started, stopped; the line that runs, and breaks at lines."""
+"""Stored programs: loading, start, stop, the running line, and breakpoints at lines."""
 
-import pytest
 from playwright.sync_api import expect
+
+from .using import click, on, press
 
 
 def loaded(panel):
-    """A program of its own has been loaded; what is behind the tab."""
+    """Load a program, and return the panel of the Program tab."""
     panel.begin()
     if panel.machine == "winder":  # whose own host goes on for so long
         panel.run()
         panel.later_than(19.0)
         panel.pause()
     else:
-        panel.button("event").click()
+        click(panel.button("event"))
         expect(panel.clock).not_to_have_text("0.000000 s")
-        panel.stands()
+        panel.paused()
     program = panel.tab(panel.facts.who, "Program")
-    panel.button("Load…", program).click()
+    click(panel.button("Load…", program))
     dialog = panel.page.get_by_role("dialog")
     name, text = panel.facts.program
     file = {"name": name, "mimeType": "text/plain", "buffer": text.encode()}
     dialog.locator("input[type=file]").set_input_files(file)
     expect(panel.field("called", dialog)).to_have_value(name)
     expect(panel.field("or its text", dialog)).to_have_value(text)
-    panel.button("Load", dialog).click()
+    click(panel.button("Load", dialog))
     expect(dialog).to_be_hidden()
     return program
 
@@ -43,16 +44,16 @@ def test_a_program_is_loaded_started_and_stopped_and_the_running_line_is_marked(
         panel.run()
         expect(lines(panel)).to_have_count(2)
         panel.say(panel.field("run until"), sentence)
-        panel.button(panel.facts.start, program).click()
-        panel.stands(f": {sentence}")
+        click(panel.button(panel.facts.start, program))
+        panel.paused(f": {sentence}")
     else:  # it begins by itself
         panel.run_until(sentence)
     running = panel.page.get_by_test_id(f"listing {panel.facts.who}").locator("li.running")
     expect(running).to_have_attribute("aria-current", "step")
     expect(running.get_by_role("button")).to_have_text(panel.facts.line.rpartition(":")[2])
-    panel.button(panel.facts.stop, program).click()
+    click(panel.button(panel.facts.stop, program))
     if panel.machine == "drill":
-        panel.button(panel.facts.start, program).click()
+        click(panel.button(panel.facts.start, program))
         panel.run()
         expect(panel.tab("table", "Terminal").get_by_test_id("terminal table")).to_contain_text("#<CR>")
     else:
@@ -67,15 +68,15 @@ def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
     first, second = (lines(panel).nth(n).get_by_role("button") for n in (0, 1))
     expect(second).to_be_visible()
     panel.pause()
-    first.click()
+    click(first)
     expect(first).to_have_attribute("aria-pressed", "true")
     expect(panel.button("Breaks (1)")).to_be_visible()
-    first.press("ArrowDown")
+    press(first, "ArrowDown")
     expect(second).to_be_focused()
-    second.press("Enter")
+    press(second, "Enter")
     expect(second).to_have_attribute("aria-pressed", "true")
     for number in (first, second):
-        number.click()
+        click(number)
         expect(number).to_have_attribute("aria-pressed", "false")
     expect(panel.button("Breaks")).to_be_visible()
 
@@ -83,12 +84,12 @@ def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
 def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded(panel):
     panel.begin()
     program = panel.tab(panel.facts.who, "Program")
-    panel.button("Load…", program).click()
+    click(panel.button("Load…", program))
     dialog = panel.page.get_by_role("dialog")
     panel.field("or its text", dialog).fill("§\n")
-    panel.button("Load", dialog).click()
+    click(panel.button("Load", dialog))
     panel.message(":1:1")
-    panel.button("Cancel", dialog).click()
+    click(panel.button("Cancel", dialog))
     expect(dialog).to_be_hidden()
 
 
@@ -97,14 +98,14 @@ def test_off_and_on(panel):
     panel.run_until(panel.facts.moving)
     program = panel.tab(panel.facts.who, "Program")
     follow = program.get_by_role("checkbox", name="follow")
-    follow.click()
+    click(follow)
     expect(follow).not_to_be_checked()
-    follow.click()
-    panel.button("Off and on", program).click()
+    click(follow)
+    click(panel.button("Off and on", program))
     expect(panel.button(f"power of {panel.facts.who}")).to_have_text("power: on")
 
 
-@pytest.mark.parametrize("machine", ["cut-to-length"], indirect=True)
+@on("cut-to-length")
 def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
     """Line 15 of the knife's program waits for the feeder; about a dozen lines are in view."""
     panel.begin()

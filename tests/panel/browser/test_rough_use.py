@@ -1,9 +1,8 @@
-"""What people do to a page that nobody has thought of, and for whom it is nevertheless."""
+"""Unusual input, and accessibility: focus, contrast, keyboard."""
 
-import pytest
 from playwright.sync_api import expect
 
-from .using import Panel
+from .using import Panel, click, on, strike
 
 NAME = "<img src=x onerror=window.wrong=1>"
 LETTER_BY_LETTER = "(field, text) => { field.value = text; field.dispatchEvent(new Event('input', {bubbles: true})) }"
@@ -36,18 +35,20 @@ RINGED = """() => {
 }"""  # noqa: E501
 
 
+@on("drill")
 def test_names_are_words(machine, panel, visiting):
-    panel.button("you drive").click()
+    click(panel.button("you drive"))
     panel.say(panel.field("your name"), NAME)
-    panel.page.keyboard.press("Escape")
+    strike(panel.page, "Escape")
     with visiting(machine[1]) as visit:
         expect(Panel(machine[0], visit).button(f"{NAME[:30]} drives")).to_be_visible()
         assert visit.page.evaluate("window.wrong") is None
-    panel.button("you drive").click()
+    click(panel.button("you drive"))
     panel.say(panel.field("your name"), "visitor 1")
-    panel.page.keyboard.press("Escape")
+    strike(panel.page, "Escape")
 
 
+@on("drill")
 def test_tab_leads_into_a_terminal_and_out_again(panel):
     panel.begin()
     who = panel.facts.terminal
@@ -62,6 +63,7 @@ def test_tab_leads_into_a_terminal_and_out_again(panel):
     expect(screen).not_to_be_focused()
 
 
+@on("drill")
 def test_a_terminal_is_as_wide_as_there_is_room(panel):
     panel.begin()
     who, page = panel.facts.terminal, panel.page
@@ -75,6 +77,7 @@ def test_a_terminal_is_as_wide_as_there_is_room(panel):
     page.set_viewport_size({"width": 1280, "height": 900})
 
 
+@on("drill")
 def test_what_has_the_focus_is_seen_to_have_it(panel):
     panel.begin()
     panel.page.get_by_role("link", name="to the machines").focus()
@@ -83,21 +86,22 @@ def test_what_has_the_focus_is_seen_to_have_it(panel):
         assert panel.page.evaluate(RINGED) is True
 
 
-@pytest.mark.parametrize("name", ["Pins", "Program", "Terminal"])
-def test_words_are_dark_enough_to_be_read(panel, name):
+def test_words_are_dark_enough_to_be_read(panel):
     panel.begin()
     panel.run_until(panel.facts.moving)
-    panel.tab(panel.facts.who, name)
-    panel.page.wait_for_function(f"() => ({PALE})().length === 0")  # when what fades in and out has done so
+    for name in ("Pins", "Program", "Terminal"):
+        panel.tab(panel.facts.who, name)
+        panel.page.wait_for_function(f"() => ({PALE})().length === 0")  # when what fades in and out has done so
 
 
+@on("drill")
 def test_a_text_that_is_no_program_for_its_length_is_not_taken(panel):
     panel.begin()
-    panel.button("Load…", panel.tab(panel.facts.who, "Program")).click()
+    click(panel.button("Load…", panel.tab(panel.facts.who, "Program")))
     dialog = panel.page.get_by_role("dialog")
-    panel.field("or its text", dialog).evaluate(LETTER_BY_LETTER, "' x\n" * 300_000)
-    panel.button("Load", dialog).click()
-    panel.message("no program has more than 262,144 characters")
+    panel.field("or its text", dialog).evaluate(LETTER_BY_LETTER, ("x" * 1000 + "\n") * 1200)
+    click(panel.button("Load", dialog))
+    panel.message("the text is too long: expected at most 262,144 characters")
     panel.visit.wrong.clear()  # NiceGUI has told the console that it did not send it
-    panel.button("Cancel", dialog).click()
+    click(panel.button("Cancel", dialog))
     expect(dialog).to_be_hidden()

@@ -1,10 +1,11 @@
-"""What `serve` writes while somebody looks on."""
+"""Files and messages of `serve` with an open page."""
 
 import re
 
 from playwright.sync_api import expect
 
 from .conftest import Visit
+from .using import press
 
 
 def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goes_back(shown, visiting, tmp_path):
@@ -15,11 +16,11 @@ def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goe
         clock = page.get_by_test_id("clock")
         expect(clock).to_have_text("1.000 s")  # the self-test is over, and nothing more happens
         page.get_by_role("textbox", name="go to this moment").fill("0.5")
-        page.get_by_role("textbox", name="go to this moment").press("Enter")
+        press(page.get_by_role("textbox", name="go to this moment"), "Enter")
         expect(clock).to_have_text("0.500000 s")
         after = trace.read_bytes()
         page.get_by_role("textbox", name="run until").fill("if1.led falls")
-        page.get_by_role("textbox", name="run until").press("Enter")
+        press(page.get_by_role("textbox", name="run until"), "Enter")
         expect(clock).to_have_text("1.000000 s")
     assert told == ["axistwin: trace and recording end here: the session has gone back in time\n"]
     assert trace.read_bytes() == after
@@ -28,7 +29,7 @@ def test_trace_and_recording_are_of_the_first_run_and_end_told_when_somebody_goe
 
 def test_it_ends_without_a_word_also_while_somebody_looks_on(shown, browser):
     told = []
-    with shown("if1", told=told) as address:
+    with shown("if1", "--speed", "max", told=told) as address:  # in real time, it may report delays
         visit = Visit(browser, address)
         expect(visit.page.get_by_test_id("clock")).to_have_text(re.compile(r"^[1-9]"))
     visit.context.close()

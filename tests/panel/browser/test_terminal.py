@@ -1,9 +1,10 @@
-"""Terminals: what is said, and saying something oneself."""
+"""Terminals: messages of host and controller, and input."""
 
 import re
 
-import pytest
 from playwright.sync_api import expect
+
+from .using import click, on
 
 
 def terminal(panel, who):
@@ -12,12 +13,12 @@ def terminal(panel, who):
 
 
 def ready(panel):
-    """Somebody who can be talked to."""
+    """Return a controller in motion with its terminal."""
     who = panel.facts.terminal
     panel.begin()
     panel.run_until(panel.facts.moving)
     tab, said = terminal(panel, who)
-    expect(tab).to_contain_text("nobody is connected from outside")
+    expect(tab).to_contain_text("no client is connected")
     return who, tab, said
 
 
@@ -39,13 +40,12 @@ def test_a_line_is_typed_and_answered(panel):
     expect(panel.field(f"say to {who}")).to_have_value("")
 
 
+@on("drill", "cut-to-length")
 def test_how_a_line_ends(panel):
-    if panel.machine == "winder":
-        pytest.skip("commands of a board have no end")
     who, tab, said = ready(panel)
     panel.choose("ended by", "LF", tab)
     panel.field(f"say to {who}").fill("Q")
-    panel.button("Send", tab).click()
+    click(panel.button("Send", tab))
     panel.run()
     expect(said).to_contain_text("Q<LF>")
     panel.pause()
@@ -54,21 +54,20 @@ def test_how_a_line_ends(panel):
 
 def test_keys_go_out_one_by_one_from_the_screen_itself(panel):
     _, _, said = ready(panel)
-    said.click()
+    click(said)
     panel.page.keyboard.type("R")
     if panel.machine == "winder":
-        panel.message("a board takes whole commands")
+        panel.message("a board accepts whole commands only")
         return
     panel.run()
     expect(said).to_contain_text("> R")
     panel.pause()
 
 
+@on("drill", "cut-to-length")
 def test_break_lines_and_format(panel):
-    if panel.machine == "winder":
-        pytest.skip("a board on a bus has no serial line")
     _, tab, said = ready(panel)
-    panel.button("Break", tab).click()
+    click(panel.button("Break", tab))
     panel.run()
     expect(said).to_contain_text("<BREAK 0.25 s>")
     panel.pause()
@@ -78,7 +77,7 @@ def test_break_lines_and_format(panel):
     if panel.machine == "drill":
         for line in ("DTR", "RTS"):
             switch = tab.get_by_role("switch", name=line)
-            switch.click()
+            click(switch)
             expect(switch).not_to_be_checked()
-            switch.click()
+            click(switch)
             expect(switch).to_be_checked()

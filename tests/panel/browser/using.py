@@ -1,36 +1,77 @@
-"""A panel as people use it: by the words on its controls, and what it then says."""
+"""A panel as users see it: controls are found by their labels."""
 
 import re
 from dataclasses import dataclass
 
+import pytest
 from playwright.sync_api import expect
 
-expect.set_options(timeout=20_000)
+PATIENCE_MS = 20_000
+QUIET = """async ([states, patience]) => {
+  const began = performance.now();
+  do {
+    await new Promise(requestAnimationFrame);
+    if (performance.now() > began + patience) throw new Error(`the page is ${document.body.dataset.state}`);
+  } while (!states.includes(document.body.dataset.state));
+}"""
+
+expect.set_options(timeout=PATIENCE_MS)
+
+
+def on(*machines):
+    """Mark a test that uses these machines only."""
+    return pytest.mark.parametrize("machine", machines, indirect=True)
+
+
+def quiet(page, *states):
+    """Wait until the page has handled all messages and shows the present state."""
+    page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS])
+
+
+def click(locator):
+    """Click it on a quiet page, and wait until the page is quiet again."""
+    quiet(locator.page)
+    locator.click()
+    quiet(locator.page)
+
+
+def press(locator, key):
+    """Press a key on it, as `click`."""
+    quiet(locator.page)
+    locator.press(key)
+    quiet(locator.page)
+
+
+def strike(page, key):
+    """Press a key where the focus is, as `click`."""
+    quiet(page)
+    page.keyboard.press(key)
+    quiet(page)
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What is on one of the example machines."""
+    """Facts about one example machine."""
 
     who: str
     """A controller with a program."""
     axis: str
     moving: str
-    """A sentence that comes true in the middle of a motion."""
+    """Sentence that comes true in the middle of a motion."""
     pin: str
-    """An input that nothing is wired to."""
+    """An unconnected input."""
     says: str
-    """What a controller is asked, at its terminal, and `answer`."""
+    """Command that is typed at a terminal, and its `answer`."""
     answer: str
     program: tuple[str, str]
-    """The name of a file that can be loaded, and its text; `line`: one that begins when it runs."""
+    """Name and text of a program file; `line`: a line that the program reaches."""
     line: str
     start: str
     stop: str
     faults: tuple[tuple[str, str, dict[str, str]], ...]
-    """Of each kind of place one: the kind, on what, parameters."""
+    """One fault for each kind of place: kind, place, parameters."""
     talker: str = ""
-    """A controller to talk to, if it is another."""
+    """Controller whose terminal is used, if different."""
 
     @property
     def terminal(self):
@@ -70,7 +111,7 @@ FACTS = {
 
 
 class Panel:
-    """One page, and the machine that is on it."""
+    """One page and its machine."""
 
     def __init__(self, machine, visit):
         self.machine, self.facts = machine, FACTS[machine]
@@ -87,27 +128,27 @@ class Panel:
         return (within or self.page).get_by_role("textbox", name=name, exact=True)
 
     def say(self, field, text):
-        """Type it there, and Enter."""
+        """Type a text and Enter."""
         field.fill(text)
-        field.press("Enter")
+        press(field, "Enter")
 
     def region(self, name):
-        """A controller's card, or another part of the page."""
+        """Return a controller's card, or another part of the page."""
         return self.page.get_by_role("region", name=name, exact=True)
 
     def tab(self, who, name):
-        """What is behind this tab of a controller."""
+        """Open a tab of a controller, and return its panel."""
         card = self.region(who)
-        card.get_by_role("tab", name=name, exact=True).click()
+        click(card.get_by_role("tab", name=name, exact=True))
         return card.get_by_role("tabpanel").last
 
     def choose(self, label, option, within=None):
-        """Another value of a list that drops down."""
-        (within or self.page).get_by_role("combobox", name=label, exact=True).click()
-        self.page.get_by_role("option", name=option, exact=True).click()
+        """Select a value of a drop-down list."""
+        click((within or self.page).get_by_role("combobox", name=label, exact=True))
+        click(self.page.get_by_role("option", name=option, exact=True))
 
     def message(self, words):
-        """What has been told, somewhere on the page."""
+        """Wait for a message on the page."""
         expect(self.page.get_by_role("alert").filter(has_text=words).last).to_be_visible()
 
     # Time
@@ -116,45 +157,47 @@ class Panel:
     def seconds(self):
         return float(self.clock.inner_text().removesuffix(" s"))
 
-    def stands(self, why=""):
-        expect(self.state).to_contain_text(f"stands{why}")
+    def paused(self, why=""):
+        quiet(self.page, "quiet")
+        expect(self.state).to_contain_text(f"paused{why}")
 
     def run(self):
-        self.button("Run", self.driving).click()
+        click(self.button("Run", self.driving))
         expect(self.state).to_contain_text("running")
 
     def pause(self):
+        quiet(self.page)
         if self.driving.get_by_role("button", name="Pause").is_visible():
-            self.button("Pause", self.driving).click()
-        self.stands()
+            click(self.button("Pause", self.driving))
+        self.paused()
 
     def go_to(self, seconds):
         self.say(self.field("go to this moment"), f"{seconds}")
         expect(self.clock).to_have_text(f"{seconds:.6f} s")
-        self.stands()
+        self.paused()
 
     def near(self, seconds, within):
-        """It comes to stand about there."""
+        """Wait until virtual time is paused near a time."""
         near = "([clock, at, within]) => Math.abs(parseFloat(clock.innerText) - at) <= within"
         self.page.wait_for_function(near, arg=[self.clock.element_handle(), seconds, within])
-        self.stands()
+        self.paused()
 
     def later_than(self, seconds):
         later = "([clock, at]) => parseFloat(clock.innerText) >= at"
         self.page.wait_for_function(later, arg=[self.clock.element_handle(), seconds])
 
     def begin(self):
-        """At the beginning, where nothing has been recorded; it stands, and is quick when it does not."""
-        self.page.keyboard.press("Escape")
+        """Go to time 0 without a recording, paused, at full speed."""
+        strike(self.page, "Escape")
         if self.button("you drive").is_hidden():  # after a test that has failed
-            self.page.get_by_role("button", name="drives").first.click()
-            self.button("Drive").click()
-            self.page.keyboard.press("Escape")
+            click(self.page.get_by_role("button", name="drives").first)
+            click(self.button("Drive"))
+            strike(self.page, "Escape")
         self.pause()
         if self.seconds > 0:
             self.go_to(0)
-            self.button("Live from here").click()
-            expect(self.state).to_have_text("stands")
+            click(self.button("Live from here"))
+            expect(self.state).to_have_text("paused")
         self.speed("max")
 
     def speed(self, text):
@@ -162,15 +205,15 @@ class Panel:
 
     def run_until(self, sentence):
         self.say(self.field("run until"), sentence)
-        self.stands(f": {sentence}")
+        self.paused(f": {sentence}")
 
 
 def number(text):
-    """The first number in a text, with thin spaces and a true minus."""
+    """Return the first number in a text, with thin spaces and a minus sign."""
     found = re.search(r"[−-]?\d[\d\u2009]*(\.\d+)?", text)
     return float(found[0].replace("\u2009", "").replace("−", "-"))
 
 
 def thumb(slider):
-    """The part of a slider that can have the focus."""
+    """Return the part of a slider that can have the focus."""
     return slider.locator("[tabindex='0']")

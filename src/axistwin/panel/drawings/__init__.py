@@ -1,4 +1,4 @@
-"""What machines look like: drawings whose parts are moved, and listings whose lines are marked.
+"""Drawings of machines with moving parts, and listings with marked lines.
 
-A drawing is sent to the browser once.  After that only what has changed goes there, a message for each frame.
+A drawing is sent to the browser once.  After that, one message per frame contains the changes.
 """

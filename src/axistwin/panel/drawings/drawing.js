@@ -9,7 +9,7 @@ export default {
     this.$emit("ready");
   },
   activated() {
-    this.$emit("ready"); // it comes back to a page on which it was hidden, and has heard nothing meanwhile
+    this.$emit("ready"); // after it was hidden, and has received no updates
   },
   methods: {
     // Changes: [part, how, value]; how: "move" to a transform smoothly, "jump" there, "text", ".class" or an attribute.

@@ -1,4 +1,4 @@
-"""A drawing, made of SVG and HTML once, whose parts follow the machine."""
+"""A drawing of SVG and HTML with parts that follow the machine."""
 
 import re
 from typing import Any
@@ -10,38 +10,38 @@ _PART = re.compile(r'data-part="([^"]+)"')
 
 
 class Drawing(Element, component="drawing.js"):
-    """`art` names its parts by `data-part`.  What has been asked for goes to the browser with `send`, if it is new."""
+    """A drawing on the page.  `art` names the parts by `data-part`; `send` sends the changes to the browser."""
 
     def __init__(self, art: str) -> None:
         super().__init__()
         self._props["art"] = art
         self.parts = frozenset(_PART.findall(art))
-        """The names of all parts."""
+        """Names of all parts."""
         self.shown: dict[tuple[str, str], Any] = {}
-        """What the browser shows, or is going to: by part, and what of it."""
+        """State of the browser after the next `send`, by part and property."""
         self._changes: list[tuple[str, str, Any]] = []
         self.on("ready", self._begin_again, [])
 
     def place(self, part: str, transform: str, *, smooth: bool = True) -> None:
-        """Move a part to a place, a CSS transform; not `smooth`: with no time on the way."""
+        """Move a part to a place, a CSS transform; without `smooth`, at once."""
         if self.shown.get((part, _MOVE)) != transform:
             self.shown[part, _MOVE] = transform
             self._changes.append((part, _MOVE if smooth else "jump", transform))
 
     def write(self, part: str, text: str) -> None:
-        """Write on a part."""
+        """Set the text of a part."""
         self._show(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:
-        """Let a part be of a class, or not."""
+        """Add a class to a part, or remove it."""
         self._show(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: str) -> None:
-        """Give a part's attribute a value."""
+        """Set an attribute of a part."""
         self._show(part, attribute, value)
 
     def send(self) -> None:
-        """Have the browser show it."""
+        """Send the changes to the browser."""
         if self._changes:
             changes, self._changes = self._changes, []
             self.run_method("show", changes)
@@ -52,7 +52,7 @@ class Drawing(Element, component="drawing.js"):
             self._changes.append((part, what, value))
 
     def _begin_again(self) -> None:
-        """The browser has just put it on the page: all that should be seen there goes to it once more."""
+        """Send the complete state after the browser has added the drawing to the page."""
         self._changes = [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
         self.send()
 

@@ -15,7 +15,7 @@ export default {
     });
   },
   activated() {
-    this.$emit("ready"); // it comes back to a page on which it was hidden, and has heard nothing meanwhile
+    this.$emit("ready"); // after it was hidden, and has received no updates
   },
   watch: {
     lines() {

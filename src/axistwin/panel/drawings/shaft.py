@@ -1,7 +1,6 @@
-"""An axis that turns: a disc with a mark, the caliper of its brake, and the wheel that measures for it.
+"""A rotary axis: a disc with a mark, the brake's caliper, and the measuring wheel.
 
-The hollow mark outside shows where the shaft should be, so that one sees the following error as an angle.  Positive is
-clockwise.
+The hollow outer mark shows the commanded position, and thus the following error as an angle.  Positive is clockwise.
 """
 
 from html import escape
@@ -16,15 +15,15 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 
 ASSUMED = 400
-"""Units that are drawn as a turn where nobody has said; the drawing tells."""
+"""Units per turn if not configured; the drawing shows this number."""
 WHEEL_EDGES = 2000
-"""The same for a measuring wheel that sits on no shaft that turns."""
+"""Edges per turn of a measuring wheel that is not on a rotary axis."""
 MOST_TURNS = 2
-"""More in a frame cannot be seen."""
+"""Largest visible rotation in one frame."""
 
 
 class Shaft:
-    """The shaft of one axis."""
+    """Drawing of the shaft of one axis."""
 
     def __init__(self, controller: Controller, name: str) -> None:
         axis = controller.axes[name]
@@ -35,7 +34,7 @@ class Shaft:
         self.drawing.mark(f"axis {controller.name}.{name}")
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Where it is, how fast, and what is the matter with it."""
+        """Show position, velocity and faults."""
         axis, drawing = controller.axes[self.name], self.drawing
         position = axis.position
         wanted = axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
@@ -86,7 +85,7 @@ class Shaft:
             self._show_wheel(controller.bench, master, smooth=smooth)
 
     def _show_wheel(self, bench: Bench | None, master: Master, *, smooth: bool) -> None:
-        assert bench is not None, "it stands on one"
+        assert bench is not None, "a controller is on a bench"
         drawing, edges, count = self.drawing, _edges_per_turn(master), master.count
         drawing.place("tyre", f"rotate({360 * count / edges:.1f}deg)", smooth=smooth)
         drawing.write("edges", grouped(count))
@@ -114,7 +113,7 @@ class Shaft:
 
 
 def _brake(controller: Controller) -> str:
-    """A brake that is only signalled has a dashed outline."""
+    """Draw a brake; without a brake pin, only its signal, with a dashed outline."""
     if controller.product.brake_pin is None:
         return ""
     fitted = "brake" if controller.given.get("brake") else "brake signal"

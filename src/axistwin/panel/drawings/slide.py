@@ -1,4 +1,4 @@
-"""An axis with travel as a slide: its carriage between limit switches, above a scale in the axis's own unit."""
+"""An axis with limited travel: a carriage between limit switches, above a scale in the axis's unit."""
 
 from collections.abc import Iterator
 
@@ -10,14 +10,14 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
 LEFT, RIGHT = 30.0, 270.0
-"""Where the limit switches stand, of a width of 300."""
+"""Places of the limit switches in a width of 300."""
 OVERRUN = 18.0
-"""So far the carriage goes beyond them before it is at the end of the bed."""
+"""Distance from a limit switch to the end of the bed."""
 MOST_TICKS = 5
 
 
 class Slide:
-    """The carriage of one axis, and a ghost of it where it should be if that is somewhere else."""
+    """Drawing of the carriage of one axis; a pale carriage shows the commanded position if different."""
 
     def __init__(self, controller: Controller, name: str) -> None:
         axis = controller.axes[name]
@@ -29,7 +29,7 @@ class Slide:
         )
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Where it is, how fast, and what is the matter with it."""
+        """Show position, velocity and faults."""
         axis, drawing = controller.axes[self.name], self.drawing
         position, (first, last) = axis.position, self.limits
         wanted = axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses

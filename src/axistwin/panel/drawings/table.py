@@ -1,4 +1,4 @@
-"""Two axes that make a table, seen from above: the bridge, the tool, where it has been and where it has worked."""
+"""An X-Y table from above: the bridge, the tool, its trail, and the places of its work."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -11,16 +11,16 @@ from axistwin.panel.drawings.trail import POINTS, Point, Trail
 WIDTH, LEFT, TOP = 300.0, 40.0, 16.0
 BELOW = 14.0
 LEAST, MOST = 120.0, 250.0
-"""How high the table is drawn, at least and at most; between them both axes have the same scale."""
+"""Least and greatest height of the drawing; in between, both axes have the same scale."""
 PIECE = 64
-"""Points of the trail in one element: only the last of them changes."""
+"""Number of points of the trail per element; only the last element changes."""
 PIECES = POINTS // PIECE
 MOST_TICKS = 5
 NO_TOOL = ""
 
 
 class Table:
-    """The first two axes of a controller that have travel."""
+    """Drawing of the first two axes of a controller with limited travel."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self.names = names
@@ -36,7 +36,7 @@ class Table:
         self.drawing = Drawing(self._art()).classes("drawing top-view").mark(f"table {controller.name}")
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
-        """Where the tool is, whether it is down, and its trail."""
+        """Show the tool's position and state, and its trail."""
         drawing = self.drawing
         x, y = (controller.axes[name].position for name in self.names)
         drawing.place("bridge", f"translate({self._x(x):.2f}px, 0)", smooth=smooth)
@@ -73,7 +73,7 @@ class Table:
             self.drawing.put(f"trail{piece}", "points", "")
 
     def _corners(self, trail: Trail, piece: int) -> Iterator[str]:
-        """Those of a piece, and the first of the next one."""
+        """Return the points of one element, and the first point of the next."""
         oldest = trail.begun - len(trail.points)
         first = max(piece * PIECE - oldest, 0)
         for x, y in islice(trail.points, first, max((piece + 1) * PIECE + 1 - oldest, 0)):
@@ -112,7 +112,7 @@ class Table:
 
 
 def _share(position: float, limits: tuple[int, int]) -> float:
-    """0 at the first limit, 1 at the last; a table goes a little beyond."""
+    """Return 0 at the first limit and 1 at the last; a table moves slightly beyond both."""
     first, last = limits
     return min(max((position - first) / max(last - first, 1), -0.03), 1.03)
 

@@ -1,4 +1,4 @@
-"""The same table in three dimensions, to be turned with the mouse, a finger or buttons."""
+"""The X-Y table in three dimensions, turned with the mouse, a finger or buttons."""
 
 from math import cos, pi, radians, sin
 
@@ -9,15 +9,15 @@ from axistwin.bench import Controller
 from axistwin.panel.drawings.trail import Trail
 
 LENGTH = 10.0
-"""How long the longer axis is in the scene."""
+"""Length of the longer axis in the scene."""
 THINNEST = 3.0
 DISTANCE = 1.55 * LENGTH
 FIELD = 40.0
 """Degrees."""
 BEHIND = 0.5
-"""So far the bridge stands behind its tool."""
+"""Distance of the bridge from its tool."""
 LIFT = 0.35
-"""So far the tool goes down."""
+"""Travel of the tool."""
 MOST_PLACES = 100
 WIDTH, HEIGHT = 560, 360
 AIR = "#eef1f5"
@@ -25,7 +25,7 @@ STEEL, PAINT, BRASS, BED, DARK = "#9aa6b5", "#2457c5", "#e9c46a", "#56616f", "#1
 
 
 class Table3D:
-    """A bridge over a plate, with a head on it and a tool in that."""
+    """Drawing of a plate, a bridge above the plate, and a head with a tool."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self.names = names
@@ -45,7 +45,7 @@ class Table3D:
         self.turn(0.0)
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Where the tool is, whether it is down, and where it has worked."""
+        """Show the tool's position and state, and the places of its work."""
         x, y = (self._place(which, controller.axes[name].position) for which, name in enumerate(self.names))
         z = -LIFT if tool and controller.pins[tool].level else 0.0
         if (x, y, z) != self._at:
@@ -56,14 +56,14 @@ class Table3D:
         self._drill(trail, tool)
 
     def turn(self, degrees: float) -> None:
-        """Look at it from further round; a mouse or a finger does that, too."""
+        """Turn the view, as the mouse or a finger does."""
         self._angle += degrees
         round_it = radians(self._angle)
         x, y = DISTANCE * sin(round_it), -DISTANCE * cos(round_it)
         self.scene.move_camera(x=x, y=y, z=0.6 * DISTANCE, look_at_x=0, look_at_y=0, look_at_z=0.3, duration=0.3)
 
     def _drill(self, trail: Trail, tool: str) -> None:
-        """New holes; those of another bench are filled."""
+        """Add new holes, and remove the holes of an earlier bench."""
         places = trail.places.get(tool, {})
         if trail is not self._trail or len(self._holes) > MOST_PLACES or not self._holes.issubset(places):
             self._trail = trail

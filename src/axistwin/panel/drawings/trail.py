@@ -1,8 +1,7 @@
-"""Where two axes have been together: the path of the latest moves, and the places at which outputs have been high.
+"""The trail of two axes: the path of the latest moves, and the places at which outputs were high.
 
-It is worked out from what the axes remember of their motion, when somebody looks; a bench that nobody looks at does
-nothing for it.  What a motor has lost meanwhile is found when it is looked at, too: a path from before is then drawn as
-far off.
+The trail is calculated from the moves that the axes store, and only for a page.  Lost steps become visible at the next
+update; the earlier path is then drawn with the same offset.
 """
 
 from collections import deque
@@ -16,34 +15,34 @@ from axistwin.sessions.session import Session
 from axistwin.sim.pins import Pin
 
 POINTS = 2048
-"""So many corners of the path are kept: 64 KiB at most."""
+"""Number of corners of the path that are kept: at most 64 KiB."""
 PLACES = 512
-"""So many places for each output."""
+"""Number of places that are kept for each output."""
 PIECES = 8
-"""A stretch in which both axes move may be curved: it is drawn in so many pieces."""
+"""Number of pieces of a path during which both axes move; it may be curved."""
 MOST_MOVES = 200
-"""Of more moves of an axis since the last look only the latest are drawn, as a new path."""
+"""Number of moves between two updates; after more, only the latest are drawn, as a new path."""
 
 Point = tuple[int, int]
 
 
 def table_axes(controller: Controller) -> tuple[str, str] | None:
-    """The first two of its axes that have travel, which make a table; None: there are not two."""
+    """Return the first two axes with limited travel, which make a table; None: fewer than two."""
     with_travel = [name for name, axis in controller.axes.items() if axis.limits is not None]
     return (with_travel[0], with_travel[1]) if len(with_travel) > 1 else None
 
 
 class Trail:
-    """The path of one table on one bench."""
+    """Trail of one table on one bench."""
 
     def __init__(self, controller: Controller, names: tuple[str, str]) -> None:
         self._axes = controller.axes[names[0]], controller.axes[names[1]]
         self._seen_ns = 0
         self.points: deque[Point] = deque([(0, 0)], maxlen=POINTS)
         self.begun = 1
-        """How many points there have been, those that are no longer kept included."""
+        """Number of points so far, including deleted points."""
         self.places: dict[str, dict[Point, None]] = {}
-        """By output, where it has been switched to high; the latest last."""
+        """Places at which each output has become high, the latest last."""
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
@@ -51,11 +50,11 @@ class Trail:
 
     @property
     def here(self) -> Point:
-        """Where the table stands."""
+        """Return the present position of the table."""
         return self._axes[0].position, self._axes[1].position
 
     def look(self) -> None:
-        """Add where it has been since the last look."""
+        """Add the path since the last update."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
@@ -82,7 +81,7 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """When something begins or ends since the last look, and some times between if both axes move there."""
+        """Return the times of all starts and ends since the last update, and times between for two moving axes."""
         ends = sorted({now_ns, *(end for axis in self._axes for end in _ends(axis, self._seen_ns, now_ns))})
         found, before = [], self._seen_ns
         for end in ends:
@@ -104,20 +103,20 @@ class Trail:
 
 
 def _straight(first: Point, middle: Point, last: Point) -> bool:
-    """Whether one comes through the middle on the way from the first to the last."""
+    """Return True if the middle point is on the way from the first to the last."""
     (x1, y1), (x2, y2) = (middle[0] - first[0], middle[1] - first[1]), (last[0] - middle[0], last[1] - middle[1])
     return x1 * y2 == x2 * y1 and x1 * x2 + y1 * y2 > 0
 
 
 def _remembered(axis: Axis) -> int:
-    """The beginning of the oldest move that is drawn."""
+    """Return the start of the oldest move that is drawn."""
     if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
     return axis.train.moves[-MOST_MOVES].start_ns
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """When moves of this axis begin and end, after `since_ns` and before now."""
+    """Return the start and end times of moves of this axis after `since_ns` and before now."""
     if not isinstance(axis, StepperAxis):
         return
     for move in reversed(axis.train.moves):
@@ -129,7 +128,7 @@ def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
 
 
 def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
-    """Where the axis was at these times, in order.  Of a servo only the present is known."""
+    """Return the positions of the axis at these times, in order; of a servo, the present position."""
     if not isinstance(axis, StepperAxis):
         return [axis.position] * len(times_ns)
     lost, found = axis.lost, []
@@ -143,17 +142,17 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
 
 
 class Trails:
-    """The trail of each table on the bench that is there, for all who look at it."""
+    """Trails of all tables on the present bench, for all pages."""
 
     def __init__(self, session: Session) -> None:
         self._those: dict[str, Trail] = {}
         session.each_bench(self._attach)
 
     def _attach(self, bench: Bench) -> None:
-        """Begin anew with this bench."""
+        """Start new trails for this bench."""
         tables = ((controller, table_axes(controller)) for controller in bench.controllers.values())
         self._those = {controller.name: Trail(controller, names) for controller, names in tables if names is not None}
 
     def __getitem__(self, name: str) -> Trail:
-        """Of the controller of this name."""
+        """Return the trail of the controller with this name."""
         return self._those[name]

@@ -1,4 +1,4 @@
-"""What two cursors measure: the time between them, and what each signal was at them and in between."""
+"""Measurement with two cursors: the time between them, and the values of each signal."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from axistwin.units import MS, US, S
 
 @dataclass(frozen=True)
 class Reading:
-    """A signal at two cursors, and between them; not a number: not known."""
+    """Values of a signal at two cursors and between them; NaN: unknown."""
 
     a: float
     b: float
@@ -21,12 +21,12 @@ class Reading:
 
     @property
     def difference(self) -> float:
-        """From A to B."""
+        """Return the difference from A to B."""
         return self.b - self.a
 
 
 def value_at(track: Track, time_ns: int) -> float:
-    """What it was when everything of that nanosecond had happened; within an interval of old times: not known."""
+    """Return the value at the end of that nanosecond; within a stored interval: unknown."""
     rows = track.rows(time_ns, time_ns + 1)
     place = int(np.searchsorted(rows.begin, time_ns, "right")) - 1
     if place < 0 or rows.end[place] > time_ns:
@@ -35,7 +35,7 @@ def value_at(track: Track, time_ns: int) -> float:
 
 
 def between(track: Track, a_ns: int, b_ns: int) -> Reading:
-    """All that can be said of it; the mean is that over time."""
+    """Return all values between two times; the mean is over time."""
     from_ns, to_ns = sorted((a_ns, b_ns))
     rows = track.rows(from_ns, to_ns + 1)
     begun = int(np.searchsorted(rows.begin, to_ns, "right"))
@@ -51,7 +51,7 @@ def between(track: Track, a_ns: int, b_ns: int) -> Reading:
 
 
 def _mean(track: Track, from_ns: int, to_ns: int) -> float:
-    """Area by time; of an interval that a cursor is in, a part as large as that of its time."""
+    """Return the mean over time; an interval with a cursor counts in proportion to its time."""
     rows = track.rows(from_ns, to_ns)
     if to_ns == from_ns:
         return value_at(track, from_ns)
@@ -64,7 +64,7 @@ def _mean(track: Track, from_ns: int, to_ns: int) -> float:
 
 
 def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int | None:
-    """The nearest change of any of them, at most so far away."""
+    """Return the nearest change of any signal within this distance."""
     found: list[int] = []
     for track in tracks:
         begins = track.rows(time_ns - within_ns - 1, time_ns + within_ns + 1).begin
@@ -77,7 +77,7 @@ def nearest_edge(tracks: Iterable[Track], time_ns: int, within_ns: int) -> int |
 
 
 def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None:
-    """The next change after a time, or, if `upto_ns` comes before it, the one before."""
+    """Return the next change after a time; if `upto_ns` is earlier, the change before the time."""
     found: list[int] = []
     for track in tracks:
         begins = track.rows(min(time_ns, upto_ns), max(time_ns, upto_ns)).begin
@@ -89,12 +89,12 @@ def next_edge(tracks: Iterable[Track], time_ns: int, upto_ns: int) -> int | None
 
 
 def duration(time_ns: float) -> str:
-    """In the unit that suits it: `12.5 ms`."""
+    """Return a duration in a suitable unit: `12.5 ms`."""
     size = abs(time_ns)
     unit, name = next(((u, n) for u, n in ((S, "s"), (MS, "ms"), (US, "µs")) if size >= u), (1, "ns"))
     return f"{time_ns / unit:.9g} {name}"
 
 
 def rate(time_ns: int) -> str:
-    """So often in a second."""
+    """Return the inverse of a duration in a suitable unit."""
     return f"{S / abs(time_ns):.6g} Hz" if time_ns else "–"

@@ -1,8 +1,8 @@
-"""A span of time, pixel by pixel: the least and the greatest of what a signal was in each, and a line that shows it.
+"""A span of time by pixels: the least and greatest value of a signal in each pixel, and a line through them.
 
-A pixel is from its left edge to before its right one; what the signal was when it began belongs to it, so that an
-edge anywhere is seen.  The line holds each value until the next point, with two points for a pixel at most: its
-change if there is only one, else its least and its greatest.
+A pixel includes its left edge but not its right edge.  The signal's value at the start belongs to the pixel, so that
+every edge is visible.  The line holds each value until the next point.  A pixel has at most two points: its change if
+there is only one, else its least and greatest value.
 """
 
 from bisect import bisect_left
@@ -16,24 +16,24 @@ from numpy.typing import NDArray
 from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 
 FEW = 4
-"""With fewer changes than one for so many pixels, a window is not worked out pixel by pixel."""
+"""Number of pixels per change above which the line contains all changes instead of pixels."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A signal from `edges[0]` to `edges[-1]`; not a number: not known."""
+    """A signal from `edges[0]` to `edges[-1]`; NaN: unknown."""
 
     edges: Times
     low: Numbers
-    """For each pixel."""
+    """Values of each pixel."""
     high: Numbers
     times: Times
-    """Points of the line."""
+    """Times of the points of the line."""
     values: Numbers
 
 
 class Line(NamedTuple):
-    """Points, each value held until the next."""
+    """Points of a line; each value is held until the next point."""
 
     times: Times
     values: Numbers
@@ -45,13 +45,13 @@ class _Pixels:
     low: Numbers
     high: Numbers
     ends: NDArray[np.intp]
-    """How many rows begin before the right edge."""
+    """Return the number of rows that begin before the right edge."""
     single: NDArray[np.bool_]
     busy: NDArray[np.bool_]
 
 
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
-    """What is to be seen of it; `now_ns`: nothing is known from then on."""
+    """Return the visible part of a track; from `now_ns` on, values are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
     rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with what it was just before
     seen = _pixels(rows, edges)
@@ -62,7 +62,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """The window's line; where little has happened, simply all of it."""
+    """Return the line of the window; with few changes, all of them."""
     until_ns = min(to_ns, now_ns)
     rows = track.rows(from_ns, until_ns)
     if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
@@ -93,7 +93,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Rows that are not single changes fill all pixels that they reach: where in them things happened is not known."""
+    """Extend intervals to all pixels that they reach; the times within an interval are unknown."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return
@@ -109,7 +109,7 @@ def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np
 
 
 def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times, Numbers]:
-    """A point in each of two places for a pixel, as far as there are any, and the end."""
+    """Return up to two points per pixel, and the end."""
     times, values = np.empty((len(seen.low), 2), np.int64), np.full((len(seen.low), 2), np.nan)
     used = np.zeros(times.shape, bool)
     busy, single = seen.busy, seen.single
@@ -129,7 +129,7 @@ def _line(rows: Rows, edges: Times, seen: _Pixels, until_ns: int) -> tuple[Times
 
 
 def _nearer(seen: _Pixels) -> Numbers:
-    """The extreme that is nearer to where a pixel begins comes first."""
+    """Return the extremes of each pixel, the one nearer to its first value first."""
     return np.where(seen.held - seen.low <= seen.high - seen.held, seen.low, seen.high)
 
 
@@ -138,7 +138,7 @@ def _farther(seen: _Pixels) -> Numbers:
 
 
 def marks(words: Words, from_ns: int, to_ns: int, most: int) -> list[tuple[int, str]]:
-    """What was said and when it began, the first in each of so many parts of the time."""
+    """Return texts and their start times, the first in each part of the time."""
     edges = [from_ns + (to_ns - from_ns) * n // most for n in range(most + 1)]
     places = [bisect_left(words.begins, edge) for edge in edges]
     firsts = [first for first, upto in pairwise(places) if first < upto]

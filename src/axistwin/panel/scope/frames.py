@@ -1,4 +1,4 @@
-"""A screen as it is sent to a browser: the line of each signal as pairs of 16-bit numbers, in base 64."""
+"""Message with a screen for a browser: the line of each signal as pairs of 16-bit numbers in base 64."""
 
 from base64 import b64encode
 from math import ceil, floor, isfinite, log10
@@ -14,16 +14,16 @@ from axistwin.traces.signals import COUNT, REAL
 from axistwin.units import MS, US, S
 
 FULL = 65_535
-"""The right edge; as a value: that it is not known."""
+"""The right edge; as a value: unknown."""
 TOP = 4000
-"""The greatest value of a signal's range: finer no screen is."""
+"""Greatest value of a signal's range; no screen has a finer resolution."""
 WORD_PIXELS = 72
-"""A word for so many pixels, at most."""
+"""Least number of pixels per text."""
 UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 
 def frame(screen: Screen) -> dict[str, Any]:
-    """All that has to be drawn."""
+    """Return all data of a picture."""
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
     return {
@@ -38,7 +38,7 @@ def frame(screen: Screen) -> dict[str, Any]:
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
-    """What times are told from and in: short numbers, whatever the time."""
+    """Return origin and unit of the time axis, for short numbers."""
     span_ns = to_ns - from_ns
     unit_ns, unit = next(((u, n) for u, n in UNITS if span_ns >= u), UNITS[-1])
     if abs(to_ns) < 1000 * span_ns or unit_ns == S:
@@ -48,7 +48,7 @@ def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:
 
 
 def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
-    """As a part of the width, if it is in it."""
+    """Return a time as a fraction of the width; None outside."""
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 
 
@@ -74,7 +74,7 @@ def _words(words: Words, from_ns: int, to_ns: int, pixels: int) -> list[tuple[fl
 
 
 def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -> str:
-    """Points: where, as a part of the time, and what, as a part of the range."""
+    """Return points as fractions of the time and of the range."""
     (from_ns, to_ns), (low, high) = times_ns, values
     pairs = np.empty((len(seen.times), 2), "<u2")
     pairs[:, 0] = np.rint((seen.times - from_ns) * (FULL / (to_ns - from_ns)))
@@ -86,7 +86,7 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
 
 
 def span(track: Track, seen: Line) -> tuple[float, float]:
-    """The range that a signal is drawn in: of a number round limits around what it is in the window."""
+    """Return the range in which a signal is drawn: for numbers, round limits around its values."""
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
     low = float(np.fmin.reduce(seen.values, initial=np.inf))
@@ -100,6 +100,6 @@ def span(track: Track, seen: Line) -> tuple[float, float]:
 
 
 def _grain(size: float) -> float:
-    """A tenth of it or less, 1, 2 or 5 times a power of ten."""
+    """Return 1, 2 or 5 times a power of ten, at most a tenth of the span."""
     power = 10.0 ** floor(log10(size / 10))
     return next((digit * power for digit in (5, 2) if digit * power <= size / 10), power)

@@ -1,6 +1,6 @@
-"""Records the signals that people look at, all together and once, as long as the session lasts.
+"""Records each displayed signal once for all users, until the session ends.
 
-Another bench that takes the place of the one before begins at 0, and so does the record.
+The record restarts at 0 when the bench is replaced.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,31 +18,31 @@ from axistwin.traces.signals import REAL, TEXT, Signal, catalogue
 from axistwin.traces.trace import Tracer
 
 MOST_SIGNALS = 32
-"""So many are recorded or remembered; see `tracks.MOST_BYTES`."""
+"""Greatest number of recorded and stored signals; see `tracks.MOST_BYTES`."""
 GROWING = ("host_says", "controller_says")
 
 
 @dataclass
 class Record:
-    """What has been recorded, by name, up to `now_ns`."""
+    """Recorded tracks by name, up to `now_ns`."""
 
     now_ns: int = 0
     tracks: dict[str, Track] = field(default_factory=dict)
     about: dict[str, str] = field(default_factory=dict)
-    """What it is a record of."""
+    """The bench of this record."""
 
 
 class Recorder:
-    """A session's one recorder; `attach` it to each bench."""
+    """The recorder of a session; call `attach` for each bench."""
 
     def __init__(self) -> None:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
-        """All there are."""
+        """All signals of the bench."""
         self.version = 0
-        """Another whenever something has been added."""
+        """Changes when data are added."""
         self.watchers: list[Callable[[], None]] = []
-        """Called when something has been added."""
+        """Called when data are added."""
         self._bench: Bench | None = None
         self._tracer: Tracer | None = None
         self._stack = ExitStack()
@@ -50,7 +50,7 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """From now on it is this one, and its own record."""
+        """Record this bench from now on, in a new record."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -58,7 +58,7 @@ class Recorder:
         self._follow_wishes()
 
     def want(self, who: object, names: Sequence[str]) -> None:
-        """What somebody looks at, from now on.  Raises UsageError for too many."""
+        """Record the signals of a screen from now on.  Raises UsageError for too many."""
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
             raise UsageError(f"{MOST_SIGNALS} signals at most are recorded for all who look on: choose fewer")
@@ -66,20 +66,20 @@ class Recorder:
         self._follow_wishes()
 
     def leave(self, who: object) -> None:
-        """Somebody looks no longer; when nobody does, what was looked at last is recorded on."""
+        """Remove a screen; the signals of the last screen continue to be recorded."""
         if len(self._wanted) > 1:
             self._wanted.pop(who, None)
             self._follow_wishes()
 
     def catch_up(self) -> Record:
-        """All that has happened before now."""
+        """Add all changes before the present time."""
         if self._tracer is not None and self._bench is not None and self._bench.now > self.record.now_ns:
             self._tracer.catch_up(for_others=False)
             self.record.now_ns = self._tracer.written_ns
         return self.record
 
     def frozen(self, names: Sequence[str]) -> Record:
-        """A part of the record as it is now, which does not go on."""
+        """Return a copy of part of the record that does not change."""
         tracks = {name: self.record.tracks[name].frozen() for name in names if name in self.record.tracks}
         return Record(self.record.now_ns, tracks, self.record.about)
 
@@ -99,7 +99,7 @@ class Recorder:
             self._begin(self._bench)
 
     def _forget(self, needed: set[str]) -> None:
-        """What nobody looks at any more, if it is too much; first what was looked at first."""
+        """Delete tracks without a screen if there are too many, the oldest first."""
         tracks = self.record.tracks
         spare = [name for name in tracks if name not in needed]
         for name in spare[: max(len(spare) + len(needed) - MOST_SIGNALS, 0)]:
@@ -116,7 +116,7 @@ class Recorder:
         self._stack.enter_context(tracer)
 
     def _take(self, parts: list[Part], texts: list[bytes]) -> None:
-        """Changes, signal by signal."""
+        """Add changes of the signals."""
         for part in parts:
             if len(part.times):
                 self._add(part, texts)

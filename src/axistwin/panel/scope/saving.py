@@ -1,4 +1,4 @@
-"""What is on a screen, or all that is known of it, as a trace or as a picture."""
+"""Files of the oscilloscope: traces and pictures of a screen, or of the complete record."""
 
 import tempfile
 from array import array
@@ -25,12 +25,12 @@ from axistwin.units import to_seconds
 TRACES, PICTURES = (".csv", ".vcd", ".parquet"), picture.SUFFIXES
 PIECE = 1 << 15
 PIXELS = 1500
-"""Across a picture; the line of a signal has two points for each."""
+"""Width of a picture in pixels; a signal's line has two points for each."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Changes of one signal, and what it was before them."""
+    """Changes of one signal, and its value before them."""
 
     signal: Signal
     first: Value
@@ -40,7 +40,7 @@ class Piece:
 
 
 def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: int, suffix: str) -> bytes:
-    """A file of this kind.  Raises UsageError, MissingExtraError."""
+    """Return the contents of a file of this kind.  Raises UsageError, MissingExtraError."""
     from_ns, to_ns = max(from_ns, 0), max(min(to_ns, record.now_ns), 0)
     make = _drawn if suffix in PICTURES else _piece
     pieces = [make(record.tracks[name], signal, from_ns, to_ns) for name, signal in signals.items()]
@@ -54,7 +54,7 @@ def saved(record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: in
 
 
 def exact_ns(record: Record, names: Mapping[str, Signal]) -> int:
-    """From here on every change of all of them is known by itself."""
+    """Return the time after which the record contains every change of all signals."""
     return max((record.tracks[name].exact_ns for name in names), default=0)
 
 
@@ -104,7 +104,7 @@ def _piece(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _drawn(track: Track, signal: Signal, from_ns: int, to_ns: int) -> Piece:
-    """As much of it as can be seen in a picture."""
+    """Return the changes that are visible in a picture."""
     if isinstance(track, Words):
         return _texts(track, signal, from_ns, to_ns)
     seen = window(track, from_ns, max(to_ns, from_ns + PIXELS), PIXELS, to_ns + 1)
@@ -123,7 +123,7 @@ def _texts(words: Words, signal: Signal, from_ns: int, to_ns: int) -> Piece:
 
 
 def _spelled(rows: Rows) -> tuple[Times, Numbers]:
-    """Rows as changes; of an interval its first value, its extremes in between, and its last."""
+    """Return rows as changes; an interval gives its first value, its extremes, and its last value."""
     wide = rows.end > rows.begin
     width = rows.end - rows.begin
     times = np.stack((rows.begin, rows.begin + width // 3, rows.begin + 2 * width // 3, rows.end), 1)
@@ -135,7 +135,7 @@ def _spelled(rows: Rows) -> tuple[Times, Numbers]:
 
 
 def _read(path: Path, pieces: list[Piece], from_ns: int, to_ns: int) -> Trace:
-    """As if it had been read from a file."""
+    """Return a trace, as read from a file."""
     tracks = {}
     for piece in pieces:
         if piece.signal.kind == STEP:

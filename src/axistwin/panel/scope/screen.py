@@ -1,7 +1,7 @@
-"""What somebody sees of a record: which signals, which time, cursors, trigger.  It is kept while the session lasts.
+"""A user's view of a record: signals, time, cursors, trigger.  It exists until the session ends.
 
-The screen is live, and shows what is newest or what the trigger is fixed to, or it is paused, and shows a record that
-does not go on.  The bench goes on in either case.
+A live screen shows the newest data or the triggered edge.  A paused screen shows a copy of the record.  The bench runs
+in both cases.
 """
 
 from collections.abc import Sequence
@@ -19,16 +19,16 @@ SHORTEST_NS, LONGEST_NS = US, 10_000_000 * S
 MOST_SHOWN = 16
 FIRST_SHOWN = 8
 PIXELS = (50, 4096)
-"""How wide a screen may be."""
+"""Least and greatest width of a screen."""
 SNAP = 8
-"""So many pixels around an edge a cursor jumps to it."""
+"""Distance in pixels within which a cursor jumps to an edge."""
 SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2, 5) if digit * 10**power <= LONGEST_NS)
 """The time base's positions: 1 µs, 2 µs, 5 µs, … for the whole width."""
 
 
 @dataclass
 class Cursors:
-    """Two moments in time; `active` is moved by keys."""
+    """Times of two cursors; keys move the `active` cursor."""
 
     a_ns: int | None = None
     b_ns: int | None = None
@@ -36,7 +36,7 @@ class Cursors:
     snap: bool = True
 
     def set(self, which: str, time_ns: int | None) -> None:
-        """One of them."""
+        """Set one cursor."""
         self.active = which
         if which == "a":
             self.a_ns = time_ns
@@ -45,25 +45,25 @@ class Cursors:
 
     @property
     def active_ns(self) -> int | None:
-        """Where the active one is."""
+        """Return the time of the active cursor."""
         return self.a_ns if self.active == "a" else self.b_ns
 
 
 @dataclass(eq=False)
 class Screen:
-    """One person's view of what a recorder records."""
+    """One user's view of the data of a recorder."""
 
     recorder: Recorder
     names: tuple[str, ...] = ()
     span_ns: int = 2 * S
     lanes: bool = True
-    """Signals below one another, or all over one another."""
+    """True: signals in separate lanes; False: overlaid."""
     pixels: int = 800
     trigger: Trigger = field(default_factory=Trigger)
     cursors: Cursors = field(default_factory=Cursors)
     frozen: Record | None = None
     hit_ns: int | None = None
-    """The edge that the window is fixed to."""
+    """Time of the triggered edge."""
     _to_ns: int = 0
     _searched_ns: int = 0
     _known: Record | None = None
@@ -74,11 +74,11 @@ class Screen:
     # Which signals
 
     def choose(self, patterns: Sequence[str]) -> None:
-        """Those that patterns mean.  Raises UsageError for a pattern that means none, and for too many signals."""
+        """Show the signals that match these patterns.  Raises UsageError for no match, and for too many signals."""
         self.show([signal.full for signal in choose(list(self.recorder.signals.values()), patterns)])
 
     def show(self, names: Sequence[str]) -> None:
-        """These.  Raises UsageError for too many, or for one that there is not."""
+        """Show these signals.  Raises UsageError for too many, and for an unknown signal."""
         signals = self.recorder.signals
         choose(list(signals.values()), [name for name in names if name not in signals])
         if len(names) > MOST_SHOWN:
@@ -93,17 +93,17 @@ class Screen:
 
     @property
     def record(self) -> Record:
-        """What is shown."""
+        """The record that is shown."""
         return self.frozen or self.recorder.record
 
     @property
     def tracks(self) -> dict[str, Track]:
-        """The signals that are shown, as far as something is known of them."""
+        """Tracks of the signals that are shown."""
         return {name: self.record.tracks[name] for name in self.names if name in self.record.tracks}
 
     @property
     def edges(self) -> tuple[int, int]:
-        """From when to when the window goes."""
+        """Return start and end of the window."""
         if self.frozen is not None:
             return self._to_ns - self.span_ns, self._to_ns
         self._look_for_last()
@@ -114,47 +114,47 @@ class Screen:
         return to_ns - self.span_ns, to_ns
 
     def time_at(self, place: float) -> int:
-        """At this part of the width, from 0 at the left to 1."""
+        """Return the time at a fraction of the width, from 0 at the left to 1."""
         from_ns, to_ns = self.edges
         return from_ns + round((to_ns - from_ns) * place)
 
     def pause(self) -> None:
-        """Keep what is seen as it is now."""
+        """Pause the view."""
         if self.frozen is None:
             self._to_ns = self.edges[1]
             self.frozen = self.recorder.frozen(self.names)
 
     def live(self) -> None:
-        """Follow what happens again; a trigger waits for the next edge."""
+        """Continue the view; a trigger waits for the next edge."""
         self.frozen = None
         self.arm()
 
     def zoom(self, factor: float, place: float = 0.5) -> None:
-        """So many times the time, around a part of the width."""
+        """Multiply the visible time by a factor, around a fraction of the width."""
         fixed_ns = self.time_at(place)
         self.span_ns = min(max(round(self.span_ns * factor), SHORTEST_NS), LONGEST_NS)
         self._to_ns = fixed_ns + round(self.span_ns * (1 - place))
 
     def pan(self, part: float) -> None:
-        """Later by so much of the width, or earlier; to look at the past the screen pauses."""
+        """Move the window by a fraction of the width; a move back pauses the view."""
         self.pause()
         moved_ns = self._to_ns + round(self.span_ns * part)
         self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
 
     def fit(self) -> None:
-        """All that is known."""
+        """Show the complete record."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
         self._to_ns = self.span_ns
 
     # Trigger
 
     def arm(self) -> None:
-        """Wait for the next edge."""
+        """Arm the trigger for the next edge."""
         self.hit_ns, self._searched_ns = None, self.recorder.record.now_ns
 
     @property
     def waiting(self) -> bool:
-        """Whether the trigger has not found what it is to find."""
+        """True if the trigger waits for an edge."""
         return self.trigger.mode != OFF and self.frozen is None and (self.hit_ns is None or self._auto_is_over)
 
     @property
@@ -163,12 +163,12 @@ class Screen:
 
     @property
     def _auto_is_over(self) -> bool:
-        """Whether there has been no edge for three times the width."""
+        """True if three widths have passed without an edge."""
         late_ns = self.recorder.record.now_ns - (self.hit_ns or 0)
         return self.trigger.mode == AUTO and late_ns > 3 * self.span_ns
 
     def _look_for_last(self) -> None:
-        """The newest edge behind which enough is known."""
+        """Return the newest edge that is followed by enough data."""
         track, upto_ns = self._triggering()
         if track is not None and upto_ns > self._searched_ns and self.trigger.mode != SINGLE:
             found = self.trigger.last(track, self._searched_ns, upto_ns)
@@ -176,7 +176,7 @@ class Screen:
             self._searched_ns = upto_ns + 1
 
     def _look_for_first(self) -> None:
-        """Called whenever something comes, so that it is found before it is old."""
+        """Search for an edge in new data, before they become intervals."""
         if self.trigger.mode != SINGLE or self.frozen is not None:
             return
         track, upto_ns = self._triggering()
@@ -189,7 +189,7 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def _triggering(self) -> tuple[Track | None, int]:
-        """The trigger's signal, and up to when edges in it have enough behind them."""
+        """Return the trigger's signal, and the time up to which edges are followed by enough data."""
         record = self.recorder.record
         if record is not self._known:  # another bench
             self._known, self.hit_ns, self._searched_ns = record, None, 0
@@ -201,20 +201,20 @@ class Screen:
     # Cursors
 
     def put_cursor(self, which: str, place: float) -> None:
-        """At a part of the width, or at an edge beside it."""
+        """Set a cursor at a fraction of the width, or at a near edge."""
         time_ns = self.time_at(place)
         near = self.span_ns * SNAP // self.pixels
         edge = nearest_edge(self.tracks.values(), time_ns, near) if self.cursors.snap else None
         self.cursors.set(which, time_ns if edge is None else edge)
 
     def move_cursor(self, pixels: int) -> None:
-        """The active one, by so many pixels; one that is not there comes into the middle."""
+        """Move the active cursor by some pixels; a cursor that is not set appears in the middle."""
         at_ns = self.cursors.active_ns
         moved_ns = self.time_at(0.5) if at_ns is None else at_ns + pixels * max(self.span_ns // self.pixels, 1)
         self.cursors.set(self.cursors.active, moved_ns)
 
     def jump_cursor(self, forward: bool) -> None:
-        """The active one, to the next edge, or the one before."""
+        """Move the active cursor to the next or the previous edge."""
         at_ns = self.cursors.active_ns
         at_ns = self.time_at(0.5) if at_ns is None else at_ns
         edge = next_edge(self.tracks.values(), at_ns, self.record.now_ns if forward else 0)
@@ -223,7 +223,7 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """What somebody sees who has chosen nothing: how axes move, what is said, and some levels."""
+    """Return the signals of a new user: motion of axes, messages, and some levels."""
     motion: dict[str, str] = {}
     for signal in signals:
         if "." in signal.scope and (signal.kind == REAL or (signal.kind == COUNT and signal.scope not in motion)):
@@ -234,7 +234,7 @@ def first_choice(signals: Sequence[Signal]) -> list[str]:
 
 
 def searched(signals: Sequence[Signal], text: str) -> list[Signal]:
-    """Those that a search means: patterns with `*` or `?`, or a part of the name."""
+    """Return the signals that match a search: patterns with `*` or `?`, or a part of the name."""
     words = [word.strip() for word in text.split(",") if word.strip()]
     patterns = [word if any(sign in word for sign in "*?") else f"*{word}*" for word in words] or ["*"]
     return [s for s in signals if s.full in words or any(s.matches(pattern) for pattern in patterns)]

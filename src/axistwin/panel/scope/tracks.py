@@ -1,10 +1,10 @@
-"""What a signal has done, in a memory of limited size.
+"""The history of a signal in a memory of limited size.
 
-The newest changes are kept as they were.  Of older ones, intervals are: when the first and the last change in it was,
-from which value to which, the least and the greatest, and the area below.  There are four sizes of intervals; what
-has become too much of one size goes into the next, so that hours take no more room than `MOST_BYTES`, nothing is
-forgotten altogether, and an interval with a single change still is that change.  Where the smallest intervals would
-hold a few changes each, these go into the next size at once: that saves little room and takes most of the time.
+The newest changes are kept exactly.  Older changes become intervals, each with the times of its first and last change,
+its first and last value, its least and greatest value, and its area.  There are four sizes of intervals.  When one size
+is full, its oldest intervals are merged into the next size, so that hours take at most `MOST_BYTES`.  An interval with
+a single change still is that change.  If the smallest intervals would contain only a few changes each, the changes go
+into the next size at once, which saves time and costs little memory.
 """
 
 from bisect import bisect
@@ -19,22 +19,22 @@ Times = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 
 CHANGES = 1 << 16
-"""The newest changes: so many are kept as they were."""
+"""Number of newest changes that are kept exactly."""
 ROWS = 1 << 13
-"""Intervals of each size."""
+"""Number of intervals of each size."""
 SHIFTS = (20, 25, 30, 35)
 """Sizes of intervals, as powers of 2 in ns: 1 ms, 34 ms, 1.1 s, 34 s.  The last grow if hours become weeks."""
 MOST_BYTES = CHANGES * 16 + len(SHIFTS) * ROWS * 56
-"""What a signal takes up at most: 2.75 MiB."""
+"""Greatest size of one signal: 2.75 MiB."""
 WORTH = 16
-"""So many changes in each of the smallest intervals, on average, make it worth while to have them."""
+"""Least average number of changes per smallest interval; below, the next size is used."""
 SMALL = 1 << 8
 TEXTS, LONGEST = 1 << 13, 256
-"""Of words: so many changes, and the first so many characters of each."""
+"""Limits of texts: number of changes, and characters of each."""
 
 
 class Rows(NamedTuple):
-    """Stretches of time in order, in each of which something has changed; a single change begins where it ends."""
+    """Intervals of time in order, each with changes; a single change has no duration."""
 
     begin: Times
     end: Times
@@ -42,28 +42,28 @@ class Rows(NamedTuple):
     low: Numbers
     high: Numbers
     last: Numbers
-    """It stays like this until the next begins."""
+    """Value at the end, until the next row begins."""
     area: Numbers
-    """Value times nanoseconds, from `begin` to `end`."""
+    """Integral of the value in nanoseconds, from `begin` to `end`."""
 
     def cut(self, part: slice) -> "Rows":
-        """Some of them."""
+        """Return some of the rows."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Single changes as rows."""
+    """Return single changes as rows."""
     return Rows(times, times, values, values, values, values, np.broadcast_to(0.0, values.shape))
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """One after the other."""
+    """Return the rows of several parts."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def summed(rows: Rows, shift: int) -> Rows:
-    """Those of the same interval of `2 ** shift` ns as one."""
+    """Merge the rows of each interval of `2 ** shift` ns."""
     places = rows.begin >> shift
     starts = np.concatenate(((0,), np.flatnonzero(places[1:] != places[:-1]) + 1))
     ends = np.append(starts[1:], len(rows.begin)) - 1
@@ -87,7 +87,7 @@ NOTHING = changes(np.empty(0, np.int64), np.empty(0))
 
 
 class Track:
-    """One signal.  Where its value is not a number nobody was looking."""
+    """History of one signal; NaN: not recorded."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -98,17 +98,17 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """What it takes up."""
+        """Size in bytes."""
         older = sum(column.nbytes for rows in self._older for column in rows)
         return self._times.nbytes + self._values.nbytes + older
 
     @property
     def exact_ns(self) -> int:
-        """From here on every change is known by itself."""
+        """Time after which all changes are kept exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
     def add(self, times: Times, values: Numbers) -> None:
-        """What has come, later than all before; what is no change is left out."""
+        """Add later samples; samples without a change are dropped."""
         changed = np.empty(len(values), bool)
         changed[:1] = values[:1] != (self._values[self._size - 1] if self._size else np.nan)
         np.not_equal(values[1:], values[:-1], out=changed[1:])
@@ -119,11 +119,11 @@ class Track:
             self._append(times[at : at + half], values[at : at + half])
 
     def interrupt(self, time_ns: int) -> None:
-        """Nobody looks from here on."""
+        """Mark the values from this time on as not recorded."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
-        """What begins before `to_ns`, from the one on that it is like at `from_ns`; perhaps some earlier ones."""
+        """Return the rows before `to_ns`, from the row valid at `from_ns` on, or from an earlier row."""
         size = self._size
         raw = changes(self._times[:size], self._values[:size])
         if size and raw.begin[0] <= from_ns:
@@ -132,7 +132,7 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """As it is now; it does not go on."""
+        """Return a copy that does not change."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -163,7 +163,7 @@ class Track:
             self._times, self._values = np.resize(self._times, CHANGES), np.resize(self._values, CHANGES)
 
     def _keep_older(self, rows: Rows) -> None:
-        """Changes that are kept as intervals from now on."""
+        """Replace changes by intervals."""
         span = int(rows.begin[-1] - rows.begin[0])
         level = 0 if len(rows.begin) << self._shifts[0] >= WORTH * span else 1
         if level and len(self._older[0].begin):
@@ -172,7 +172,7 @@ class Track:
         self._add_older(level, rows)
 
     def _add_older(self, level: int, rows: Rows) -> None:
-        """They become intervals of this level; if there are too many of those, the first go on to the next."""
+        """Merge rows into intervals of this level; if full, move the oldest to the next level."""
         all_ = joined([self._older[level], summed(rows, self._shifts[level])])
         over = len(all_.begin) - ROWS
         if over > 0 and level + 1 < len(SHIFTS):
@@ -184,7 +184,7 @@ class Track:
         self._older[level] = all_
 
     def _coarser(self, level: int, rows: Rows) -> Rows:
-        """Larger intervals, until half the room is free."""
+        """Enlarge the intervals until half the memory is free."""
         while len(rows.begin) > ROWS // 2:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
@@ -197,37 +197,37 @@ def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
 
 
 class Words(Track):
-    """Texts: as a track it is 1 where there is one; the newest are known by their words."""
+    """History of texts: the track is 1 during a text; the newest texts are kept."""
 
     def __init__(self, kind: str, growing: bool) -> None:
         super().__init__(kind)
         self.growing = growing
-        """Whether a text that begins with the one before is the same message, character by character."""
+        """True if a text that begins with the previous text is the same message, character by character."""
         self.changes: list[tuple[int, str]] = []
         self.begins: list[int] = []
-        """When messages have begun."""
+        """Start times of messages."""
         self.messages: list[str] = []
         self._newest = b""
         self._forgotten_ns = 0
 
     @property
     def exact_ns(self) -> int:
-        """From here on all words are known."""
+        """Time after which all texts are kept."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> None:
-        """What has been said."""
+        """Add texts."""
         for time_ns, text in zip(times.tolist(), texts, strict=True):
             self._change(time_ns, text[:LONGEST])
         self.add(times, np.array([float(bool(text)) for text in texts]))
 
     def at(self, time_ns: int) -> str:
-        """What it was then."""
+        """Return the text at this time."""
         place = bisect(self.changes, time_ns, key=lambda change: change[0]) - 1
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """As it is now."""
+        """Return a copy that does not change."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy
@@ -247,7 +247,7 @@ class Words(Track):
             self._forget()
 
     def _forget(self) -> None:
-        """A quarter of the words, from the beginning on."""
+        """Delete the oldest quarter of the texts."""
         del self.changes[: TEXTS // 4]
         self._forgotten_ns = self.changes[0][0]
         gone = bisect(self.begins, self._forgotten_ns) - 1

@@ -1,4 +1,4 @@
-"""Edges: of levels and words, and of numbers that pass a value."""
+"""Edges of levels and texts, and of numbers that pass a value."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ MODES = {
 
 @dataclass
 class Trigger:
-    """Which edge a window is fixed to; `place`: where in it, from 0 at the left to 1."""
+    """Selects the edge of a window; `place`: position of the edge, from 0 at the left to 1."""
 
     mode: str = OFF
     signal: str = ""
@@ -28,12 +28,12 @@ class Trigger:
     place: float = 0.5
 
     def last(self, track: Track, after_ns: int, upto_ns: int) -> int | None:
-        """The newest edge from `after_ns` to `upto_ns`."""
+        """Return the newest edge from `after_ns` to `upto_ns`."""
         found = self._edges(track, after_ns, upto_ns)
         return int(found[-1]) if len(found) else None
 
     def first(self, track: Track, after_ns: int, upto_ns: int) -> int | None:
-        """The oldest of them."""
+        """Return the oldest edge from `after_ns` to `upto_ns`."""
         found = self._edges(track, after_ns, upto_ns)
         return int(found[0]) if len(found) else None
 
@@ -43,9 +43,9 @@ class Trigger:
 
 
 def edges(rows: Rows, slope: str, value: float) -> Times:
-    """When it comes to `value` from below (up), or falls below it (down).
+    """Return the times at which a track reaches `value` from below (up), or falls below (down).
 
-    Of an interval of old times only that there was an edge in it is known: that counts where the interval begins.
+    An edge within a stored interval has the start time of the interval.
     """
     before = np.concatenate(((np.nan,), rows.last[:-1]))
     high = rows.first >= value

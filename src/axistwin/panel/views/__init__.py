@@ -1,5 +1,5 @@
-"""What is on the page, a file for each kind of thing.
+"""The views of the page, a file for each kind.
 
-A view is a function that puts elements where the page has got to, and returns what brings them up to date; that is
-called for each frame.  It asks for everything by name, as another bench may have taken the place of the one before.
+A view is a function that adds elements at the present place of the page, and returns a function that updates them in
+each frame.  A view finds all objects by name, because the bench may be replaced.
 """

@@ -6,7 +6,7 @@ from axistwin.panel.look import Look, Refresh
 
 
 def clock(look: Look) -> Refresh:
-    """What time it is on the bench, in seconds; to the microsecond where it stands."""
+    """Show the virtual time in seconds; in microseconds while paused."""
     label = ui.label().classes("clock").mark("clock").props("data-test=clock")
 
     def refresh() -> None:

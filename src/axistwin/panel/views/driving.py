@@ -1,4 +1,4 @@
-"""Driving: run, pause, step, speed, go to a moment, run until something happens, stop whenever it happens; save."""
+"""Control of virtual time: run, pause, step, speed, go to a time, run until a sentence, breakpoints; save."""
 
 import io
 import zipfile
@@ -9,33 +9,36 @@ from nicegui import events, ui
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
-from axistwin.panel.look import Look, Refresh, together
+from axistwin.panel.look import Look, Refresh, seldom, together
 from axistwin.panel.sentences import stems
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.keys import keys
 from axistwin.sessions.breaks import Break
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
-"""What the slider chooses from; any other number can be typed."""
+"""Positions of the slider; the field accepts any number."""
 STEPS = {
     "event": "something can be seen",
     "statement": "a line of a program begins",
     "move": "a move begins or ends",
 }
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
+SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
+"""Sends the act that the button shows at the time of the click."""
 SELDOM = 10
-"""What need not be smooth is brought up to date in one frame of so many."""
+"""Interval in frames of slow updates."""
 
 
 def driving(look: Look) -> Refresh:
-    """The bar with which one drives."""
+    """Build the two toolbars."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
-        views = list(_made(look, _run, _speed, _state))
+        button, show_button = _run(look)
+        views = [show_button, *_made(look, _speed, _state)]
     with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
         views += _made(look, _timeline, _until, _breaks)
         _save(look)
         breathe()
-        keys(lambda key: _key(look, key))
+        keys(lambda key, shown: _drive(look, shown, button) if key == " " else _key(look, key))
     return together(*views)
 
 
@@ -48,41 +51,51 @@ def _made(look: Look, *views: Callable[[Look], Refresh]) -> Iterator[Refresh]:
 # Running
 
 
-def _run(look: Look) -> Refresh:
-    button = ui.button(on_click=lambda: _toggle(look)).props("dense no-caps").classes("run").mark("run")
+def _run(look: Look) -> tuple[ui.button, Refresh]:
+    button = ui.button().props("dense no-caps").classes("run").mark("run")
+    button.on("click", lambda event: _drive(look, event.args, button), js_handler=SHOWN)
     for kind, what in STEPS.items():
         step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(look, kind))
         step.props("dense outline no-caps color=white").mark(f"step-{kind}").tooltip(f"on to where {what}")
 
     def refresh() -> None:
-        moves = look.session.running or look.session.busy
-        button.text = "Stop" if look.session.busy else "Pause" if moves else "Run"
-        button.set_icon("pause" if moves else "play_arrow")
+        text = "Stop" if look.acts.busy else "Pause" if look.session.running else "Run"
+        if button.text != text:
+            button.text = button.props["data-shown"] = text
+            button.set_icon("play_arrow" if text == "Run" else "pause")
 
-    return refresh
+    return button, refresh
 
 
-def _toggle(look: Look) -> None:
+def _drive(look: Look, shown: object, button: ui.button) -> None:
+    """Perform the act that the browser has shown on the button, even if the state has changed since then."""
     session = look.session
-    look.touch(session.give_up if session.busy else session.pause if session.running else session.run)
+    match shown if isinstance(shown, str) else button.text:
+        case "Stop":
+            look.touch(look.acts.stop, now=True)
+        case "Pause":
+            look.touch(lambda: session.pause() if session.running else None)
+        case _:
+            look.touch(lambda: None if session.running else session.run())
 
 
-async def _step(look: Look, kind: str) -> None:
-    found = await look.wait_for(lambda: look.session.step(kind))
-    if found is False:
-        ui.notify(f"nothing like that happens soon: {STEPS[kind]}", type="warning")
+def _step(look: Look, kind: str) -> Awaitable[None] | None:
+    def done(found: object) -> None:
+        if found is False:
+            ui.notify(f"no such event within 60 virtual seconds: {STEPS[kind]}", type="warning")
+
+    return look.move(lambda: look.session.step(kind), done)
 
 
-async def _key(look: Look, key: str) -> None:
+def _key(look: Look, key: str) -> Awaitable[None] | None:
     match key:
-        case " ":
-            _toggle(look)
         case "+":
             _change_speed(look, 1)
         case "-":
             _change_speed(look, -1)
         case _:
-            await _step(look, STEPS_BY_KEY[key])
+            return _step(look, STEPS_BY_KEY[key])
+    return None
 
 
 # Speed
@@ -102,8 +115,8 @@ def _speed(look: Look) -> Refresh:
         box.value, slider.value = _said(shown), _nearest(shown)
 
     def wish(act: Callable[[], object]) -> None:
-        look.touch(act)
-        show()  # at once: in the next frame somebody may be typing again
+        look.touch(act, now=True)
+        show()  # at once: in the next frame the user may be typing again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))
@@ -120,7 +133,7 @@ def _said(speed: float | None) -> str:
 
 
 def _nearest(speed: float | None) -> int:
-    """The place of a speed on the slider."""
+    """Return the slider's position nearest to a speed."""
     if speed is None:
         return len(SPEEDS) - 1
     return min(range(len(SPEEDS) - 1), key=lambda n: abs((SPEEDS[n] or 0.0) - speed))
@@ -136,38 +149,36 @@ def _read_speed(look: Look, text: str) -> None:
 
 def _change_speed(look: Look, by: int) -> None:
     place = _nearest(look.session.speed) + by
-    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]))
+    look.touch(lambda: _set_speed(look, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]), now=True)
 
 
-# How it is
+# State
 
 
 def _state(look: Look) -> Refresh:
-    """In words, also for those who hear the page."""
+    """Show the state as text, also for screen readers."""
     words = ui.label().classes("state").props("role=status aria-live=polite").mark("state")
     late = ui.label().classes("quiet").mark("late")
-    frame = 0
+
+    def show_delay() -> None:
+        late.text = look.session.pacer.report() or ""
 
     def refresh() -> None:
-        nonlocal frame
-        frame += 1
         words.text = _in_words(look)
-        if frame % SELDOM == 0:
-            late.text = look.session.pacer.report() or ""
 
-    return refresh
+    return together(refresh, seldom(look, SELDOM, show_delay))
 
 
 def _in_words(look: Look) -> str:
     session = look.session
     if session.progress is not None:
-        return f"repeating the run: {session.progress:.0%}"
+        return f"replaying the run: {session.progress:.0%}"
     if session.busy:
-        return "on its way"
-    repeating = ", repeating what was recorded" if session.repeating else ""
+        return "moving"
+    repeating = ", replaying the recording" if session.repeating else ""
     if session.running:
         return f"running{repeating}"
-    return f"stands{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
+    return f"paused{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
 
 
 # Time
@@ -198,35 +209,28 @@ def _timeline(look: Look) -> Refresh:
     forget.props("dense outline no-caps color=white").mark("forget").tooltip(
         "the rest of what was recorded is forgotten"
     )
-    frame = 0
 
     def refresh() -> None:
-        nonlocal frame
-        frame += 1
-        if frame % SELDOM == 1 and not dragged:
+        if not dragged:
             forget.set_visibility(look.session.repeating)
             slider.props["max"] = max(round(look.session.recorded_seconds, 3), 0.001)
             slider.value = round(look.session.seconds, 3)
-            slider.update()
 
-    return refresh
+    return seldom(look, SELDOM, refresh)
 
 
-async def _go_to(look: Look, moment: float | str) -> None:
-    def go() -> Awaitable[object]:
-        return look.session.go_to(_seconds(moment))
-
-    await look.wait_for(go)
+def _go_to(look: Look, moment: float | str) -> Awaitable[None] | None:
+    return look.move(lambda: look.session.go_to(_seconds(moment)))
 
 
 def _seconds(moment: float | str) -> float:
     try:
         return real(str(moment))
     except NumberError:
-        raise UsageError(f"{shortened(str(moment))} is no number of seconds") from None
+        raise UsageError(f"invalid time {shortened(str(moment))}: expected seconds, e.g. 1.5") from None
 
 
-# Until, and whenever
+# Sentences
 
 
 def _until(look: Look) -> Refresh:
@@ -271,11 +275,11 @@ def _list_breaks(look: Look, those: ui.column) -> None:
 
 
 def _switch(look: Look, each: Break) -> Callable[[events.ValueChangeEventArguments[bool | None]], object]:
-    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)))
+    return lambda event: look.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
 
 
 def _remove(look: Look, each: Break) -> Callable[[], object]:
-    return lambda: look.touch(lambda: look.session.remove_break(each))
+    return lambda: look.touch(lambda: look.session.remove_break(each), now=True)
 
 
 # Saving

@@ -1,4 +1,4 @@
-"""What goes wrong: power switches, the temperature, and faults of every kind there is, to be put in and mended."""
+"""Faults: power switches, the ambient temperature, and a form to inject and remove faults of all kinds."""
 
 import shlex
 from functools import partial
@@ -18,16 +18,16 @@ TERMS = {
     "at": ("at", "s", "seconds since the beginning; empty: now"),
     "when": ("when", "", "a sentence such as X passes 1000"),
     "nth": ("for the n-th time", "", "of what `when` says"),
-    "duration": ("for", "s", "seconds; empty: until it is mended"),
+    "duration": ("for", "s", "seconds; empty: until removed"),
     "seed": ("seed", "", "for what is left to chance"),
     "name": ("name", "", "empty: its kind's"),
 }
-"""What may be said of any fault: how it is labelled, its unit, what it is."""
+"""Parameters of all faults: label, unit, explanation."""
 CELSIUS = (-40, 150)
 
 
 def power(look: Look, name: str) -> Refresh:
-    """The power switch of a controller, and where it is a motor the temperature around it."""
+    """Build the power switch of a controller, and the ambient temperature of a motor."""
     controller = look.bench[name]
 
     def turn() -> None:
@@ -52,11 +52,11 @@ def _ambient(look: Look, name: str) -> Refresh:
 
     def set_it() -> None:
         nonlocal known
-        known = None  # if it has been refused, what it is comes back
+        known = None  # a rejected value is replaced by the present one
         if number.value is not None:
             look.touch(partial(look.session.do, name, "ambient", f"{number.value:g}"))
 
-    number = ui.number("around it, °C", min=CELSIUS[0], max=CELSIUS[1], step=1).props("dense").classes("ambient")
+    number = ui.number("ambient, °C", min=CELSIUS[0], max=CELSIUS[1], step=1).props("dense").classes("ambient")
     called(number.on("change", set_it, []).on("keydown.enter", set_it, []), f"{name}-ambient")
 
     def refresh() -> None:
@@ -69,14 +69,14 @@ def _ambient(look: Look, name: str) -> Refresh:
 
 
 def faults(look: Look) -> Refresh:
-    """The faults there are, and a form for another."""
+    """Build the list of faults, and the form for a new fault."""
     shown = _list(look)
-    with drawer(look, "faults form", "Put in a fault"):
+    with drawer(look, "faults form", "Inject a fault"):
         _Form(look)
     return shown
 
 
-# The faults there are
+# The list
 
 
 def _list(look: Look) -> Refresh:
@@ -116,7 +116,7 @@ def _row(look: Look, fault: Fault) -> None:
 
 
 def _who(look: Look, spot: str) -> str:
-    """The controller through which it is spoken of: its own, or for a line that motors share any."""
+    """Return the controller of a fault's place; for a line with several motors, any."""
     own = spot.partition(".")[0]
     return own if own in look.bench.controllers else next(iter(look.bench.controllers))
 
@@ -129,7 +129,7 @@ def _shown(value: Any) -> str:
 
 
 class _Form:
-    """The table of kinds as a form: what it acts on, its parameters, when it begins and ends."""
+    """Form for a fault of any kind: its place, its parameters, its start and end."""
 
     def __init__(self, look: Look) -> None:
         self._look = look
@@ -142,16 +142,16 @@ class _Form:
             self._own = ui.element("div").classes("form")
         with ui.element("div").classes("form terms"):
             self._terms = {name: self._term(name) for name in TERMS}
-        called(ui.button("Put it in", on_click=self._put).props("no-caps"), "fault-put")
+        called(ui.button("Inject", on_click=self._put).props("no-caps"), "fault-put")
         self._build()
 
     @property
     def kind(self) -> Kind:
-        """The kind that has been chosen."""
+        """The selected kind."""
         return KINDS[str(self._kind.value)]
 
     def _build(self) -> None:
-        """What this kind needs."""
+        """Build the fields of the selected kind."""
         self._own.clear()
         spots = self._spots()
         with self._own:
@@ -160,7 +160,7 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        """What it can act on, each by its whole name."""
+        """Return the places on which the selected kind can act, by their full names."""
         found = self._look.bench.faults.spots(self.kind.on)
         spots = {name: find() for name, find in found.items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))
@@ -183,7 +183,7 @@ class _Form:
 
 
 def _field(parameter: Parameter) -> ui.input | ui.select:
-    """A field for a parameter, with its range and what it is if it is left empty."""
+    """Build the field of a parameter, with its range and its default."""
     label = f"{parameter.name}, {parameter.unit}" if parameter.unit else parameter.name
     mark = f"fault-{parameter.name}"
     if parameter.sort in (Sort.LEVEL, Sort.WORD):

@@ -1,6 +1,6 @@
-"""The front panel of a controller: whatever its product says that it shows, and all its registers for who opens them.
+"""The front panel of a controller, as its product describes it, and a list of all registers.
 
-A controller whose product says nothing gets a panel of its terminals and its registers.
+Without a description, the panel shows the controller's terminals and registers.
 """
 
 from collections.abc import Callable, Iterable
@@ -9,18 +9,18 @@ from nicegui import ui
 
 from axistwin.bench import Controller
 from axistwin.controllers.front import Group, Item, Lamp, Reading, Tone, Word
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.look import Look, Refresh, seldom
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.parts import Light, Told, called, drawer
 
 Show = Callable[[int | str | None], None]
-"""Shows a value; None: there is no power."""
+"""Shows a value; None: no power."""
 SELDOM = 5
-"""Registers in a long list are brought up to date in one frame of so many."""
+"""Interval in frames at which the list of registers is updated."""
 
 
 def front(look: Look, name: str) -> Refresh:
-    """Lamps, words and readings, group by group; below them what they mean, and all registers."""
+    """Build lamps, texts and readings by groups; below, explanations and all registers."""
     controller = look.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:
@@ -38,7 +38,7 @@ def front(look: Look, name: str) -> Refresh:
 
 
 def generic(controller: Controller) -> tuple[Group, ...]:
-    """What can be told of a controller whose product says nothing: its terminals, and its registers."""
+    """Return the groups of a controller without a description: terminals and registers."""
     outputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if pin.is_output)
     inputs = tuple(Lamp(name, name, name) for name, pin in controller.terminals.items() if not pin.is_output)
     registers = tuple(Word(name, name, name) for name in controller.registers)
@@ -51,11 +51,11 @@ def generic(controller: Controller) -> tuple[Group, ...]:
 
 
 NOTHING = object()
-"""Shown by an item that has not been shown yet."""
+"""Value of an item before its first update."""
 
 
 class _Source:
-    """A terminal or a register, and the items that show it."""
+    """A terminal or a register, and the items that show its value."""
 
     def __init__(self, look: Look, who: str, name: str) -> None:
         self._look, self._who, self._name = look, who, name
@@ -64,7 +64,7 @@ class _Source:
         self.shows: list[Show] = []
 
     def refresh(self) -> None:
-        """Look; show it if it is another."""
+        """Read the value, and show a new value."""
         controller = self._look.bench.controllers[self._who]
         value: int | str | None = None
         if not controller.powered:
@@ -116,7 +116,7 @@ def _number(value: int | str | None) -> int | None:
 
 
 def _meaning(look: Look, name: str, groups: Iterable[Group]) -> None:
-    """What the lamps mean, for those who have no mouse to ask them with."""
+    """Build the explanations of the lamps, for users without a mouse."""
     with drawer(look, f"{name} meaning", "What it means"):
         for group in groups:
             ui.label(f"{group.title}: {group.chapter}").classes("group-title")
@@ -137,10 +137,9 @@ def _plainly(told: Told) -> Show:
 
 
 def _registers(look: Look, name: str) -> Refresh:
-    """All of them in a list, which is made when it is first opened."""
+    """Build the list of all registers when it is first opened."""
     found = drawer(look, f"{name} registers", "All registers")
     sources: list[_Source] = []
-    frame = 0
 
     def build() -> None:
         with found, ui.element("div").classes("registers"):
@@ -150,13 +149,11 @@ def _registers(look: Look, name: str) -> Refresh:
                 sources.append(source)
 
     def refresh() -> None:
-        nonlocal frame
-        frame += 1
-        if not found.value or frame % SELDOM:
+        if not found.value:
             return
         if not sources:
             build()
         for source in sources:
             source.refresh()
 
-    return refresh
+    return seldom(look, SELDOM, refresh)

@@ -7,6 +7,6 @@
     if (event.target.closest(TYPING) || (event.key === " " && event.target.closest(PRESSED))) return;
     if (!" esm+-?".includes(event.key)) return;
     event.preventDefault();
-    emitEvent("driving-key", { key: event.key });
+    emitEvent("driving-key", { key: event.key, shown: document.querySelector(".run")?.dataset.shown });
   });
 })();

@@ -1,4 +1,4 @@
-"""Driving by keys, and a dialog that tells them."""
+"""Keys for the control of virtual time, and a dialog with all keys."""
 
 from collections.abc import Callable
 
@@ -16,8 +16,8 @@ ELSEWHERE = {
 }  # fmt: skip
 
 
-def keys(press: Callable[[str], object]) -> None:
-    """`press(key)` is called with each key but `?`, which opens the dialog, and so does the button that is put here."""
+def keys(press: Callable[[str, object], object]) -> None:
+    """Call `press(key, shown)` for each key except `?`, with the act that the Run button shows; add the help button."""
     with ui.dialog().mark("keys") as dialog, ui.card():
         ui.label("Keys").classes("title")
         for key, what in (KEYS | ELSEWHERE).items():
@@ -29,11 +29,12 @@ def keys(press: Callable[[str], object]) -> None:
     ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').mark("help")
 
     def pressed(event: events.GenericEventArguments) -> object:
-        key = event.args.get("key") if isinstance(event.args, dict) else None
+        told = event.args if isinstance(event.args, dict) else {}
+        key = told.get("key")
         if key == "?":
             dialog.open()
         elif key in KEYS:
-            return press(str(key))
+            return press(str(key), told.get("shown"))
         return None
 
     ui.on("driving-key", pressed)

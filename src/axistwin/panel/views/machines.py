@@ -1,4 +1,4 @@
-"""Axes drawn as the machines they are: a slide where there is travel, a shaft where there is none, an X-Y table."""
+"""Drawings of axes: a slide for limited travel, otherwise a shaft; an X-Y table for two slides."""
 
 from nicegui import ui
 
@@ -12,7 +12,7 @@ from axistwin.panel.views.table import table
 
 
 def machines(look: Look, name: str) -> Refresh:
-    """Every axis of a controller that is used, or has been; all of them if none is."""
+    """Draw every axis of a controller that is or was used; without such an axis, all."""
     flow, controller = Flow(), look.bench[name]
     with ui.element("div").classes("axes"):
         top_view = table(look, name)
@@ -38,6 +38,6 @@ def _frame(controller: Controller, axis: str) -> tuple[ui.element, Figure]:
 
 
 def _used(controller: Controller, name: str) -> bool:
-    """Whether somebody has said something of it, or it has been moved."""
+    """Return True if the axis is configured, has moved or is moving."""
     axis = controller.axes[name]
     return bool(controller.given.get(name)) or axis.position != 0 or axis.moving

@@ -1,4 +1,4 @@
-"""What views are put together from: a lamp, a key, a part of the page that can be opened."""
+"""Elements of views: a lamp, a key, a value, and a part of the page that can be opened."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -14,7 +14,7 @@ Thing = TypeVar("Thing", bound=ui.element)
 
 
 def called(element: Thing, name: str) -> Thing:
-    """Let tests find it, with a browser and without; here the page may pause while it is built."""
+    """Name an element for tests; the building of the page may pause here."""
     breathe()
     element.props["data-test"] = name
     element.mark(name)
@@ -22,7 +22,7 @@ def called(element: Thing, name: str) -> Thing:
 
 
 class Light(TextElement):
-    """A lamp with its label.  It is filled while lit, and says so to those who cannot see it."""
+    """A lamp with its label.  It is filled while lit; its state is also readable for screen readers."""
 
     def __init__(self, label: str, name: str, tone: Tone = Tone.PLAIN, tip: str = "") -> None:
         super().__init__(tag="span", text=label)
@@ -33,7 +33,7 @@ class Light(TextElement):
         self.props["aria-label"] = f"{name}: off"
 
     def show(self, on: bool) -> None:
-        """Lit or not."""
+        """Switch the lamp on or off."""
         if on is not self.lit:
             self.lit = on
             self.classes(**{"add" if on else "remove": "lit"})
@@ -41,7 +41,7 @@ class Light(TextElement):
 
 
 class Key(TextElement):
-    """A small button that stays pressed while what it does holds."""
+    """A small button that is shown as pressed while its act is in effect."""
 
     def __init__(self, text: str, name: str, press: Callable[[], object]) -> None:
         super().__init__(tag="button", text=text)
@@ -50,14 +50,14 @@ class Key(TextElement):
         self.on("click", lambda: press(), [])
 
     def show(self, pressed: bool) -> None:
-        """Pressed or not."""
+        """Show the key as pressed or released."""
         word = "true" if pressed else "false"
         if self.props["aria-pressed"] != word:
             self.props["aria-pressed"] = word
 
 
 class Told(TextElement):
-    """A value in words or figures, with what it is."""
+    """A value as text or number, with its name."""
 
     def __init__(self, label: str, name: str, unit: str = "", tip: str = "") -> None:
         with ui.element("span").classes("told") as told:
@@ -71,7 +71,7 @@ class Told(TextElement):
                 ui.label(unit).classes("told-unit")
 
     def show(self, text: str, tone: Tone = Tone.PLAIN) -> None:
-        """This, in the colour of `tone`."""
+        """Show a text in the colour of `tone`."""
         if text != self.text:
             self.text = text
         if tone is not self._tone:
@@ -80,7 +80,7 @@ class Told(TextElement):
 
 
 def drawer(look: Look, key: str, title: str, *, opened: bool = False) -> ui.expansion:
-    """A part of the page that can be opened; whether it is, is known again for this person."""
+    """Build a part of the page that can be opened; its state is stored for this user."""
     settings = look.person.settings
 
     def turned() -> None:

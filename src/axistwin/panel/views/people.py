@@ -1,4 +1,4 @@
-"""Who is there, who drives, and what one is called."""
+"""The users, the driver, and the user's name."""
 
 from nicegui import ui
 
@@ -6,7 +6,7 @@ from axistwin.panel.look import Look, Refresh
 
 
 def people(look: Look) -> Refresh:
-    """A button that says who drives, with a menu of all who are there."""
+    """Build a button with the driver's name, and a menu of all users."""
     button = ui.button(icon="people").props("flat color=white no-caps").classes("people").mark("people")
     with button, ui.menu().props("no-focus"), ui.column().classes("people-menu"):
         name = ui.input("your name", value=look.person.name).mark("name")

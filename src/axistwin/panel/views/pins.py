@@ -1,7 +1,6 @@
-"""Terminals to be touched: inputs as switches, analog ones as sliders, a joystick, the host's control lines."""
+"""Controls for terminals: inputs as switches, analog inputs as sliders, a joystick, the host's control lines."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 
 from nicegui import events, ui
@@ -9,7 +8,6 @@ from nicegui import events, ui
 from axistwin.bench import Controller
 from axistwin.bench.actions import targets
 from axistwin.controllers.product import Product
-from axistwin.errors import AxistwinError
 from axistwin.panel.look import Look, Refresh
 from axistwin.panel.views.parts import Key, Light, called
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
@@ -18,14 +16,14 @@ LEVELS = {"high": True, "low": False}
 HOST_LINES = ("dtr", "rts")
 STEP_V = 0.05
 THROTTLE_S = 0.1
-"""At most so often is a slider or a stick that is being moved listened to."""
+"""Shortest interval between two messages of a slider or a joystick."""
 ARROWS = {"ArrowRight": 1, "ArrowUp": 1, "ArrowLeft": -1, "ArrowDown": -1}
 GENTLY = 0.2
-"""How far an arrow key deflects a joystick; with Shift all the way."""
+"""Deflection of the joystick by an arrow key; with Shift, full deflection."""
 
 
 def pins(look: Look, name: str) -> Refresh:
-    """Everything of a controller that can be touched."""
+    """Build all controls of a controller."""
     controller = look.bench[name]
     possible = targets(controller)
     shown: list[Refresh] = []
@@ -45,7 +43,7 @@ def pins(look: Look, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Terminals that somebody outside may decide about, each by all names that it has."""
+    """Return the terminals that can be driven from outside, each with all its names."""
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
         if not pin.is_output or isinstance(pin, UserPin):
@@ -54,7 +52,7 @@ def inputs(controller: Controller) -> list[list[str]]:
 
 
 def _terminal(look: Look, name: str, names: list[str]) -> Refresh:
-    """A terminal with its level, who decides about it, and keys for a test lead."""
+    """Build the row of a terminal: its level, the source of the level, and keys for a test lead."""
     pin_name = names[0]
     analog = isinstance(look.bench[name].pins[pin_name], UserPin)
     with ui.element("div").classes("switch analog" if analog else "switch") as row:
@@ -81,7 +79,7 @@ def _terminal(look: Look, name: str, names: list[str]) -> Refresh:
 
 
 def _pressed(pin: Pin) -> str:
-    """Which of its keys is pressed; none while it is driven to a voltage between."""
+    """Return the key that is pressed; "" while driven to a voltage between low and high."""
     if not pin.driven:
         return "release"
     if isinstance(pin, UserPin) and 0 < pin.volts < PULLED_UP_VOLTS:
@@ -90,7 +88,7 @@ def _pressed(pin: Pin) -> str:
 
 
 def _decides(pin: Pin) -> str:
-    """Who decides about the level of a terminal."""
+    """Return the source of a terminal's level."""
     if pin.held:
         return "stuck"
     if pin.driven:
@@ -108,7 +106,7 @@ def _key(look: Look, name: str, target: str, word: str) -> Key:
 
 
 def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
-    """A slider that drives a terminal to a voltage, and what the converter makes of it."""
+    """Build a slider that drives a terminal to a voltage, with the converter's reading."""
     known: float | None = None
 
     def moved(event: events.GenericEventArguments) -> None:
@@ -136,7 +134,7 @@ def _volts(look: Look, name: str, pin_name: str) -> Callable[[UserPin], None]:
 
 
 def _host_line(look: Look, name: str, line: str) -> Refresh:
-    """A control line at the host's end."""
+    """Build the row of a control line at the host's end."""
     with ui.element("div").classes("switch") as row:
         row.props.update({"role": "group", "aria-label": f"{name} host's {line.upper()}"})
         light = called(Light(f"host {line.upper()}", f"host's {line.upper()} on"), f"{name}-host-{line}-level")
@@ -154,7 +152,7 @@ def _host_line(look: Look, name: str, line: str) -> Refresh:
 
 
 def _encoder(look: Look, name: str) -> None:
-    """The external encoder: turn it so far in so long."""
+    """Build the controls of the external encoder: counts and time of a move."""
     with ui.row().classes("encoder items-center"):
         ui.label("External encoder")
         counts = called(ui.number("counts", value=2000, precision=0).props("dense"), f"{name}-master-counts")
@@ -171,7 +169,7 @@ def _encoder(look: Look, name: str) -> None:
 
 
 def _joystick(look: Look, name: str, product: Product) -> Refresh:
-    """A stick that springs back; with the keyboard, as long as an arrow is held."""
+    """Build the joystick, which springs back; an arrow key deflects it while held."""
     assert product.joystick is not None, "it takes one"
     most, client = product.joystick.usual, ui.context.client
     held = 0
@@ -183,10 +181,10 @@ def _joystick(look: Look, name: str, product: Product) -> Refresh:
             held = rate
 
     def let_go() -> None:
-        """The page is gone, and with it the hand on the stick."""
+        """Release the joystick when the page is closed."""
         if held and look.drives:
-            with suppress(AxistwinError):  # it may be on its way to another moment
-                look.session.do(name, "joystick", "0")
+            with client:
+                deflect(0)
 
     def pressed(event: events.GenericEventArguments) -> None:
         if event.args["key"] in ARROWS and not event.args.get("repeat"):

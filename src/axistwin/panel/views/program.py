@@ -1,6 +1,6 @@
-"""The stored programs of a controller: their lines, the running one marked, and breaks at lines.
+"""The stored programs of a controller: lines, the running line, and breakpoints at lines.
 
-What starts and stops a program is what a host would say; the product tells it.
+A program is started and stopped by the messages of a host, which the product defines.
 """
 
 import re
@@ -15,30 +15,29 @@ from nicegui.events import GenericEventArguments, UploadEventArguments
 from axistwin.bench import FAMILIES, Controller, endpoints
 from axistwin.controllers.product import Listing, Order
 from axistwin.panel.drawings.listing import Lines
-from axistwin.panel.look import Look, Refresh
+from axistwin.panel.look import Look, Refresh, seldom
 from axistwin.panel.turns import breathe
 from axistwin.scenes.hosting import KINDS
 
 MOST_BYTES = 1 << 18
-"""No program is a tenth as long, and NiceGUI's browsers keep what is four times as long to themselves."""
-TOO_LONG = f"no program has more than {MOST_BYTES:,} characters: give its own text"
+"""Greatest length of a program, ten times the longest real one; browsers do not send four times as much."""
+TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}
-"""Whose the files are that can be loaded."""
+"""Family of each file suffix."""
 EMPTY = Listing("", ())
 SELDOM = 4
-"""While time passes, it is looked at in one of so many frames: to tell the line, a motor is brought up to now."""
+"""Interval in frames while virtual time passes: a motor is advanced to find its line."""
 
 
 def program(look: Look, name: str) -> Refresh:
-    """The programs of one controller."""
-    return _View(look, name).refresh
+    """Build the view of the programs of one controller."""
+    return seldom(look, SELDOM, _View(look, name).refresh)
 
 
 class _View:
     def __init__(self, look: Look, name: str) -> None:
         self.look, self.name = look, name
         self._orders: dict[str, ui.row] = {}
-        self._frames = 0
         with ui.element("section").classes("program"):
             with ui.element("div").classes("program-head"):
                 self._choice = ui.select([], label="program", on_change=self._chosen).props(_DENSE)
@@ -57,10 +56,7 @@ class _View:
         return self.look.bench[self.name]
 
     def refresh(self) -> None:
-        """Lines, the running one, breaks."""
-        self._frames += 1
-        if self.look.session.running and self._frames % SELDOM:
-            return
+        """Update lines, running line and breakpoints."""
         programs = self._controller.programs
         self._offer(programs)
         which = self._which(programs)
@@ -83,7 +79,7 @@ class _View:
         self._choice.visible = len(names) > 1
 
     def _which(self, programs: Mapping[str, Listing]) -> str:
-        """The one that is wanted; while following, the one that runs."""
+        """Return the selected program; while following, the running program."""
         wanted = self.look.person.settings.get(f"{self.name} program")
         if self._follow.value or wanted not in programs:
             running = (each for each, listing in programs.items() if listing.running is not None)
@@ -105,7 +101,7 @@ class _View:
     # Breaks
 
     def _toggle(self, index: int) -> None:
-        """A break at this line is made, or taken away."""
+        """Add a breakpoint at a line, or remove it."""
         session, sentence = self.look.session, f"{self.name} runs {self._place(index)}"
         there = next((each for each in session.breaks if each.sentence == sentence), None)
         if there is not None:
@@ -114,7 +110,7 @@ class _View:
             self.look.touch(lambda: session.add_break(sentence))
 
     def _place(self, index: int) -> str:
-        """As a sentence has it: with the number of the program where there are several."""
+        """Return the line as in a sentence: with the program's number if there are several."""
         names = self._controller.product.programs
         number = f"{str(self._choice.value).split()[-1]}:" if len(names) > 1 else ""
         return f"{number}{index + 1}"
@@ -127,7 +123,7 @@ class _View:
                  if (match := sentence.fullmatch(each.sentence))]  # fmt: skip
         self._lines.set_breaks({line for line, on in found if on}, {line for line, on in found if not on})
 
-    # What can be done
+    # Buttons
 
     def _buttons(self) -> None:
         controller = self._controller
@@ -157,7 +153,7 @@ class _View:
 
 
 class _Loading:
-    """A dialog for a program from a file, or from the clipboard."""
+    """Dialog to load a program from a file or from the clipboard."""
 
     def __init__(self, look: Look, name: str) -> None:
         self.look, self.name = look, name
@@ -180,13 +176,13 @@ class _Loading:
                 ui.button("Cancel", on_click=self._dialog.close).props("flat")
 
     def open(self) -> None:
-        """Show it, empty."""
+        """Open the empty dialog."""
         self._upload.reset()
         self._text.value = ""
         self._dialog.open()
 
     def _refuse(self) -> None:
-        """What was there before is not what somebody now wants to load."""
+        """Clear the previous text, and show an error."""
         self._text.value = ""
         ui.notify(TOO_LONG, type="negative")
 
@@ -195,17 +191,21 @@ class _Loading:
         self._file.value = PurePath(event.file.name).name
 
     def _load(self, event: GenericEventArguments) -> None:
-        """`event` tells how long the text is that the browser shows."""
+        """Load the text; `event` contains the length of the text in the browser."""
         text, file = str(self._text.value or ""), str(self._file.value or "")
         if max(len(text), event.args if type(event.args) is int else 0) > MOST_BYTES:
             self._refuse()
             return
-        if self.look.touch(lambda: self.look.session.load(self.name, file, text)):
+
+        def load() -> None:
+            self.look.session.load(self.name, file, text)
             self._dialog.close()
+
+        self.look.touch(load)
 
 
 async def _read(file: FileUpload) -> str:
-    """Files of that age are in all kinds of 8-bit codes."""
+    """Return the text of a file; old files may use any 8-bit code."""
     data = await file.read()
     try:
         return data.decode()

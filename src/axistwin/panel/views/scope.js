@@ -1,4 +1,4 @@
-// The oscilloscope's screen: draws what the server sends, and tells it what is done with wheel, fingers and keys.
+// The oscilloscope's screen: draws the frames of the server, and sends messages about wheel, fingers and keys.
 window.axistwinScope = (() => {
   const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, BELOW = 40, NEAR = 9, CLICK = 4;
   const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = ["solid", "dashed", "dotted"];

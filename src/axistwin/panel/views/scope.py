@@ -1,4 +1,4 @@
-"""An oscilloscope: any signals of the bench against time."""
+"""The oscilloscope: any signals of the bench over time."""
 
 import asyncio
 import json
@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import events, run, ui
 
 from axistwin.errors import AxistwinError
+from axistwin.panel.acts import State
 from axistwin.panel.look import Look, Refresh
 from axistwin.panel.people import Person
 from axistwin.panel.scope import frames
@@ -21,22 +22,22 @@ from axistwin.sessions.session import Session
 from axistwin.units import to_seconds
 
 READOUT_EVERY = 5
-"""Numbers are told in every so manieth frame: faster nobody reads."""
+"""Interval in frames at which numbers are updated."""
 
 
 class Scopes:
-    """A session's recorder, attached to each of its benches; and everybody's screen."""
+    """A session's recorder, attached to each of its benches, and the screens of all users."""
 
     def __init__(self, session: Session) -> None:
         self.recorder = Recorder()
         self.drawn = 0
-        """Pictures that have been sent, to all."""
+        """Number of pictures sent to all pages."""
         self.saving = asyncio.Lock()
         self._pages: dict[Screen, int] = {}
         session.each_bench(self.recorder.attach)
 
     def come(self, person: Person) -> Screen:
-        """One more page of this person, until it goes; somebody who is new sees how the axes move."""
+        """Add a page of this user; a new user's screen shows the motion of axes."""
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
             screen = person.settings["scope"] = Screen(self.recorder)
@@ -45,32 +46,32 @@ class Scopes:
         breathe()
         try:
             screen.show(screen.names)
-        except AxistwinError:  # the others look at so much
+        except AxistwinError:  # too many signals on other screens
             screen.show(())
         return screen
 
     def go(self, screen: Screen) -> None:
-        """A page less."""
+        """Remove a page."""
         self._pages[screen] -= 1
         if not self._pages[screen]:
             self.recorder.leave(screen)
 
 
 def scope(look: Look) -> Refresh:
-    """An oscilloscope for whoever looks."""
+    """Build the oscilloscope of the user."""
     all_ = look.common(Scopes)
     screen = all_.come(look.person)
     breathe()
     ui.context.client.on_delete(lambda: all_.go(screen))
     with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
-        return _Scope(screen, all_).refresh
+        return _Scope(look, screen, all_).refresh
 
 
 class _Scope:
-    """The card."""
+    """The oscilloscope's card."""
 
-    def __init__(self, screen: Screen, all_: Scopes) -> None:
-        self.screen, self._all = screen, all_
+    def __init__(self, look: Look, screen: Screen, all_: Scopes) -> None:
+        self._look, self.screen, self._all = look, screen, all_
         self._client = ui.context.client
         self._pixels, self._seen = screen.pixels, True
         self._drawn: object = None
@@ -90,7 +91,7 @@ class _Scope:
         self._client.on_delete(self._views.clear)  # they refer to the card
 
     def refresh(self) -> None:
-        """The controls, and the picture if it is another."""
+        """Update the controls, and a picture that has changed."""
         screen = self.screen
         screen.recorder.catch_up()
         for view in self._views:
@@ -110,11 +111,11 @@ class _Scope:
 
     @property
     def time_to_tell(self) -> bool:
-        """Whether numbers are to be told in this frame."""
-        return self._frames % READOUT_EVERY == 0
+        """True if numbers are updated in this frame."""
+        return self._frames % READOUT_EVERY == 0 or self._look.acts.state is not State.RUNNING
 
     def attempt(self, act: Callable[[], object]) -> bool:
-        """Do it; what is wrong is told.  Returns whether it was done."""
+        """Perform an act, and show its error.  Returns True without an error."""
         try:
             act()
         except AxistwinError as error:
@@ -122,7 +123,7 @@ class _Scope:
             return False
         return True
 
-    # What a browser tells
+    # Messages of the browser
 
     def _done(self, event: events.GenericEventArguments) -> None:
         told = event.args if isinstance(event.args, dict) else {}
@@ -144,7 +145,7 @@ class _Scope:
                 self._key(str(told.get("key")), bool(told.get("shift")), bool(told.get("alt")))
 
     def _click(self, place: float, other: bool) -> None:
-        """The active cursor; the first two clicks set both."""
+        """Set the active cursor; the first two clicks set both."""
         cursors = self.screen.cursors
         which = {"a": "b", "b": "a"}[cursors.active] if other else cursors.active
         self.screen.put_cursor(which, place)
@@ -165,7 +166,7 @@ class _Scope:
     # Saving
 
     async def save(self, suffix: str, whole: bool) -> None:
-        """What is seen, or all that is known of these signals, as a file for the browser to keep."""
+        """Save the visible window or the complete record of these signals as a file."""
         screen = self.screen
         signals = {name: screen.recorder.signals[name] for name in screen.tracks}
         from_ns, to_ns = (0, screen.record.now_ns) if whole else screen.edges
@@ -210,7 +211,7 @@ SUFFIXES = (*TRACES, *PICTURES)
 
 
 def _number(told: Any, least: float, most: float, otherwise: float) -> float:
-    """A number between these, whatever a browser says."""
+    """Return a number within limits; `otherwise` for any other value of the browser."""
     if isinstance(told, int | float) and isfinite(told):
         return min(max(float(told), least), most)
     return otherwise

@@ -1,4 +1,4 @@
-"""The oscilloscope's knobs: time, signals, trigger, cursors."""
+"""The oscilloscope's controls: time, signals, trigger, cursors."""
 
 from bisect import bisect_left
 from collections.abc import Awaitable, Callable
@@ -23,24 +23,24 @@ UNKNOWN = "–"
 
 
 class Card(Protocol):
-    """What the knobs belong to."""
+    """The card with the controls."""
 
     screen: Screen
     plot: ui.echart
 
     @property
     def time_to_tell(self) -> bool:
-        """Whether numbers are to be told in this frame."""
+        """True if numbers are updated in this frame."""
 
     def attempt(self, act: Callable[[], object]) -> bool:
-        """Do it; what is wrong is told."""
+        """Perform an act, and show its error."""
 
     def save(self, suffix: str, whole: bool) -> Awaitable[None]:
-        """As a file."""
+        """Save a file."""
 
 
 def head(card: Card) -> Refresh:
-    """Pause, time base, lanes, saving."""
+    """Build pause, time base, lanes and saving."""
     screen = card.screen
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
@@ -49,8 +49,8 @@ def head(card: Card) -> Refresh:
         breathe()
         refresh_time = _time_base(screen)
         breathe()
-        all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='all that is known'")
-        all_.mark("scope-all").tooltip("All that is known")
+        all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='complete record'")
+        all_.mark("scope-all").tooltip("Complete record")
         lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
         refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
         breathe()
@@ -68,7 +68,7 @@ def head(card: Card) -> Refresh:
 
 def _state(screen: Screen) -> str:
     if screen.frozen is not None:
-        return "view paused; the bench goes on"
+        return "view paused; the bench runs"
     if screen.waiting:
         return (
             f"waiting for an edge of {screen.trigger.signal}" if screen.trigger.signal else "the trigger has no signal"
@@ -107,7 +107,7 @@ def _save_menu(card: Card) -> None:
         ui.button("Save", icon="download").props("dense flat no-caps data-test=scope-save").mark("scope-save"),
         ui.menu(),
     ):
-        for whole, what in ((False, "what is seen"), (True, "all that is known")):
+        for whole, what in ((False, "visible window"), (True, "complete record")):
             for suffix in (*TRACES, *PICTURES):
                 breathe()
                 item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: card.save(s, w))
@@ -115,7 +115,7 @@ def _save_menu(card: Card) -> None:
 
 
 def choice(card: Card) -> Refresh:
-    """Which signals: patterns, or from a list that is searched."""
+    """Build the selection of signals: by patterns, or from a list with a search."""
     screen = card.screen
 
     def take() -> None:
@@ -235,14 +235,14 @@ def _names(screen: Screen) -> list[str]:
 
 
 def activate(screen: Screen, which: str) -> None:
-    """This cursor is the active one; it comes into the middle if it is nowhere."""
+    """Activate a cursor; a cursor that is not set appears in the middle."""
     screen.cursors.active = which
     if screen.cursors.active_ns is None:
         screen.move_cursor(0)
 
 
 def clear_cursors(screen: Screen) -> None:
-    """There are none."""
+    """Remove both cursors."""
     screen.cursors.set("b", None)
     screen.cursors.set("a", None)
 
@@ -258,7 +258,7 @@ COLUMNS = [
 
 
 def readout(card: Card) -> Refresh:
-    """What the cursors measure, as text."""
+    """Build the table of measurements of the cursors."""
     screen = card.screen
     with ui.row().classes("scope-row"):
         for which in ("a", "b"):

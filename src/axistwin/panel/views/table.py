@@ -1,4 +1,4 @@
-"""Two axes of one controller that make a table: seen from above and, for those who wish, in three dimensions."""
+"""Two axes of one controller that make a table: from above and, optionally, in three dimensions."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ TURN = 30.0
 
 
 def table(look: Look, name: str) -> Callable[[bool], None]:
-    """The table of a controller, if it has one; what it returns is told whether things go on from where they were."""
+    """Build the table of a controller that has one.  Returns its update function, with the parameter `smooth`."""
     names = table_axes(look.bench[name])
     if names is None:
         return lambda smooth: None
@@ -37,7 +37,7 @@ def table(look: Look, name: str) -> Callable[[bool], None]:
 
 
 def _tool(look: Look, controller: Controller) -> Callable[[], str]:
-    """Which output lowers the tool, as this person has chosen; the first if nobody has."""
+    """Build the selection of the output that lowers the tool; default: the first output."""
     outputs = [name for name, pin in controller.pins.items() if pin.is_output]
     key = f"{controller.name} tool"
     first = outputs[0] if outputs else NO_TOOL
@@ -52,7 +52,7 @@ def _tool(look: Look, controller: Controller) -> Callable[[], str]:
 
 
 class _Solid:
-    """The view in three dimensions, which is there while its switch is on."""
+    """The view in three dimensions, which exists while its switch is on."""
 
     def __init__(self, look: Look, controller: Controller, names: tuple[str, str]) -> None:
         self._look, self._name, self._names = look, controller.name, names
@@ -62,12 +62,12 @@ class _Solid:
         self._switch = ui.switch("3-D", value=on, on_change=self._changed).mark(self._key)
 
     def make_room(self) -> None:
-        """It will be here."""
+        """Reserve the place of the view."""
         self._room = ui.element("div").classes("solid")
         self._make()
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Bring it up to date, if it is there."""
+        """Update the view if it exists."""
         if self._view is not None:
             self._view.show(controller, trail, tool)
 

@@ -1,4 +1,4 @@
-"""Views behind tabs: each is made when it is first looked at, and brought up to date while it is looked at."""
+"""Tabs with views: each view is built when first opened, and updated while open."""
 
 from collections.abc import Callable
 from functools import partial
@@ -9,11 +9,11 @@ from axistwin.panel.look import Look, Refresh
 from axistwin.panel.turns import breathe
 
 Kinds = dict[str, Callable[[], Refresh]]
-"""Views by the words on their tabs."""
+"""Views by the labels of their tabs."""
 
 
 def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
-    """These, with the one open that this person looked at last."""
+    """Build tabs; the tab that this user opened last is open."""
     made: dict[str, Refresh | None] = {}
     drawn = False
     setting = f"tab {name}"

@@ -1,4 +1,6 @@
-"""A terminal at each place where a host can be: what is said there, and what one says oneself."""
+"""A terminal at each endpoint: the messages, and a line to send."""
+
+from functools import partial
 
 from nicegui import events, ui
 
@@ -12,17 +14,17 @@ SCREEN = {
     "theme": {"background": "#10151c", "foreground": "#f0f3f7", "red": "#ff7b72"}, "screenReaderMode": True,
 }  # fmt: skip
 PASSED_ON = "(event) => event.key !== 'Tab'"
-"""Which keys the screen takes: not the one that leads on to the next control.  The line below sends a TAB, too."""
+"""Accepts all keys except Tab, which moves the focus.  The line below can send a TAB."""
 FITTED = (
     "new ResizeObserver(() => this.element.clientWidth && getElement({id})?.fit()).observe(this.element.parentElement)"
 )
-"""As wide as there is room, now and later."""
+"""Keeps the terminal as wide as its card."""
 TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
 
 
 def terminal(look: Look, name: str) -> Refresh:
-    """Of the partner of this name: a controller, its second channel, or a line that motors share."""
+    """Build the terminal of an endpoint: a controller, its second channel, or a line with several motors."""
     whole = endpoints.at_a_bus(look.bench, name)
     with ui.row().classes("terminal-head"):
         client = ui.label().classes("quiet").mark(f"client-{name}")
@@ -37,13 +39,13 @@ def terminal(look: Look, name: str) -> Refresh:
     def refresh() -> None:
         show()
         connected = look.session.client(name)
-        client.text = f"{connected} is connected" if connected else "nobody is connected from outside"
+        client.text = f"{connected} is connected" if connected else "no client is connected"
 
     return refresh
 
 
 def _roll(look: Look, name: str, screen: ui.xterm, whole: bool) -> Refresh:
-    """Print what is new; all of it when another bench has taken the place of the one before."""
+    """Return the function that prints new messages; after a change of the bench, all messages."""
     talk, generation, count = look.common(Talk), -1, 0
     printer = Printer(endpoints.codec_at(look.bench, name), whole)
 
@@ -61,20 +63,20 @@ def _roll(look: Look, name: str, screen: ui.xterm, whole: bool) -> Refresh:
     return show
 
 
-# Typing
+# Input
 
 
 def _typed(look: Look, name: str, text: str) -> None:
-    """Keys pressed in the terminal itself go out as they are."""
+    """Send keys that are pressed on the screen without change."""
     if endpoints.at_a_bus(look.bench, name):
-        ui.notify("a board takes whole commands: type them in the line below", type="warning")
+        ui.notify("a board accepts whole commands only: type them in the line below", type="warning")
         return
     data = text.encode("latin-1", "replace")
     look.touch(lambda: look.session.say(name, data))
 
 
 def _line(look: Look, name: str, whole: bool) -> None:
-    """A line to type into, sent as a whole."""
+    """Build the line that is sent as a whole."""
     history = look.person.lines.setdefault(name, [])
     with ui.row().classes("terminal-line"):
         hint = "a command in hex or by its name" if whole else r"characters; \r \n \xNN for those that cannot be seen"
@@ -85,8 +87,12 @@ def _line(look: Look, name: str, whole: bool) -> None:
 
         def send() -> None:
             look.person.ending = ending.value
-            if look.touch(lambda: look.session.say(name, _bytes(look, name, box.value, whole, ending.value))):
-                history[:] = [*(line for line in history if line != box.value), box.value][-REMEMBERED:]
+            look.touch(partial(say, box.value))
+
+        def say(line: str) -> None:
+            look.session.say(name, _bytes(look, name, line, whole, ending.value))
+            history[:] = [*(each for each in history if each != line), line][-REMEMBERED:]
+            if box.value == line:
                 box.value = ""
 
         box.on("keydown.enter", send)
@@ -101,7 +107,7 @@ def _bytes(look: Look, name: str, text: str, whole: bool, ending: str) -> bytes:
         raise UsageError(f"{error.message} (column {error.column})") from None
 
 
-# What else a host's end of a serial line can do
+# Other controls at the host's end of a serial line
 
 
 def _buttons(look: Look, name: str) -> None:

@@ -1,0 +1,104 @@
+"""Acts of all users on one session, in their order: during a step or a `go_to`, further acts wait for its end."""
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from enum import StrEnum
+from functools import partial
+
+from axistwin.sessions.session import Session
+
+
+class State(StrEnum):
+    """State of a session and of a page that shows it, as the page publishes it in `document.body.dataset.state`."""
+
+    BUSY = "busy"
+    """A move or a message is being handled."""
+    RUNNING = "running"
+    """Virtual time passes."""
+    QUIET = "quiet"
+    """The bench is paused, or no event is due; the page shows the present state."""
+
+
+class Acts:
+    """The queue of acts on one session.  A move is a `step` or a `go_to`."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._waiting: deque[Callable[[bool], object]] = deque()
+        """Called with True to perform an act, with False to drop it."""
+        self._moving = False
+        self._observers: list[Callable[[], None]] = []
+        self._last = State.QUIET
+        session.pacer.subscribe(self._after_advance)
+
+    @property
+    def busy(self) -> bool:
+        """True during a move."""
+        return self._moving or self._session.busy
+
+    @property
+    def state(self) -> State:
+        """State of the session."""
+        if self.busy or self._waiting:
+            return State.BUSY
+        return State.RUNNING if self._session.running and not self._idle else State.QUIET
+
+    @property
+    def _idle(self) -> bool:
+        """True if the bench runs at full speed and no event is due."""
+        session, clock = self._session, self._session.bench.clock
+        if session.speed is not None:
+            return False
+        return (clock.quiet and clock.now >= session.pacer.agenda_ns) or clock.next_event_ns() is None
+
+    def do(self, act: Callable[[], object]) -> None:
+        """Perform an act: at once, or during a move after its end."""
+        if self.busy:
+            self._waiting.append(lambda perform: act() if perform else None)
+        else:
+            act()
+
+    def move(self, begin: Callable[[], Awaitable[object]]) -> Awaitable[object]:
+        """Begin a move with `begin()`: at once, or after the present move.  Returns its result; None if dropped."""
+        turn: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
+        if self.busy:
+            self._waiting.append(partial(self._grant, turn))
+        else:
+            self._grant(turn, True)
+        return self._move(begin, turn)
+
+    def stop(self) -> None:
+        """Abort the move, and drop the acts that wait for its end."""
+        self._session.give_up()
+        while self._waiting:
+            self._waiting.popleft()(False)
+
+    def subscribe(self, observer: Callable[[], None]) -> Callable[[], None]:
+        """Call `observer` when the session has become quiet, and after each move.  Returns an unsubscribe function."""
+        self._observers.append(observer)
+        return lambda: self._observers.remove(observer)
+
+    def _grant(self, turn: asyncio.Future[bool], perform: bool) -> None:
+        self._moving = self._moving or perform
+        turn.set_result(perform)
+
+    async def _move(self, begin: Callable[[], Awaitable[object]], turn: asyncio.Future[bool]) -> object:
+        if not await turn:
+            return None
+        try:
+            return await begin()
+        finally:
+            self._moving = False
+            while self._waiting and not self.busy:
+                self._waiting.popleft()(True)
+            self._notify()
+
+    def _after_advance(self) -> None:
+        before, self._last = self._last, self.state
+        if self._last is State.QUIET and before is not State.QUIET:
+            self._notify()
+
+    def _notify(self) -> None:
+        for observer in tuple(self._observers):
+            observer()

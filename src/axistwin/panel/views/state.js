@@ -1,0 +1,23 @@
+// Publishes the state of the page in document.body.dataset.state: "busy", "running" or "quiet".
+window.axistwinState = (() => {
+  const OWN = '{"sent":';
+  let sent = 0, planned = false;
+
+  // Counts the messages of the page, and reports their number after them.
+  function attach() {
+    window.socket.onAnyOutgoing((kind, message) => {
+      if (kind !== "event" || message.args?.[0]?.startsWith(OWN)) return;
+      sent += 1;
+      document.body.dataset.state = "busy";
+      if (!planned) queueMicrotask(() => { planned = false; emitEvent("sent", { sent }); });
+      planned = true;
+    });
+  }
+
+  // `handled`: number of messages whose results are drawn.
+  function show(state, handled) {
+    document.body.dataset.state = handled === sent ? state : "busy";
+  }
+
+  return { attach, show };
+})();
