@@ -19,22 +19,31 @@ from .digiplan.talking import ready
 TESTS = Path(__file__).parent
 SLOW_FOLDERS = {"panel", "sessions", "basic"}
 SLOW_FILES = {
-    # programs, pages, pictures and everything together
-    "board", "check_fix", "check_formats", "cli", "codes", "demo", "editing", "lsp", "motors", "plot", "plot_trace",
-    "record", "run", "serve", "serve_panel", "serve_trace", "term", "traces", "twin", "tutorials", "pytest_plugin",
-    "storage", "determinism", "same_instant", "scenes", "x86", "c_hosts", "bus", "pty", "profile", "conversations",
-    "fidelity", "machines", "anywhere",
-    # IF1 and IF2
-    "anything", "at_every_moment", "backlash", "check", "command_list", "control_of_data_transfer", "data_format",
-    "initialisation", "inputs", "interpolation", "listing", "ramp", "sequence_properties", "speed", "stored_state",
-    # 1810 and 1811
-    "closed_loop_maintenance", "home", "manual_stop", "state_machine",
-    # SmartMotor
-    "arrays", "brake_model", "cam_on_the_fly", "f_functions", "fault_handling", "host_mode", "host_streams",
-    "inputs_outputs", "interpreter", "interrupt_roles", "jit", "kernel_properties", "kernel_reference", "modes",
-    "overheat", "pieces", "program", "registers", "servo", "servo_reference",
-}  # fmt: skip
-"""Those that take more than half a second of processor time, by their names without `test_`."""
+    "": "determinism docs fidelity numbers readme report storage tutorials",
+    "bus_hosts": "x86",
+    "cli": "board cli demo ending motors plot record run serve serve_trace term",
+    "compumotor": "closed_loop closed_loop_maintenance command_list decisions home manual_moves manual_programming"
+    " manual_stop moves owners state_machine streaming streaming_moments",
+    "conversations": "recorder",
+    "diagnostics": "check_agrees check_fix check_formats codes",
+    "digiplan": "anything at_every_moment backlash check command_list control_of_data_transfer data_format"
+    " initialisation interpolation listing memory_image ramp repeats sequence_properties speed stored_state",
+    "editor": "editing lsp",
+    "examples": "scenes",
+    "fault_injection": "anywhere machines",
+    "links": "bus c_hosts fairness pty telnet",
+    "motion": "profile",
+    "plots": "plot_trace",
+    "robustness": "mutated_files mutation same_instant",
+    "sim": "clock sampling",
+    "smartmotor": "arrays brake_model brakes cam_on_the_fly check decisions_motion f_functions fault_handling follow"
+    " host_mode host_streams image inputs_outputs interpreter interrupt_roles interrupts jit kernel_properties"
+    " kernel_reference limits listing machine master_on_an_axis modes overheat pieces program_store registers"
+    " servo servo_reference status_word trajectory",
+    "testing": "pytest_plugin twin",
+    "traces": "traces traces_page",
+}
+"""Files in which a test takes more than 5 ms on average, and all of them a third of a second; without `test_`."""
 
 
 def pytest_configure() -> None:
@@ -44,8 +53,9 @@ def pytest_configure() -> None:
 
 
 def is_slow(path: Path) -> bool:
-    folders = path.parts[len(TESTS.parts) :]
-    return path.stem.removeprefix("test_") in SLOW_FILES or not SLOW_FOLDERS.isdisjoint(folders)
+    *folders, file = path.relative_to(TESTS).with_suffix("").parts
+    names = SLOW_FILES.get("/".join(folders), "").split()
+    return file.removeprefix("test_") in names or not SLOW_FOLDERS.isdisjoint(folders)
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

@@ -1,6 +1,6 @@
 """Garbage at every baud rate to a served controller, while a host asks another one of the same process.
 
-    python benchmarks/robustness/fairness.py [SEED] [BYTES]
+    python benchmarks/robustness/fairness.py [--seed 11] [--bytes 1000]
 
 Printed, as processor time of the process: the longest step of the simulation, and the longest time from a question of
 the other host to its answer, at 9600 baud.  Exit code 0: no step above 5 ms, no answer after more than 50 ms.
@@ -9,13 +9,12 @@ the other host to its answer, at 9600 baud.  Exit code 0: no step above 5 ms, no
 import asyncio
 import contextlib
 import gc
-import sys
 from time import process_time
 
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.clock import Clock
-from fuzz import BAUD_RATES, PORTS, SEED, garbage, motors
+from fuzz import BAUD_RATES, PORTS, arguments, garbage, motors
 
 BYTES = 1000
 LONGEST_STEP_S, LONGEST_WAIT_S = 0.005, 0.050
@@ -97,8 +96,10 @@ async def ask_until(url: PortUrl, flooding: "asyncio.Future[None]") -> float:
     return longest_s
 
 
-def main(seed: int = SEED, count: int = BYTES) -> int:
+def main() -> int:
     """Print what was measured, and the verdict."""
+    given = arguments(__doc__, BYTES)
+    seed, count = given.seed, given.bytes
     good = True
     print(f"seed {seed}, {count} bytes each; milliseconds of processor time")
     for name in ATTACKED:
@@ -113,4 +114,4 @@ def main(seed: int = SEED, count: int = BYTES) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(*map(int, sys.argv[1:3])))
+    raise SystemExit(main())

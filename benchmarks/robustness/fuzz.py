@@ -1,12 +1,13 @@
 """Random input against every model, at its own baud rate and at wrong ones: exceptions, and bytes per second.
 
-    python benchmarks/robustness/fuzz.py [SEED] [BYTES]
+    python benchmarks/robustness/fuzz.py [--seed 11] [--bytes 1000]
 
 A rate is in characters per second of processor time: those that are put on wires, or those that the receivers find
 there where these are more (to a fast receiver the bits of a slow character look like several).  Bytes of the host per
 second are printed beside it.  Exit code 0: no exception, and no rate below half of that at the model's own baud rate.
 """
 
+import argparse
 import random
 import sys
 from collections.abc import Callable
@@ -185,8 +186,18 @@ def attack_board(model: str, seed: int, count: int) -> Outcome:
     return Outcome(count, count, 0, process_time() - began, 0.0, error)
 
 
-def main(seed: int = SEED, count: int = BYTES) -> int:
+def arguments(about: str | None, count: int) -> argparse.Namespace:
+    """Read the command line of a campaign: its seed, and how many bytes it sends to each port."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--bytes", type=int, default=count, help="bytes for each port at each baud rate")
+    return parser.parse_args()
+
+
+def main() -> int:
     """Print rates and the verdict."""
+    given = arguments(__doc__, BYTES)
+    seed, count = given.seed, given.bytes
     good = True
     print(f"seed {seed}, {count} bytes each; characters per second of processor time")
     for name, make in PORTS.items():
@@ -213,4 +224,4 @@ def best(make: Callable[[], Target], baudrate: int, data: bytes) -> Outcome:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(*map(int, sys.argv[1:3])))
+    raise SystemExit(main())

@@ -2,15 +2,14 @@
 
 import json
 
-import pytest
-
 from axistwin import Bench
 from axistwin.bench.acts import Hear
 from axistwin.bench.hosts import host_of
-from axistwin.cli.main import main
 from axistwin.conversations.conversation import parse, write
 from axistwin.conversations.player import play
 from axistwin.conversations.recorder import recording
+
+from ..command import run
 
 TALK = """\
 ; model: 1811
@@ -40,17 +39,6 @@ go_relative 25000
 """
 
 
-@pytest.fixture
-def run(capsys):
-    def run(*words):
-        with pytest.raises(SystemExit) as ended:
-            main([str(word) for word in words])
-        told = capsys.readouterr()
-        return ended.value.code, told.out, told.err
-
-    return run
-
-
 def bench_with_a_board():
     bench = Bench()
     return bench, bench.add("1811")
@@ -72,7 +60,7 @@ def test_what_is_different_is_shown_in_hex():
     assert difference.got.startswith("01 07 00")
 
 
-def test_a_conversation_that_does_not_say_its_model(run, tmp_path):
+def test_a_conversation_that_does_not_say_its_model(tmp_path):
     talk = tmp_path / "a.talk"
     talk.write_text(TALK.partition("\n")[2])
     assert run("run", "1811", talk)[0] == 0
@@ -96,7 +84,7 @@ def test_a_recording_is_played_again_to_the_nanosecond():
     assert again.now == bench.now
 
 
-def test_a_program(run, tmp_path):
+def test_a_program(tmp_path):
     program, trace, plot = tmp_path / "p.181x", tmp_path / "t.csv", tmp_path / "p.svg"
     program.write_text(PROGRAM)
     code, told, _ = run("run", "1811", program, "--trace", trace, "--plot", plot)
@@ -110,7 +98,7 @@ def test_a_program(run, tmp_path):
     assert plot.read_text().startswith("<?xml")
 
 
-def test_a_program_as_json(run, tmp_path):
+def test_a_program_as_json(tmp_path):
     program = tmp_path / "p.181x"
     program.write_text(PROGRAM)
     _, told, _ = run("run", "1810", program, "--json")
@@ -119,7 +107,7 @@ def test_a_program_as_json(run, tmp_path):
     assert said[3]["words"] == "position from absolute zero: position 25000 pulses"
 
 
-def test_a_program_that_cannot_be_read(run, tmp_path):
+def test_a_program_that_cannot_be_read(tmp_path):
     program = tmp_path / "p.181x"
     program.write_text("70\ngo_relative x\n")
     code, _, told = run("run", "1811", program)
@@ -127,25 +115,22 @@ def test_a_program_that_cannot_be_read(run, tmp_path):
     assert f"{program}:2:13: distance: 'x' is none" in told
 
 
-def test_a_program_for_something_else(run, tmp_path):
+def test_a_program_for_something_else(tmp_path):
     program = tmp_path / "p.181x"
     program.write_text("70\n")
     assert run("run", "if1", program)[0] == 1
 
 
-def test_a_terminal(monkeypatch, run, tmp_path):
-    typed = tmp_path / "typed"
-    typed.write_text("default_velocity_and_acceleration 00 25000 250000\ngo_relative 25000\n83\nbogus\n\n:axes\n")
-    with typed.open() as stdin:
-        monkeypatch.setattr("sys.stdin", stdin)
-        code, told, _ = run("term", "1811", "--speed", "max")
+def test_a_terminal():
+    lines = "default_velocity_and_acceleration 00 25000 250000\ngo_relative 25000\n83\nbogus\n\n:axes\n"
+    code, told, _ = run("term", "1811", "--speed", "max", typed=lines)
     assert code == 0
     assert "< 83 00 00 00 00 61 A8   position from absolute zero: position 25000 pulses" in told
     assert "no command 'bogus'" in told
     assert "motor  25000  at rest" in told
 
 
-def test_commands(run):
+def test_commands():
     code, told, _ = run("commands", "1811")
     assert code == 0
     assert "go relative" in told

@@ -2,14 +2,10 @@
 
 import json
 import re
-import socket
-import subprocess
-import sys
 
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.cli.main import main
 from axistwin.cli.plot import draw
 from axistwin.conversations.conversation import parse, write
 from axistwin.conversations.player import play
@@ -21,6 +17,9 @@ from axistwin.plots.history import watching
 from axistwin.plots.servo_record import POINTS, ServoRecord
 from axistwin.sim.clock import Clock
 from axistwin.traces.trace import tracing
+
+from ..command import ended, run, serving
+from ..links.serving import dial
 
 MS = 10**6
 
@@ -76,17 +75,6 @@ LOOP
 RP
 END
 """
-
-
-@pytest.fixture
-def run(capsys):
-    def run(*words):
-        with pytest.raises(SystemExit) as ended:
-            main([str(word) for word in words])
-        told = capsys.readouterr()
-        return ended.value.code, told.out, told.err
-
-    return run
 
 
 def motor_on_a_bench(**options):
@@ -190,7 +178,7 @@ def test_a_recording_is_played_again_to_the_nanosecond():
 # Programs
 
 
-def test_a_stored_program(run, tmp_path):
+def test_a_stored_program(tmp_path):
     program, trace, plot = tmp_path / "p.sms", tmp_path / "t.csv", tmp_path / "p.svg"
     program.write_bytes(PROGRAM.encode("latin-1"))
     code, told, noted = run("run", "smartmotor", program, "--trace", trace, "--plot", plot)
@@ -207,7 +195,7 @@ def test_a_stored_program(run, tmp_path):
     assert plot.read_text().startswith("<?xml")
 
 
-def test_a_program_that_never_ends(run, tmp_path):
+def test_a_program_that_never_ends(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("WHILE 1\n  WAIT=4069\n  a=a+1\nLOOP\n")
     _, _, noted = run("run", "smartmotor", program)
@@ -215,7 +203,7 @@ def test_a_program_that_never_ends(run, tmp_path):
     assert run("run", "smartmotor", program, "--for", "2")[2] == ""
 
 
-def test_a_program_as_json(run, tmp_path):
+def test_a_program_as_json(tmp_path):
     program = tmp_path / "p.sms"
     program.write_bytes(PROGRAM.encode("latin-1"))
     result = json.loads(run("run", "smartmotor", program, "--json")[1])
@@ -224,7 +212,7 @@ def test_a_program_as_json(run, tmp_path):
     assert result["complete"]
 
 
-def test_a_program_that_does_not_fit(run, tmp_path):
+def test_a_program_that_does_not_fit(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("a=1\n" * 100)
     code, _, told = run("run", "smartmotor", program, "--option", "program_bytes=256")
@@ -232,21 +220,21 @@ def test_a_program_that_does_not_fit(run, tmp_path):
     assert "p.sms: the program is too large for the motor: enlarge the option program_bytes" in told
 
 
-def test_a_program_for_nobody(run, tmp_path):
+def test_a_program_for_nobody(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
     assert "p.sms: a stored program needs one SmartMotor, the bench has 0" in run("run", "if1", program)[2]
     assert run("run", "smartmotor", tmp_path / "q.sms")[2].endswith("q.sms cannot be read: No such file or directory\n")
 
 
-def test_a_program_for_a_motor_in_a_chain(run, tmp_path):
+def test_a_program_for_a_motor_in_a_chain(tmp_path):
     program, scene = tmp_path / "p.sms", tmp_path / "s.toml"
     program.write_text("END\n")
     scene.write_text('controller = [{model = "smartmotor", name = "left"}]\nchain = [{motors = ["left"]}]\n')
     assert "p.sms: left shares its serial line: use a conversation" in run("run", scene, program)[2]
 
 
-def test_a_program_is_kept_with_its_motor(run, tmp_path):
+def test_a_program_is_kept_with_its_motor(tmp_path):
     program, state = tmp_path / "p.sms", tmp_path / "state"
     program.write_text('PRINT("here",#13)\nEND\n')
     run("run", "smartmotor", program, "--state", state)
@@ -256,7 +244,7 @@ def test_a_program_is_kept_with_its_motor(run, tmp_path):
     assert motor.serial.read() == b"here\r"
 
 
-def test_a_source_is_checked_in_whatever_code_its_comments_are(run, tmp_path):
+def test_a_source_is_checked_in_whatever_code_its_comments_are(tmp_path):
     program = tmp_path / "p.sms"
     program.write_bytes(b"' 20 \xb5m\n\tMP\n\tA100\nEND\n")
     code, told, _ = run("check", "smartmotor", program)
@@ -276,7 +264,7 @@ def test_a_source_is_checked_in_whatever_code_its_comments_are(run, tmp_path):
     ],
     ids=["cp1252", "utf-8", "utf-16", "ctrl-z", "cr", "long comment"],
 )
-def test_sources_as_editors_leave_them(run, tmp_path, source):
+def test_sources_as_editors_leave_them(tmp_path, source):
     program = tmp_path / "P.SMS"
     program.write_bytes(source)
     assert run("check", "smartmotor", program)[:2] == (0, "")
@@ -285,7 +273,7 @@ def test_sources_as_editors_leave_them(run, tmp_path, source):
     assert [line.split()[-1] for line in told.splitlines() if " < " in line] == [r"0\r"]
 
 
-def test_a_source_that_only_begins_like_utf_8(run, tmp_path):
+def test_a_source_that_only_begins_like_utf_8(tmp_path):
     program = tmp_path / "p.sms"
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
@@ -293,13 +281,13 @@ def test_a_source_that_only_begins_like_utf_8(run, tmp_path):
     assert "p.sms cannot be read: it begins like utf-8 but is not: save the file as text" in told
 
 
-def test_a_comment_in_quotes_is_sent(run, tmp_path):
+def test_a_comment_in_quotes_is_sent(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("PRINT(\"it's\",#13) 'said\nEND\n")
     assert r"< it's\r" in run("run", "smartmotor", program)[1]
 
 
-def test_errors_in_a_program_that_runs_are_told(run, tmp_path):
+def test_errors_in_a_program_that_runs_are_told(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("A100\nLIMH\nRP\n")
     code, _, noted = run("run", "smartmotor", program)
@@ -311,7 +299,7 @@ def test_errors_in_a_program_that_runs_are_told(run, tmp_path):
     )
 
 
-def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
+def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
     program = tmp_path / "p.sms"
     program.write_text("END\n")
     code, _, told = run("run", "smartmotor", program, "--option", "line=1200 7E1")
@@ -323,7 +311,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(run, tmp_path):
     ("model", "name", "models"),
     [("if1", "p.sms", "smartmotor"), ("1811", "p.if1", "if1 or if2"), ("smartmotor", "p.181x", "1810 or 1811")],
 )
-def test_a_program_is_checked_for_its_own_family(run, tmp_path, model, name, models):
+def test_a_program_is_checked_for_its_own_family(tmp_path, model, name, models):
     (tmp_path / name).write_text("END\n")
     code, _, told = run("check", model, tmp_path / name)
     assert code == 2
@@ -515,44 +503,38 @@ def test_a_wrong_scene_names_place_and_remedy(scene, tmp_path, text, message):
     assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}")
 
 
-def serving(arguments, tmp_path, sessions):
-    """What a server of these arguments answers: name of the port, what is sent, how the answer ends."""
-    program = "from axistwin.cli.main import main; main()"
-    server = subprocess.Popen(
-        [sys.executable, "-c", program, "serve", *arguments, "--speed", "max"],
-        stdout=subprocess.PIPE, text=True, cwd=tmp_path,
-    )  # fmt: skip
-    answers = []
-    try:
-        ports = dict(server.stdout.readline().split(" listening on tcp://127.0.0.1:") for _ in {s[0] for s in sessions})
-        for name, said, end in sessions:
-            with socket.create_connection(("127.0.0.1", int(ports[name])), timeout=20) as host:
-                host.sendall(said)
+def answers(*arguments, sessions):
+    """Return the answers of a server: each session is the name of a port, data to send, the end of the answer."""
+    found = []
+    with serving(*arguments, "--speed", "max", ports=len({name for name, _, _ in sessions})) as (program, ports):
+        for name, data, end in sessions:
+            with dial(dict(ports)[name]) as host:
+                host.sendall(data)
                 answer = b""
                 while not answer.endswith(end):
                     answer += host.recv(100)
-                answers.append(answer)
-    finally:
-        server.terminate()
-        assert server.wait(20) == 0
-        server.stdout.close()
-    return answers
+                found.append(answer)
+        assert ended(program)[0] == 0
+    return found
 
 
 def test_serve_gives_a_chain_one_port(tmp_path):
     """Neither motor has an address: both answer, and the first one's answer is a command to the second."""
     (tmp_path / "s.toml").write_text(SCENE)
-    assert serving(["s.toml"], tmp_path, [("chain", b"\x80ECHO \x80ECHO RCTR ", b"0\r")])[0].endswith(b"0\r")
+    (answer,) = answers(tmp_path / "s.toml", sessions=[("chain", b"\x80ECHO \x80ECHO RCTR ", b"0\r")])
+    assert answer.endswith(b"0\r")
 
 
-def test_serve_gives_both_channels_of_a_motor_a_port(tmp_path):
+def test_serve_gives_both_channels_of_a_motor_a_port():
     sessions = [
         ("smartmotor", b"ECHO OCHN(RS4,1,N,9600,1,8,C) ", b") "),
         ("smartmotor.rs485", b"RSP ", b"\r"),
         ("smartmotor", b"RSP ", b"\r"),
     ]
-    answers = serving(["smartmotor", "--tcp", ":0", "--rs485", ":0"], tmp_path, sessions)
-    assert answers[1:] == [b"24576/476\r", b"RSP 24576/476\r"]
+    assert answers("smartmotor", "--tcp", ":0", "--rs485", ":0", sessions=sessions)[1:] == [
+        b"24576/476\r",
+        b"RSP 24576/476\r",
+    ]
 
 
 # Term
@@ -560,9 +542,8 @@ def test_serve_gives_both_channels_of_a_motor_a_port(tmp_path):
 
 def test_term():
     lines = ":drive A 2.5V\n:drive B low\n:drive ambient 30\nRSP\n:wait 0.2\n:pins\n:axes\n"
-    program = "from axistwin.cli.main import main; main()"
-    arguments = [sys.executable, "-c", program, "term", "smartmotor", "--speed", "max"]
-    told = subprocess.run(arguments, input=lines, capture_output=True, text=True, timeout=60, check=True).stdout
+    code, told, _ = run("term", "smartmotor", "--speed", "max", typed=lines)
+    assert code == 0
     rows = [line.split() for line in told.splitlines()]
     assert ["A", "high", "2.5V", "driven"] in rows
     assert ["B", "low", "0V", "driven"] in rows
@@ -572,10 +553,9 @@ def test_term():
     assert "< 24576/476<CR>" in told
 
 
-def test_a_motor_that_a_fault_keeps_from_moving_is_told_of(tmp_path, capsys):
+def test_a_motor_that_a_fault_keeps_from_moving_is_told_of(tmp_path):
     """3.1: with nothing wired "No motor shaft movement can be commanded until Limit switch errors are cleared"."""
     (tmp_path / "z.sms").write_text("ZS\nMP A=100 V=1000 P=100 G\nEND\n")
-    with pytest.raises(SystemExit) as ended:
-        main(["run", "smartmotor", str(tmp_path / "z.sms")])
-    assert ended.value.code == 0
-    assert "axistwin: smartmotor: in a limit fault, as pins C and D are not held low: give" in capsys.readouterr().err
+    code, _, message = run("run", "smartmotor", tmp_path / "z.sms")
+    assert code == 0
+    assert "axistwin: smartmotor: in a limit fault, as pins C and D are not held low: give" in message

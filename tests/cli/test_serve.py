@@ -5,7 +5,6 @@ import signal
 import socket
 import subprocess
 import sys
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,39 +12,10 @@ import serial
 
 from axistwin.cli import served
 from axistwin.cli.hosts import lines
-from axistwin.links.urls import PortUrl, parse
+from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import UartFormat
 
-PATIENCE_S = 20
-PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
-AT_ONCE = ["--speed", "max", "--line", "instant"]
-LISTENING = re.compile(r"(\S+) listening on (\S+)")
-
-
-@contextmanager
-def started(*arguments, ports=1):
-    """The running program and the ports it tells, by their controllers' names."""
-    words = [*PROGRAM, *map(str, arguments)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
-        try:
-            told = [LISTENING.fullmatch(program.stdout.readline().strip()) for _ in range(ports)]
-            yield program, [(found[1], parse(found[2])) for found in told]
-        finally:
-            program.kill()
-
-
-def ended(program, number):
-    """Send a signal; returns exit code, and what was said on the way."""
-    program.send_signal(number)
-    _, words = program.communicate(timeout=PATIENCE_S)
-    return program.returncode, words
-
-
-def failed(*arguments):
-    """Exit code and words of a program that cannot begin."""
-    result = subprocess.run([*PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S)
-    assert result.stdout == ""
-    return result.returncode, result.stderr
+from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving
 
 
 def talk(url, *texts):
@@ -59,26 +29,26 @@ def talk(url, *texts):
 
 
 def test_a_model_on_a_free_port_until_it_is_asked_to_end():
-    with started("if1", *AT_ONCE) as (program, [(name, url)]):
+    with serving("if1", *AT_ONCE) as (program, [(name, url)]):
         assert (name, url.host) == ("if1", "127.0.0.1")
         assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
-        assert ended(program, signal.SIGTERM) == (0, "")
+        assert ended(program) == (0, "")
 
 
 def test_a_host_that_sends_commands_before_the_data_format_is_told_why_nothing_comes():
-    with started("if1", *AT_ONCE) as (program, [(_, url)]):
+    with serving("if1", *AT_ONCE) as (program, [(_, url)]):
         assert talk(url, b"(") == [b"U\r"]
         with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as connection:
             connection.sendall(b"E\rX1000$\r(")
             assert connection.recv(16) == b"U\r"
-        code, words = ended(program, signal.SIGTERM)
+        code, words = ended(program)
     assert code == 0
     assert words.count("axistwin: if1: characters from the host are dropped, no data format yet") == 1
 
 
 def test_interrupted_it_ends_with_130_and_takes_its_link_away(tmp_path):
     arguments = ("if1", *AT_ONCE, "--pty", tmp_path / "if1", "--tcp", ":0", "--rfc2217", "localhost:0")
-    with started(*arguments, ports=3) as (program, ports):
+    with serving(*arguments, ports=3) as (program, ports):
         assert [(name, url.scheme) for name, url in ports] == [("if1", "tcp"), ("if1", "pty"), ("if1", "rfc2217")]
         assert (tmp_path / "if1").is_symlink()
         with serial.Serial(str(tmp_path / "if1"), 9600, stopbits=2, timeout=PATIENCE_S) as host:
@@ -90,44 +60,40 @@ def test_interrupted_it_ends_with_130_and_takes_its_link_away(tmp_path):
 
 def test_what_is_locked_is_there_again_after_the_end(tmp_path):
     for first in (True, False):
-        with started("if2", *AT_ONCE, "--state", tmp_path) as (program, [(_, url)]):
+        with serving("if2", *AT_ONCE, "--state", tmp_path) as (program, [(_, url)]):
             expected = [b"U\r", b"C\r", b"[\r"] if first else [b"U\r", b"[\r", b"[\r"]
             assert talk(url, b"(", b"U61\rE\r", b"[\rE\r") == expected
-            assert ended(program, signal.SIGTERM) == (0, "")
+            assert ended(program) == (0, "")
 
 
 def test_a_session_is_recorded_and_can_be_played_again(tmp_path):
     talk_file = tmp_path / "session.talk"
     arguments = ("if1", *AT_ONCE, "--option", "recalculation_s=0.5", "--option", "X={limits=[-10,100]}")
-    with started(*arguments, "--record", talk_file) as (program, [(_, url)]):
+    with serving(*arguments, "--record", talk_file) as (program, [(_, url)]):
         # at 400 steps/s, no ramp: the switch opens on pulse 101 and stops the motor there
         said = talk(url, b"(", b"U61\rE\r", b"X200$\rE\r", b"N\r")
         assert said == [b"U\r", b"C\r", b"E\r", b"101\r"]
-        assert ended(program, signal.SIGTERM) == (0, "")
-    played = subprocess.run(
-        [*PROGRAM[:-1], "run", "if1", talk_file], capture_output=True, text=True, timeout=PATIENCE_S
-    )
-    assert (played.returncode, played.stderr) == (0, "")
-    assert "X        0  101     101 " in played.stdout
+        assert ended(program) == (0, "")
+    played = run("run", "if1", talk_file)
+    assert (played.code, played.err) == (0, "")
+    assert "X        0  101     101 " in played.out
 
 
 def test_a_recording_is_written_while_it_goes_on(tmp_path):
     """Nobody asks the server to end; it is killed."""
     talk_file = tmp_path / "session.talk"
-    with started("if1", *AT_ONCE, "--record", talk_file) as (program, [(_, url)]):
+    with serving("if1", *AT_ONCE, "--record", talk_file) as (program, [(_, url)]):
         assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
         while "< C" not in talk_file.read_text():  # the last answer, too, though nothing has followed it
             assert program.poll() is None
         program.kill()
         program.wait(PATIENCE_S)
-    played = subprocess.run(
-        [*PROGRAM[:-1], "run", "if1", talk_file], capture_output=True, text=True, timeout=PATIENCE_S
-    )
-    assert (played.returncode, played.stderr) == (0, "")
+    played = run("run", "if1", talk_file)
+    assert (played.code, played.err) == (0, "")
 
 
 def test_a_recording_ends_in_talk(tmp_path):
-    code, words = failed("if1", "--record", tmp_path / "session.txt")
+    code, words = refused("serve", "if1", "--record", tmp_path / "session.txt")
     assert (code, "ends in .talk" in words) == (2, True)
 
 
@@ -148,17 +114,17 @@ def test_a_scene_names_its_ports(tmp_path):
         ports = ["tcp://127.0.0.1:0"]
         """
     )
-    with started(scene, "--speed", "max", ports=2) as (program, ports):
+    with serving(scene, "--speed", "max", ports=2) as (program, ports):
         assert [name for name, _ in ports] == ["left", "right"]
         for _, url in ports:
             assert talk(url, b"(", b"U61\rE\r") == [b"U\r", b"C\r"]
-        assert ended(program, signal.SIGTERM) == (0, "")
+        assert ended(program) == (0, "")
 
 
 def test_a_port_in_use_is_one_line():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
-        code, words = failed("if1", "--tcp", address)
+        code, words = refused("serve", "if1", "--tcp", address)
     assert code == 2
     assert words == (
         f"axistwin: cannot listen on tcp://{address}: address already in use: "
@@ -177,17 +143,12 @@ def test_a_port_in_use_is_one_line():
         (["no.toml", "--line", "instant"], "are for a MODEL"),
     ],
 )
-def test_wrong_usage_is_one_line(arguments, words, capsys):
-    from axistwin.cli.main import main
-
-    with pytest.raises(SystemExit) as ending:
-        main(["serve", *arguments])
-    said = capsys.readouterr()
-    assert ending.value.code == 2
-    assert said.out == ""
-    assert said.err.startswith("axistwin: ")
-    assert words in said.err
-    assert said.err.count("\n") == 1
+def test_wrong_usage_is_one_line(arguments, words):
+    code, message = refused("serve", *arguments)
+    assert code == 2
+    assert message.startswith("axistwin: ")
+    assert words in message
+    assert message.count("\n") == 1
 
 
 def test_it_starts_without_what_only_others_need():
@@ -208,7 +169,7 @@ LINE = UartFormat(9600, 8, "N", 2)
 
 
 def test_the_lines_for_hosts_are_shown_with_each_port():
-    with started("if1", *AT_ONCE, "--show-hosts") as (program, [(_, url)]):
+    with serving("if1", *AT_ONCE, "--show-hosts") as (program, [(_, url)]):
         line = program.stdout.readline()
         assert line == f'    pyserial  serial.serial_for_url("socket://{url.address}", timeout=2)\n'
         with eval(line.split("  ", 3)[-1]) as host:  # what a user pastes
@@ -252,7 +213,7 @@ def test_the_lines_fit_the_port(url, expected):
 
 
 def test_a_board_on_its_bus_and_what_a_c_host_needs():
-    with started("1811", "--speed", "max", "--show-hosts") as (program, [(name, url)]):
+    with serving("1811", "--speed", "max", "--show-hosts") as (program, [(name, url)]):
         assert (name, url.scheme) == ("1811", "bus")
         shown = "".join(program.stdout.readline() for _ in range(3))
         assert f"AXISTWIN_BUS={url.address}" in shown
@@ -261,11 +222,11 @@ def test_a_board_on_its_bus_and_what_a_c_host_needs():
         with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as host:
             host.sendall(b"i\n")
             assert host.recv(10) == b"0\n"
-        assert ended(program, signal.SIGTERM)[0] == 0
+        assert ended(program)[0] == 0
 
 
 def test_a_board_has_no_serial_port():
-    code, words = failed("1811", "--tcp", ":0")
+    code, words = refused("serve", "1811", "--tcp", ":0")
     assert (code, "reached through its `bus`" in words) == (2, True)
 
 

@@ -9,26 +9,21 @@ import re
 import select
 import socket
 import subprocess
-import sys
 import termios
 import threading
 from collections.abc import Callable
+from functools import partial
 
 import pytest
 
-from axistwin.links.urls import parse
 from axistwin.terminal.keyboards import to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
 
-PATIENCE_S = 20
-PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()"]
+from ..command import PATIENCE_S, PROGRAM, run, running
+from ..links.serving import Served
+
 AT_ONCE = ("--speed", "max")
-
-
-def term(*arguments: object, typed: str = "") -> subprocess.CompletedProcess[str]:
-    """The program with lines coming through a pipe."""
-    words = [*PROGRAM, "term", *map(str, arguments)]
-    return subprocess.run(words, input=typed, capture_output=True, text=True, timeout=PATIENCE_S)
+term = partial(run, "term")
 
 
 def after_initialisation(output: str) -> list[str]:
@@ -38,9 +33,10 @@ def after_initialisation(output: str) -> list[str]:
 
 
 def test_lines_through_a_pipe_are_dealt_with_one_after_the_other():
-    result = term("if1", *AT_ONCE, typed="X1000$\nE\nN\n:axes\nK")
-    assert (result.returncode, result.stderr) == (0, "")
-    assert after_initialisation(result.stdout) == [
+    with running("term", "if1", *AT_ONCE, stdin=subprocess.PIPE) as program:
+        out, err = program.communicate("X1000$\nE\nN\n:axes\nK", timeout=PATIENCE_S)
+    assert (program.returncode, err) == (0, "")
+    assert after_initialisation(out) == [
         "> X1000$",
         "> E",
         "< C<CR>",
@@ -57,7 +53,7 @@ def test_lines_through_a_pipe_are_dealt_with_one_after_the_other():
 
 def test_somebody_at_the_machine():
     lines = after_initialisation(
-        term("if1", *AT_ONCE, typed=":drive input1 high\nI\n:pins\n:drive input1 release\nI\nS2$\n:pins\n").stdout
+        term("if1", *AT_ONCE, typed=":drive input1 high\nI\n:pins\n:drive input1 release\nI\nS2$\n:pins\n").out
     )
     assert lines[:3] == ["> :drive input1 high", "> I", "< 192<CR>"]
     assert lines[4].split() == ["input1", "high", "driven"]
@@ -66,14 +62,14 @@ def test_somebody_at_the_machine():
 
 
 def test_a_run_goes_on_while_time_passes():
-    lines = after_initialisation(term("if1", *AT_ONCE, typed="X@500G$\n:wait 2\n:axes\n#\nE\n").stdout)
+    lines = after_initialisation(term("if1", *AT_ONCE, typed="X@500G$\n:wait 2\n:axes\n#\nE\n").out)
     assert re.fullmatch(r"X  9\d\d  500 pulses/s", lines[3])
     assert lines[-1] == "< C<CR>"
 
 
 def test_what_a_local_command_does_not_know():
     lines = after_initialisation(
-        term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").stdout
+        term("if1", typed=":what\n:drive nothing high\n:drive input1 up\n:speed no\n:wait x\n:quit\nE\n").out
     )
     assert lines[1] == "no command :what: expected one of those listed by :help"
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
@@ -86,8 +82,8 @@ def test_what_a_local_command_does_not_know():
 def test_a_national_keyboard():
     """Appendix 1: in the U.K. the key of the cancel code 23 hex shows £, and so does the terminal."""
     result = term("if1", *AT_ONCE, "--keyboard", "uk", typed=":X1000@10:$\n£\nE\n#\nE\n")
-    assert result.stderr == ""
-    assert [line for line in after_initialisation(result.stdout) if line[0] == "<"] == ["< C<CR>", "< C<CR>"]
+    assert result.err == ""
+    assert [line for line in after_initialisation(result.out) if line[0] == "<"] == ["< C<CR>", "< C<CR>"]
 
 
 @pytest.mark.parametrize(
@@ -110,32 +106,30 @@ def test_what_national_keyboards_send(keyboard, typed, sent):
 
 def test_a_national_keyboard_is_for_an_if1():
     result = term("1811", "--keyboard", "uk")
-    assert result.returncode == 2
-    assert "--keyboard uk is for an IF1 or IF2" in result.stderr
+    assert result.code == 2
+    assert "--keyboard uk is for an IF1 or IF2" in result.err
 
 
 def test_a_sequence_is_no_local_command():
-    lines = after_initialisation(term("if1", *AT_ONCE, typed=":X100:Y:$\n:axes\n:x\n").stdout)
+    lines = after_initialisation(term("if1", *AT_ONCE, typed=":X100:Y:$\n:axes\n:x\n").out)
     assert [line.split()[1] for line in lines[2:5]] == ["100", "100", "0"]
 
 
 def test_the_initialisation_can_be_left_to_the_user():
     result = term("if1", *AT_ONCE, "--no-init", "--end", "crlf", typed="E\n(\nV61\nE\n:help\n")
-    assert result.stdout.splitlines()[:6] == ["> E", "> (", "< U<CR>", "> V61", "> E", "< C<CR><LF>"]
-    assert ":drive input1 high" in result.stdout
+    assert result.out.splitlines()[:6] == ["> E", "> (", "< U<CR>", "> V61", "> E", "< C<CR><LF>"]
+    assert ":drive input1 high" in result.out
 
 
 def test_state_is_kept_from_one_session_to_the_next(tmp_path):
-    assert term("if2", *AT_ONCE, "--state", tmp_path, typed=":X100:$\n[\n").returncode == 0
-    lines = after_initialisation(term("if2", *AT_ONCE, "--state", tmp_path, typed="E\n:axes\n").stdout)
+    assert term("if2", *AT_ONCE, "--state", tmp_path, typed=":X100:$\n[\n").code == 0
+    lines = after_initialisation(term("if2", *AT_ONCE, "--state", tmp_path, typed="E\n:axes\n").out)
     assert lines[1] == "< [<CR>"
     assert lines[3].split()[:2] == ["X", "100"], "the stored sequence has run"
 
 
 def test_a_controller_that_does_not_answer_is_told():
-    assert (
-        "does not answer the open bracket at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").stdout
-    )
+    assert "does not answer the open bracket at 19200" in term("if1", *AT_ONCE, "--line", "19200", typed=":quit\n").out
 
 
 @pytest.mark.parametrize(
@@ -151,24 +145,24 @@ def test_a_controller_that_does_not_answer_is_told():
 )
 def test_what_cannot_be_opened(arguments, message):
     result = term(*arguments)
-    assert result.returncode == 2
-    assert result.stderr.startswith(f"axistwin: {message}")
-    assert result.stderr.count("\n") == 1
+    assert result.code == 2
+    assert result.err.startswith(f"axistwin: {message}")
+    assert result.err.count("\n") == 1
 
 
 @pytest.fixture
-def served(tmp_path):
+def urls(tmp_path):
     """The URLs of an IF1 on a free TCP port, an RFC 2217 port and a pty."""
-    link = tmp_path / "if1"
-    words = [*PROGRAM, "serve", "if1", *AT_ONCE, "--tcp", ":0", "--rfc2217", ":0", "--pty", str(link)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as program:
-        yield {parse(url).scheme: url for url in (program.stdout.readline().split()[-1] for _ in range(3))}
-        program.kill()
+    ports = "tcp://127.0.0.1:0", "rfc2217://127.0.0.1:0", f"pty:{tmp_path}/if1"
+    with Served() as served:
+        if1 = served.add(initialised=False)
+        yield {url.scheme: str(url) for url in (served.open(if1, port) for port in ports)}
 
 
-def test_a_controller_at_a_port(served):
-    first = term(served["tcp"], typed="(\nU61\nX100$\nE\n:pins\n")
-    assert first.stdout.splitlines() == [
+@pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
+def test_a_controller_at_a_port(urls):
+    first = term(urls["tcp"], typed="(\nU61\nX100$\nE\n:pins\n")
+    assert first.out.splitlines() == [
         "> (",
         "< U<CR>",
         "> U61",
@@ -178,8 +172,8 @@ def test_a_controller_at_a_port(served):
         "> :pins",
         "this command is for a virtual controller: a port transfers characters only",
     ]
-    for url in (served["tcp"].replace("tcp", "socket"), served["rfc2217"], served["pty"], served["pty"][4:]):
-        assert term(url, typed="N\n").stdout.splitlines() == ["> N", "< 100<CR>"], url
+    for url in (urls["tcp"].replace("tcp", "socket"), urls["rfc2217"], urls["pty"], urls["pty"][4:]):
+        assert term(url, typed="N\n").out.splitlines() == ["> N", "< 100<CR>"], url
 
 
 def test_a_port_that_goes_away_is_told():
@@ -192,13 +186,7 @@ def test_a_port_that_goes_away_is_told():
 
         threading.Thread(target=hang_up, daemon=True).start()
         address = "{}:{}".format(*server.getsockname())
-        with subprocess.Popen(
-            [*PROGRAM, "term", f"tcp://{address}"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        ) as program:
+        with running("term", f"tcp://{address}", stdin=subprocess.PIPE) as program:
             program.stdin.write("E\n")
             program.stdin.flush()
             assert program.stderr.readline().startswith(f"axistwin: tcp://{address} was disconnected: ")

@@ -13,10 +13,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from axistwin.cli import main
+from ..command import PATIENCE_S, ended, refused, running
 
-PATIENCE_S = 40
-PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]
 WITHOUT = (
     "import sys; sys.modules['nicegui'] = None\n"
     "from axistwin.cli.main import main; main(['serve', 'if1', '--panel', '0'])"
@@ -27,26 +25,10 @@ PANEL = re.compile(r"panel on (http://\S+)\n")
 @contextmanager
 def started(*words):
     """Run the program, and yield it with the address of its panel."""
-    words = [*PROGRAM, *map(str, words)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
-        try:
-            line = program.stdout.readline()
-            assert PANEL.fullmatch(line), line + program.stderr.read()
-            yield program, PANEL.fullmatch(line)[1]
-        finally:
-            program.kill()
-
-
-def ended(program, number):
-    program.send_signal(number)
-    _, words = program.communicate(timeout=PATIENCE_S)
-    return program.returncode, words
-
-
-def failed(*words):
-    result = subprocess.run([*PROGRAM, *map(str, words)], capture_output=True, text=True, timeout=PATIENCE_S)
-    assert result.stdout == ""
-    return result.returncode, result.stderr
+    with running("serve", *words) as program:
+        line = program.stdout.readline()
+        assert PANEL.fullmatch(line), line + program.stderr.read()
+        yield program, PANEL.fullmatch(line)[1]
 
 
 def get(address, **headers):
@@ -72,50 +54,28 @@ def test_it_ends_at_once_and_without_a_word_also_with_a_browser(number, code):
             assert ended(program, number) == (code, "")
 
 
-def test_the_page_is_of_the_scene_and_says_that_it_is_virtual():
-    with started("examples/winder/scene.toml", "--panel", 0) as (program, address):
-        status, _, text = get(address)
-        assert status == 200
-        assert "<title>VIRTUAL: Winder</title>" in text
-        assert program.poll() is None
-
-
 def test_a_scene_without_ports_may_be_looked_at_but_not_served_otherwise(tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text('[[controller]]\nmodel = "if1"\nname = "a"\nhost = "a.if1"\n')
     (tmp_path / "a.if1").write_text("X10$\n")
-    code, words = failed(scene)
+    code, words = refused("serve", scene)
     assert (code, "add ports to a controller" in words) == (2, True)
     with started(scene, "--panel", 0) as (program, _):
-        assert ended(program, signal.SIGTERM) == (0, "")
+        assert ended(program) == (0, "")
 
 
 def test_a_port_that_is_taken():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        code, words = failed("if1", "--panel", port)
+        code, words = refused("serve", "if1", "--panel", port)
     assert code == 2
     assert words.count("\n") == 1
     assert f"cannot show a panel on 127.0.0.1:{port}: address already in use" in words
 
 
-@pytest.fixture
-def refused(capsys):
-    """Return exit code and output of a call that fails before any port is opened, in this process."""
-
-    def refused(*words):
-        with pytest.raises(SystemExit) as end:
-            main.main(["serve", *map(str, words)])
-        said = capsys.readouterr()
-        assert said.out == ""
-        return end.value.code, said.err
-
-    return refused
-
-
 @pytest.mark.parametrize("place", ["here", "127.0.0.1:", "127.0.0.1:99999", "8080/"])
-def test_a_place_that_is_none(refused, place):
-    code, words = refused("if1", "--panel", place)
+def test_a_place_that_is_none(place):
+    code, words = refused("serve", "if1", "--panel", place)
     assert code == 2
     assert f"invalid panel address {place!r}: expected PORT or HOST:PORT, e.g. 8080" in words
 
@@ -127,10 +87,10 @@ def test_without_its_extra_one_line_says_what_to_install():
     assert 'pip install "axistwin[panel]"' in result.stderr
 
 
-def test_a_token_is_for_a_panel_and_has_letters_and_digits(refused):
-    code, words = refused("if1", "--panel-token", "abc")
+def test_a_token_is_for_a_panel_and_has_letters_and_digits():
+    code, words = refused("serve", "if1", "--panel-token", "abc")
     assert (code, "--panel-token needs a panel" in words) == (2, True)
-    code, words = refused("if1", "--panel", 0, "--panel-token", "a&b")
+    code, words = refused("serve", "if1", "--panel", 0, "--panel-token", "a&b")
     assert (code, "letters and digits only" in words) == (2, True)
 
 
@@ -145,10 +105,16 @@ def test_beyond_this_machine_a_token_is_made_up_and_wanted():
         assert get(here, Cookie=headers["set-cookie"].partition(";")[0])[0] == 200
 
 
-def test_a_token_of_ones_own_also_on_loopback():
-    with started("if1", "--panel", 0, "--panel-token", "letmein") as (_, address):
+def test_a_token_of_ones_own_also_on_loopback_and_the_page_of_a_scene_is_called_virtual():
+    with started("examples/winder/scene.toml", "--panel", 0, "--panel-token", "letmein") as (program, address):
         assert urlsplit(address).query == "token=letmein"
-        assert get(address.partition("?")[0])[0] == 403
+        here = address.partition("?")[0]
+        assert get(here)[0] == 403
+        cookie = get(address)[1]["set-cookie"].partition(";")[0]
+        status, _, text = get(here, Cookie=cookie)
+        assert status == 200
+        assert "<title>VIRTUAL: Winder</title>" in text
+        assert program.poll() is None
 
 
 def test_state_speed_and_ports_are_as_without_a_panel(tmp_path):
@@ -161,7 +127,7 @@ def test_state_speed_and_ports_are_as_without_a_panel(tmp_path):
                     host.sendall(text)
                     answers.append(host.recv(16))
             assert answers == [b"U\r", b"C\r" if first else b"[\r", b"[\r"]
-            assert ended(program, signal.SIGTERM)[0] == 0
+            assert ended(program)[0] == 0
 
 
 @contextmanager

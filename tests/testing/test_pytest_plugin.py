@@ -1,4 +1,4 @@
-"""The pytest plug-in, as somebody uses it who tests a host: pytest in a process of its own."""
+"""The pytest plug-in as a user has it who tests a host: a pytest of its own, inside this one."""
 
 import os
 import subprocess
@@ -21,6 +21,10 @@ def host(axistwin_port):
     with serial.serial_for_url(axistwin_port, timeout=20) as host:
         yield host
 """
+WORDS = (
+    "-p", "axistwin.testing.pytest_plugin", "-p", "no:cacheprovider", "--basetemp=out", "--strict-markers",
+    "--import-mode=importlib", "--capture=no", "-W", "error",
+)  # fmt: skip
 CELL = """
 [[controller]]
 model = "if1"
@@ -32,32 +36,19 @@ name = "right"
 
 
 @pytest.fixture
-def run(tmp_path):
-    """Runs pytest on a file with these tests; returns its exit code and what it prints."""
+def run(tmp_path, monkeypatch, capsys):
+    """Run pytest on a file with these tests; return its exit code and its output."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    (tmp_path / "cell.toml").write_text(CELL)
 
-    def run(tests, *arguments, plugin=True):
+    def run(tests):
         (tmp_path / "test_it.py").write_text(HOST + tests)
-        (tmp_path / "cell.toml").write_text(CELL)
-        kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
-        environment = kept | {"PYTHONPATH": str(SOURCES), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-        words = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-p",
-            "no:cacheprovider",
-            "--basetemp=out",
-            "--strict-markers",
-            "-W",
-            "error",
-        ]
-        words += ["-p", "axistwin.testing.pytest_plugin"] if plugin else []
-        done = subprocess.run(
-            [*words, *arguments], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=HOST_TIMEOUT_S
-        )
-        return done.returncode, done.stdout + done.stderr
+        code = pytest.main([*WORDS, f"--rootdir={tmp_path}", str(tmp_path)])
+        return code, capsys.readouterr().out
 
-    return run
+    yield run
+    sys.modules.pop("test_it")
 
 
 def test_a_model_with_options_a_port_and_the_clock(run, tmp_path):
@@ -113,15 +104,19 @@ def test_a_scene_that_is_wrong_is_told_with_its_place(run):
     assert "no model 'if9'" in told
 
 
-def test_who_does_not_use_it_does_not_pay_for_it(run):
-    code, told = run('''
+def test_a_run_without_the_plug_in_in_use_imports_only_the_plug_in(tmp_path):
+    (tmp_path / "test_it.py").write_text("""
 def test_it():
     import sys
     loaded = {name for name in sys.modules if name.partition(".")[0] in ("axistwin", "simpy", "pydantic", "click")}
     own = {"axistwin", "axistwin.lazy", "axistwin.testing", "axistwin.testing.pytest_plugin", "axistwin.version"}
     assert loaded - {"simpy"} == own
-''')  # fmt: skip
-    assert code == 0, told
+""")
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    environment |= {"PYTHONPATH": str(SOURCES), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    words = [sys.executable, "-m", "pytest", *WORDS]
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=HOST_TIMEOUT_S)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_only_what_is_there_is_named(run, tmp_path):
