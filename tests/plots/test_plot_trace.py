@@ -8,8 +8,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli import main
-from axistwin.plots import picture
-from axistwin.plots.history import Fault
+from axistwin.plots import Fault, picture
 from axistwin.plots.trace_chart import messages, of_trace
 from axistwin.traces.differences import Tolerance, compare
 from axistwin.traces.reading import Track, read
@@ -135,9 +134,9 @@ def test_faults_are_marked_and_are_no_lane(tmp_path):
 
 def test_messages_are_told_whole():
     track = Track("if1.host_says", "string")
-    for n, text in enumerate(("", "a", "ab", "", "ab", "c", "cd")):
+    for n, text in enumerate(("", "a", "ab", "", "ab", "c", r"c\x20", "c d")):  # a space at the end is escaped
         track.add(n, text)
-    assert [(word.time_ns, word.text) for word in messages(track)] == [(1, "ab"), (4, "ab"), (5, "cd")]
+    assert [(word.time_ns, word.text) for word in messages(track)] == [(1, "ab"), (4, "ab"), (5, "c d")]
 
 
 def test_a_trace_in_which_nothing_happens(tmp_path, capsys):
