@@ -44,7 +44,7 @@ def seconds_for_an_hour(bench: Bench) -> float:
 
 
 def memory_growth(bench: Bench) -> int:
-    """Bytes that an hour leaves behind, once the history of strokes is full."""
+    """Bytes that an hour leaves behind, once the history of moves is full."""
     gc.collect()
     tracemalloc.start()
     bench.run(HOUR / 4)
@@ -61,9 +61,9 @@ def main() -> None:
     """Print the ratios."""
     bench, if1 = running(1000)
     first, second, third = (seconds_for_an_hour(bench) for _ in range(3))
-    moves = len(if1.axes["X"].train.strokes) + if1.axes["X"].train.forgotten
+    moves = len(if1.axes["X"].train.moves) + if1.axes["X"].train.forgotten
     print(f"virtual hour of sample 3: {HOUR / min(first, second, third):,.0f} times real (goal >= 10,000)")
-    print(f"third hour against the first: ratio {third / first:.2f} (goal about 1); {moves:,} strokes of X so far")
+    print(f"third hour against the first: ratio {third / first:.2f} (goal about 1); {moves:,} moves of X so far")
     small, _ = running(1000, history=1000)
     small.run(HOUR)
     print(f"memory left behind by a quarter of an hour: {memory_growth(small) / 1024:.1f} KiB (goal about 0)")

@@ -10,7 +10,7 @@ from shutil import copytree
 import click
 
 from axistwin.bench import product
-from axistwin.bench.control_characters import in_words
+from axistwin.bench.control_characters import show_controls
 from axistwin.cli.main import axistwin
 from axistwin.controllers.diagnostics import Rule
 from axistwin.diagnostics import codes
@@ -38,11 +38,11 @@ def commands() -> Iterator[str]:
         yield "| code | name | syntax | parameters | manual |"
         yield "| --- | --- | --- | --- | --- |"
         for each in made.commands:
-            code = f"{each.code:02X}" if isinstance(each.code, int) else in_words(each.code)
+            code = f"{each.code:02X}" if isinstance(each.code, int) else show_controls(each.code)
             cells = (
                 _literal(code),
                 each.name,
-                _literal(in_words(each.syntax)),
+                _literal(show_controls(each.syntax)),
                 ", ".join(map(str, each.parameters)),
                 each.chapter,
             )

@@ -78,7 +78,7 @@ def _write(text: str, it: Controller) -> None:
 def _order(commands: Sequence[str], it: Controller) -> None:
     assert it.product.attend is not None
     host = it.product.attend(it.bus)
-    host.hear(lambda message: None)
+    host.subscribe_received(lambda message: None)
     for command in (DEFAULT, *commands):
         host.write(bytes.fromhex(command))
 
@@ -249,7 +249,7 @@ def play(case: Case) -> tuple[object, ...]:
     it = model.build(bench)
     edges: list[tuple[int, str, bool]] = []
     for name, pin in it.pins.items():
-        pin.watch(lambda pin, name=name: edges.append((bench.now, name, pin.level)))
+        pin.subscribe(lambda pin, name=name: edges.append((bench.now, name, pin.level)))
     model.works[case.work](it)
     _advance(bench, it, case.steps)
     known = acts(bench, it)
@@ -291,7 +291,7 @@ def _happen(manner: str, happenings: list[Callable[[], object]], bench: Bench, i
                     happenings.pop(0)()
 
             for pin in it.pins.values():
-                pin.watch(changed)
+                pin.subscribe(changed)
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:

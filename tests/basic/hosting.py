@@ -45,7 +45,7 @@ class Session:
             self.heard.append(byte)
             self.heard_ns.append(self.bench.now)
 
-        self.controller.serial.hear(hear)
+        self.controller.serial.subscribe_received(hear)
 
     def ask(self, text: str) -> str:
         """What the controller answers to a message now, without echo and terminator."""
@@ -60,7 +60,7 @@ class Session:
         """Every move since power-up: the axes that began together, and by how many pulses each."""
         by_start: dict[int, dict[str, int]] = {}
         for name, axis in self.controller.axes.items():
-            for stroke in axis.train.strokes:
+            for stroke in axis.train.moves:
                 if stroke.profile.pulses:
                     by_start.setdefault(stroke.start_ns, {})[name] = stroke.direction * stroke.profile.pulses
         return [by_start[start_ns] for start_ns in sorted(by_start)]

@@ -110,7 +110,7 @@ def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
     session = perform(10, "V62", tmp_path, line="9600 8N2")
 
     assert session.moves() == [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
-    assert [max(session.controller.axes[axis].train.stroke.profile.rates) for axis in "XY"] == [6500, 650]
+    assert [max(session.controller.axes[axis].train.move.profile.rates) for axis in "XY"] == [6500, 650]
     assert_no_complaint(session)
 
 
@@ -141,7 +141,7 @@ def one_pass(session: Session) -> list[tuple[int, bool]]:
     """Input 1 goes high, and low again while the first pass is on its way; returns the changes of the outputs."""
     changes: list[tuple[int, bool]] = []
     pins = session.controller.pins
-    unwatch = [pins[f"output{n}"].watch(lambda pin, n=n: changes.append((n, pin.level))) for n in range(1, 6)]
+    unwatch = [pins[f"output{n}"].subscribe(lambda pin, n=n: changes.append((n, pin.level))) for n in range(1, 6)]
     pins["input1"].drive(True)
     session.bench.run(1.0)
     pins["input1"].drive(False)

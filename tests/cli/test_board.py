@@ -81,7 +81,7 @@ def test_a_conversation_that_does_not_say_its_model(run, tmp_path):
 def test_a_recording_is_played_again_to_the_nanosecond():
     bench, board = bench_with_a_board()
     with recording(bench) as recorder, host_of(board) as host:
-        host.hear(lambda message: None)
+        host.subscribe_received(lambda message: None)
         bench.run(1.1)
         for command in ("31 00 00 00 00 61 A8 00 03 D0 90", "33 00 00 61 A8", "83", "01 07"):
             host.write(bytes.fromhex(command))

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin.bench import product
-from axistwin.bench.control_characters import in_words
+from axistwin.bench.control_characters import show_controls
 from axistwin.cli.main import axistwin
 from axistwin.errors import UsageError
 
@@ -40,8 +40,8 @@ def test_control_characters_are_in_words():
         ["<CR>", "0D"],
         ["<SP>", "20"],
     ]
-    assert in_words("U\r\n") == "U<CR><LF>"
-    assert in_words("\x13\x80") == "<XOFF>\x80"
+    assert show_controls("U\r\n") == "U<CR><LF>"
+    assert show_controls("\x13\x80") == "<XOFF>\x80"
 
 
 def test_the_same_for_machines():

@@ -379,7 +379,7 @@ def record_of(*stretches):
     """A record of an axis that was told (first ms, positions, commanded)."""
     axis = ServoAxis(Clock(), "shaft")
     record = ServoMoves("motor", "shaft", axis)
-    axis.watch(record.add_samples)
+    axis.subscribe(record.add_samples)
     for first, positions, commanded in stretches:
         axis.publish(Samples(first * MS, MS, positions, commanded))
     return record
@@ -426,7 +426,7 @@ def test_a_velocity_is_the_same_in_however_small_pieces_it_comes():
 def test_a_push_is_no_velocity():
     axis = ServoAxis(Clock(), "shaft")
     record = ServoMoves("motor", "shaft", axis)
-    axis.watch(record.add_samples)
+    axis.subscribe(record.add_samples)
     axis.publish(Samples(0, MS, [0, 1, 2], [0, 1, 2]))
     axis.publish(Samples(3 * MS, 0, [500], [2]))
     axis.publish(Samples(3 * MS, MS, [501, 502], [3, 4]))

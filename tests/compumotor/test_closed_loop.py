@@ -250,7 +250,7 @@ def test_after_a_reset_counts_are_zero_and_nothing_is_defined(bench, board):
     assert [number(bench, board, opcode) for opcode in (0x98, 0x99, 0x9A)] == [0, 0, 0]
     assert ask(bench, board, 0x9C)[1:5] == bytes(4)
     board.power(False)
-    assert board.axes["motor"].on_push == []
+    assert not board.axes["motor"].on_push
 
 
 def test_an_1810_answers_the_requests_and_does_not_move(bench):

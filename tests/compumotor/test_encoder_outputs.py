@@ -52,7 +52,7 @@ def test_an_encoder_that_is_pushed_or_slips_takes_its_mark_along(bench):
     board = encoder_board(bench)
     encoder, pin = board.axes["motor"].encoder, board.pins["channel_z"]
     seen = []
-    pin.watch(lambda pin: seen.append(pin.level))
+    pin.subscribe(lambda pin: seen.append(pin.level))
     encoder.displace(5)
     assert not pin.level
     encoder.slip(3995)
@@ -71,13 +71,13 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
         board = encoder_board(bench, encoder={**encoder, "index_counts": 40})
         motor, pin, found = board.axes["motor"], board.pins["channel_z"], []
         if watched:
-            pin.watch(lambda pin, motor=motor, found=found: found.append((motor.position, pin.level)))
+            pin.subscribe(lambda pin, motor=motor, found=found: found.append((motor.position, pin.level)))
         for pulses in (way * 200, -way * 200):
             before = pin.level
             tell(bench, board, 0x33, *i32(pulses))
             while not motor.moving:
                 bench.run(0.000_1)
-            for time_ns in [int(motor.train.stroke.start_ns + n * 1_000_000) for n in range(1, 201)]:
+            for time_ns in [int(motor.train.move.start_ns + n * 1_000_000) for n in range(1, 201)]:
                 bench.run((time_ns + 1_000 - bench.now) / 1e9)
                 if not watched and pin.level is not before:
                     before = pin.level
@@ -114,7 +114,7 @@ def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
     tell(bench, board, 0x32, 0)
     bench.run(1)
     assert bench.clock.next_event_ns() is None
-    end = board.pins["channel_z"].watch(lambda pin: None)
+    end = board.pins["channel_z"].subscribe(lambda pin: None)
     assert bench.clock.next_event_ns() is not None
     end()
     bench.run(26)
@@ -171,7 +171,7 @@ def test_step_out_gives_a_pulse_of_229_ns_for_each_count(bench):
     board = encoder_board(bench)
     tell(bench, board, 0x33, *i32(20))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    began, pin = board.axes["motor"].train.stroke.start_ns, board.pins["encoder_step"]
+    began, pin = board.axes["motor"].train.move.start_ns, board.pins["encoder_step"]
     levels = []
     for time_ns in (6_000_100, 6_999_999, 7_000_000, 7_000_228, 7_000_229, 13_000_000):
         bench.run((began + time_ns - bench.now) / 1e9)

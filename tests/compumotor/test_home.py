@@ -58,8 +58,8 @@ def test_every_edge_final_direction_start_and_place(bench, edge, final, start, p
 
     axis = board.axes["motor"]
     assert axis.position == where(centre, edge, final, late)
-    assert axis.train.stroke.direction == final
-    assert axis.train.stroke.profile.segments[0].rate == FINAL
+    assert axis.train.move.direction == final
+    assert axis.train.move.profile.segments[0].rate == FINAL
     assert position(bench, board, 0x82) == 0
     assert position(bench, board, 0x83) == axis.position
 
@@ -74,7 +74,7 @@ def test_edges_are_physical_and_the_start_is_in_plus_and_minus(bench, edge, sens
     assert ask(bench, board, 0x8A)[1] == 0x00
     search(bench, board, minus=0)
     axis = board.axes["motor"]
-    first = axis.train.strokes[1]
+    first = axis.train.moves[1]
     assert first.direction == (CCW if sense else CW)
     assert axis.position == where(centre, edge, CW, 1)
     assert position(bench, board, 0x83) == (-axis.position if sense else axis.position)
@@ -91,7 +91,7 @@ def test_the_legs_of_a_search(bench):
     board, centre = machine(bench, 3_000, home_ms=0)
     define(bench, board, CW, CW)
     search(bench, board, minus=1)
-    legs = [(stroke.direction, stroke.profile.pulses) for stroke in list(board.axes["motor"].train.strokes)[1:]]
+    legs = [(stroke.direction, stroke.profile.pulses) for stroke in list(board.axes["motor"].train.moves)[1:]]
     assert legs == [(CCW, 2_600 + 240), (CW, 240), (CW, 1)]
     assert board.axes["motor"].position == centre + WIDTH + 1
 
@@ -101,7 +101,7 @@ def test_an_edge_found_while_still_accelerating(bench):
     define(bench, board, CW, CCW)
     search(bench, board, minus=1)
     assert board.axes["motor"].position == centre + WIDTH
-    assert max(s.rate for stroke in board.axes["motor"].train.strokes for s in stroke.profile.segments) < 10_000
+    assert max(s.rate for stroke in board.axes["motor"].train.moves for s in stroke.profile.segments) < 10_000
 
 
 def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
@@ -115,7 +115,7 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
     tell(bench, board, 0xAB, 1)
     search(bench, board, minus=0)
     axis = board.axes["motor"]
-    assert [stroke.direction for stroke in list(axis.train.strokes)[1:]] == [CW, CCW]
+    assert [stroke.direction for stroke in list(axis.train.moves)[1:]] == [CW, CCW]
     assert axis.position == -3_001  # within 75 us at 10,000 pps there is no further pulse
     assert messages(bench, board) == ["a1 00", "a5 00", "a9 00", "a5 00", "ab 00"]
     assert position(bench, board, 0x82) == -3_001
@@ -129,7 +129,7 @@ def test_a_search_without_room_in_either_direction(bench):
     define(bench, board, CW, CW)
     search(bench, board, minus=0)
     assert board.axes["motor"].position == 0
-    assert len(board.axes["motor"].train.strokes) == 1
+    assert len(board.axes["motor"].train.moves) == 1
 
 
 @pytest.mark.parametrize("percent", [0, 101])
@@ -146,7 +146,7 @@ def test_without_default_velocity_or_definition_nothing_happens(bench):
     define(bench, board, CW, CW)
     tell(bench, board, 0x39, 0)
     bench.run(1)
-    assert len(board.axes["motor"].train.strokes) == 1
+    assert len(board.axes["motor"].train.moves) == 1
 
 
 def test_not_while_moving(bench):
@@ -188,7 +188,7 @@ def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
     assert not board.pins["output1"].level
     tell(bench, board, 0x78)
     assert position(bench, board, 0x82) == position(bench, board, 0x83)
-    assert len(board.axes["motor"].train.strokes) == 2
+    assert len(board.axes["motor"].train.moves) == 2
 
 
 @pytest.mark.parametrize("delay_s", [0.31, 0.35, 0.42])
@@ -246,7 +246,7 @@ def test_the_mark_of_channel_z_while_home_enable_is_active(bench, z_high, invert
     define(bench, board, CW, final, enable_high)
     search(bench, board, minus, opcode=0x3A)
     assert board.axes["motor"].position == found
-    assert board.axes["motor"].train.stroke.direction == final
+    assert board.axes["motor"].train.move.direction == final
     assert position(bench, board, 0x82) == 0
     assert ask(bench, board, 0x96)[1] == 0xFF
 

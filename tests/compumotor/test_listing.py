@@ -27,7 +27,7 @@ def perform(bench: Bench, board: Controller, number: int, seconds: float = 1.0) 
         began_ns = bench.now - (found[0][0] if found else 0)
         found.append((began_ns, program, index + 1))
 
-    look_away = board.watch_lines(watch)
+    look_away = board.subscribe_lines(watch)
     tell(bench, board, 0x41, number)
     bench.run(seconds)
     look_away()
@@ -157,10 +157,10 @@ def test_a_move_runs_until_it_has_ended(bench, board):
     """A SINGULAR command is finished before the next one begins: 10,000 pulses/s at once, 5000 pulses are 0.5 s."""
     default(bench, board, 10_000, NO_TIME)
     define(bench, board, 1, (0x33, *i32(5000)), (0x0C, 1))
-    board.pins["output1"].watch(lambda pin: ends.append((bench.now, board.axes["motor"].position)))
+    board.pins["output1"].subscribe(lambda pin: ends.append((bench.now, board.axes["motor"].position)))
     ends: list[tuple[int, int]] = []
     times: list[int] = []
-    board.watch_lines(lambda program, index: times.append(bench.now))
+    board.subscribe_lines(lambda program, index: times.append(bench.now))
     tell(bench, board, 0x41, 1)
     bench.run(1)
     assert ends == [(times[1] + 1 * MS, 5000)], "the second command is carried out 1 ms after it has begun"
@@ -229,7 +229,7 @@ def test_power_and_reset_lose_everything(bench, board, how):
 
 def test_a_watcher_stays_through_a_reset(bench, board):
     found = []
-    board.watch_lines(lambda program, index: found.append((program, index)))
+    board.subscribe_lines(lambda program, index: found.append((program, index)))
     board.power_cycle()
     bench.run(1.1)
     define(bench, board, 1, (0x0B, 1))

@@ -76,7 +76,7 @@ def test_the_sequence_of_the_example(bench, board):
     tell(bench, board, *relative(0x08, 10_000, 100_000, 100))
     tell(bench, board, 0x0C, 1)
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
+    board.pins["output1"].subscribe(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
     sequence(
         bench, board, 8,
         (0x40, 0x12), (0x0B, 1), (0x40, 0x05), (0x0C, 1), (0x20, 3, 0, 15), (0x40, 0x08), (0x2A, 0, 2), (0x83,),

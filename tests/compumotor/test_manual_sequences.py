@@ -80,7 +80,7 @@ def test_wait_for_a_continue(bench, board, parameter):
 def test_waits(bench, board, command, seconds):
     """29h to 2Bh: absolute numbers, not signed ones; "approximately 50 days!"."""
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append(bench.now))
+    board.pins["output1"].subscribe(lambda pin: edges.append(bench.now))
     perform(bench, board, (0x0C, 1), command, (0x0B, 1))
     bench.run(seconds + 1)
     assert len(edges) == 2

@@ -34,7 +34,7 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
     times = pulse_times(board)
     motor = board.axes["motor"]
     assert motor.position == len(times) == 25_000
-    began = motor.train.stroke.start_ns
+    began = motor.train.move.start_ns
     assert times[-1] - began == 348 * MS
     assert sum(t - began <= 98 * MS for t in times) == 4_900
     assert sum(t - began <= 250 * MS for t in times) == 20_100
@@ -49,7 +49,7 @@ def test_a_short_move_is_a_triangle(bench, board):
 
     times = pulse_times(board)
     assert board.axes["motor"].position == -1_000
-    assert times[-1] - board.axes["motor"].train.stroke.start_ns == 61_250 * US
+    assert times[-1] - board.axes["motor"].train.move.start_ns == 61_250 * US
     assert messages(bench, board) == []  # "no interrupt will be received"
 
 
@@ -71,7 +71,7 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
     tell(bench, board, 0x32, 0)
     bench.run(1)
 
-    stroke = board.axes["motor"].train.stroke
+    stroke = board.axes["motor"].train.move
     rate = stroke.profile.rate_at(bench.now - stroke.start_ns)
     assert rate % resolution == 0
     assert abs(rate - asked) <= resolution / 2
@@ -99,7 +99,7 @@ def test_acceleration_ranges(bench, board, y, divisor):
     tell(bench, board, 0xA1, 1)
     tell(bench, board, 0x32, 0)
     assert message(bench, board, 1)[0] == 0xA1
-    began = board.axes["motor"].train.stroke.start_ns
+    began = board.axes["motor"].train.move.start_ns
     assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
     assert bench.now - began == 98 * MS
 
@@ -109,7 +109,7 @@ def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
     default(bench, board, 1_000, 1_000)
     tell(bench, board, 0x32, 0)
     bench.run(2)
-    stroke = board.axes["motor"].train.stroke
+    stroke = board.axes["motor"].train.move
     rates = [segment.rate for segment in stroke.profile.segments]
     assert rates == sorted(rates)
     assert all(rate % Fraction(50, 3) == 0 for rate in rates)
@@ -125,14 +125,14 @@ def test_the_start_stop_velocity(bench, board):
     rest(bench, board)
     motor = board.axes["motor"]
     times = pulse_times(board)
-    assert times[0] - motor.train.stroke.start_ns == 1 * MS
+    assert times[0] - motor.train.move.start_ns == 1 * MS
     assert times[-1] - times[-2] == 1 * MS
     assert motor.position == 5_000
 
     default(bench, board, 500, 1)
     tell(bench, board, 0x33, *i32(100))
     rest(bench, board)
-    assert pulse_times(board)[-1] - motor.train.stroke.start_ns == 200 * MS
+    assert pulse_times(board)[-1] - motor.train.move.start_ns == 200 * MS
 
 
 def test_a_move_is_under_way_within_5_ms_when_calculated_and_within_15_when_not(bench, board):

@@ -45,7 +45,7 @@ def test_who_listens_is_told_each_command_and_each_message(bench):
     """Reading and writing: a command string is what is in the IDB when CB bit 4 is set; a message has 16 bytes."""
     board = ready(bench)
     told, heard = [], []
-    ends = board.bus.listen(told.append), board.bus.hear(heard.append)
+    ends = board.bus.subscribe_sent(told.append), board.bus.subscribe_received(heard.append)
     assert ask(bench, board, 0x94)[0] == 0x94
     tell(bench, board, 0x40, 0x05, 0, 0)
     assert told == [b"\x94", b"\x40\x05\0\0"]
@@ -60,7 +60,7 @@ def test_a_second_command_ready_while_the_idb_is_not_ready_is_no_command(bench, 
     """Writing commands: only when "the IDB-Ready bit is set" may the host go on to the second step."""
     default(bench, board, 10_000, 1_000_000)
     told = []
-    board.bus.listen(told.append)
+    board.bus.subscribe_sent(told.append)
     for value in (0x33, *i32(100)):
         board.bus.write(0, value)
     for _ in range(3):

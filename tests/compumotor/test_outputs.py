@@ -40,7 +40,7 @@ def test_a_bit_shows_whether_the_motor_is_moving(bench, board):
 def test_states_of_a_move(bench, board, state, seen):
     tell(bench, board, 0x0F, 3, state, 1)
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append(pin.level))
+    board.pins["output1"].subscribe(lambda pin: edges.append(pin.level))
     default(bench, board, 10_000, 100_000)
     tell(bench, board, 0x33, *i32(3_000))
     rest(bench, board)

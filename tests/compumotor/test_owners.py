@@ -109,7 +109,7 @@ def test_the_state_of_a_singular_command_is_that_of_both(bench, board):
     """0Fh, code 02: a wait that ends in the sequence does not clear it while the host's move goes on."""
     tell(bench, board, 0x0F, 3, 2, 1)
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append((bench.now, pin.level)))
+    board.pins["output1"].subscribe(lambda pin: edges.append((bench.now, pin.level)))
     beside_a_move(bench, board, (0x29, 0, 0, 0, 10), (0x01, 1))
     assert [level for _, level in edges] == [True]
     rest(bench, board)
@@ -119,7 +119,7 @@ def test_the_state_of_a_singular_command_is_that_of_both(bench, board):
 def test_the_state_is_set_by_a_wait_alone(bench, board):
     tell(bench, board, 0x0F, 3, 2, 1)
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append((bench.now, pin.level)))
+    board.pins["output1"].subscribe(lambda pin: edges.append((bench.now, pin.level)))
     in_a_sequence(bench, board, (0x29, 0, 0, 0, 10), (0x01, 1))
     assert [level for _, level in edges] == [True, False]
     assert edges[1][0] - edges[0][0] == 10 * MS
@@ -260,7 +260,7 @@ def test_a_sequence_without_commands_is_not_performed(bench, board):
     sequence(bench, board, 3)
     tell(bench, board, 0x0F, 3, 3, 1)
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append(pin.level))
+    board.pins["output1"].subscribe(lambda pin: edges.append(pin.level))
     tell(bench, board, 0x41, 3)
     bench.run(0.05)
     assert edges == []

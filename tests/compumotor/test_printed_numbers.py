@@ -35,7 +35,7 @@ def test_a_predefined_move_begins_within_five_milliseconds(bench, board, printed
     asked_ns = bench.now
     tell(bench, board, 0x40, 1)
     rest(bench, board)
-    began = (board.axes["motor"].train.strokes[-1].start_ns - asked_ns) / MS
+    began = (board.axes["motor"].train.moves[-1].start_ns - asked_ns) / MS
     printed("G.1 Pre-defined moves", "from the command to the motion, ms (at most five)", 2.5, began, within=2.5)
 
 

@@ -93,7 +93,7 @@ def test_interrupts_need_bit_six_of_every_control_byte(bench, board):
 def test_the_input_ready_interrupt_is_cleared_by_bit_four(bench):
     board = ready(bench, interrupts=("input_ready",))
     seen = []
-    board.bus.interrupt_line.watch(lambda pin: seen.append(pin.level))
+    board.bus.interrupt_line.subscribe(lambda pin: seen.append(pin.level))
     board.bus.write(1, ENABLE)
     write(board, 0x00, control=ENABLE)
     bench.run(0.01)
@@ -104,7 +104,7 @@ def test_the_first_interrupt_masks_those_after_it_until_it_is_cleared(bench):
     board = ready(bench, interrupts=("message_ready", "input_ready"))
     board.bus.write(1, ENABLE)
     seen = []
-    board.bus.interrupt_line.watch(lambda pin: seen.append(pin.level))
+    board.bus.interrupt_line.subscribe(lambda pin: seen.append(pin.level))
     tell_with_interrupts = (0x01, 0x07)
     write(board, *tell_with_interrupts, control=ENABLE)
     bench.run(0.02)
@@ -118,7 +118,7 @@ def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
     lines = {name: board.pins[name] for name in ("ju18", "ju20", "ju19")}
     seen = []
     for line in lines.values():
-        line.watch(lambda pin: seen.append((pin.name, pin.level)))
+        line.subscribe(lambda pin: seen.append((pin.name, pin.level)))
     tell(bench, board, 0x01, 7)
     assert seen == [("ju20", False), ("ju20", True)]
     bench.run(0.02)

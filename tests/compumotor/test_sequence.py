@@ -26,7 +26,7 @@ def test_the_manuals_example(bench, board):
     for number, distance in ((0x12, 25_000), (0x05, 50_000), (0x08, 1_000)):
         move(bench, board, number, distance)
     edges = []
-    board.pins["output1"].watch(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
+    board.pins["output1"].subscribe(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
     tell(bench, board, 0x0C, 1)
     define(
         bench, board, 8,

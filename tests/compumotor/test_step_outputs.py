@@ -23,7 +23,7 @@ def test_cw_step_and_ccw_step_are_active_low_for_their_direction_only(bench, boa
     assert levels(board) == (False, True, True)
     tell(bench, board, 0x33, *i32(distance))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    began = board.axes["motor"].train.stroke.start_ns
+    began = board.axes["motor"].train.move.start_ns
     cw = (distance > 0) is (ccw_is_plus == 0)
     found = []
     for time_ns in (999_999, 1_000_000, 1_000_914, 1_000_915):
@@ -66,7 +66,7 @@ def test_a_pulse_of_the_test_function_lasts_one_to_two_microseconds(bench, board
     else:
         board.pins["test_switch"].drive(True)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    began, seen = board.axes["motor"].train.stroke.start_ns, []
+    began, seen = board.axes["motor"].train.move.start_ns, []
     for time_ns in (199_999, 200_000, 201_000, 202_000, 399_999, 400_000, 401_000, 402_000):
         bench.run((began + time_ns - bench.now) / 1e9)
         seen.append(board.pins["step"].level)
@@ -166,7 +166,7 @@ def test_a_power_cut_under_the_joystick_sends_nothing(bench, board):
     board.pins["at_zero"].drive(False)
     messages(bench, board)
     said = []
-    board.bus.hear(said.append)
+    board.bus.subscribe_received(said.append)
     board.power(False)
     bench.run(1)
     assert said == []
@@ -301,7 +301,7 @@ def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench
     board = ready(bench, interrupts=("message_ready", "input_ready"))
     edges = []
     board.bus.write(1, 0x40)
-    board.bus.interrupt_line.watch(lambda pin: edges.append(pin.level))
+    board.bus.interrupt_line.subscribe(lambda pin: edges.append(pin.level))
     tell(bench, board, 0x8C)
     bench.run(0.05)
     assert board.bus.read(1) & 0x98 == 0x18

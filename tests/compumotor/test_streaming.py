@@ -22,7 +22,7 @@ def test_the_worked_parabola_pulse_by_pulse(bench, board):
     tell(bench, board, 0x42)
     rest(bench, board)
 
-    start_ns = board.axes["motor"].train.strokes[1].start_ns
+    start_ns = board.axes["motor"].train.moves[1].start_ns
     assert pulse_times(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
     assert board.axes["motor"].position == sum(PARABOLA) // 30 == 26_041 == position(bench, board, 0x80)
     assert max(PARABOLA) * Fraction(50, 3) == Fraction(1_172_350, 3)  # 390.783 kHz
@@ -45,7 +45,7 @@ def test_every_base_clock_and_divisor(bench, board, base, hertz, divisor):
     tell(bench, board, 0x42)
     bench.run(0.1)
 
-    stroke = board.axes["motor"].train.stroke
+    stroke = board.axes["motor"].train.move
     assert stroke.profile.rate_at(bench.now - stroke.start_ns) == hertz / divisor * 0x7FFF / 65_536
     assert ask(bench, board, 0x85)[:4] == b"\x85\x7f\xff\0"
     mode = bytes([0x90, 0x52, base, divisor, 0, 0, 0xFF, 0xFF, 0, 2])
@@ -81,12 +81,12 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
         bench.run(0.1)
         velocities(bench, board, *numbers[first : first + 7])
     bench.run(3)
-    start_ns = board.axes["motor"].train.strokes[1].start_ns
+    start_ns = board.axes["motor"].train.moves[1].start_ns
     expected = accumulated(
         [BASE_CLOCKS[2] / 3 * v / 65_536 for v in (*numbers, *[numbers[-1]] * 500)], start_ns, 7 * MS
     )
     times = pulse_times(board)
-    assert len(board.axes["motor"].train.strokes) > 4  # it is not one ever longer stroke
+    assert len(board.axes["motor"].train.moves) > 4  # it is not one ever longer stroke
     assert times == expected[: len(times)]
     assert board.axes["motor"].position == len(times) > 3_000
 
@@ -111,7 +111,7 @@ def test_pairs_of_velocity_and_distance(bench, board):
     rest(bench, board)
 
     times = pulse_times(board)
-    start_ns = board.axes["motor"].train.stroke.start_ns
+    start_ns = board.axes["motor"].train.move.start_ns
     expected = [100 * MS, 125 * MS, 175 * MS]
     assert len(times) == 175 == board.axes["motor"].position
     assert all(abs(times[n - 1] - start_ns - at) <= 3 for n, at in zip((100, 150, 175), expected, strict=True))
@@ -287,6 +287,6 @@ def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):
     tell(bench, board, 0x42)
     rest(bench, board)
     axis = board.axes["motor"]
-    assert axis.train.strokes[-1].direction == 1
-    assert len(axis.train.strokes) > 3
+    assert axis.train.moves[-1].direction == 1
+    assert len(axis.train.moves) > 3
     assert axis.position == axis.pulses > 1_000

@@ -36,6 +36,6 @@ def number(bench: Bench, board: Controller, opcode: int) -> int:
 
 def start(bench: Bench, board: Controller, *command: int) -> None:
     """A command, and time until its motion has just begun."""
-    strokes = len(board.axes["motor"].train.strokes)
+    strokes = len(board.axes["motor"].train.moves)
     tell(bench, board, *command)
-    assert bench.run_until(lambda: len(board.axes["motor"].train.strokes) > strokes, 0.1)
+    assert bench.run_until(lambda: len(board.axes["motor"].train.moves) > strokes, 0.1)

@@ -15,7 +15,7 @@ def said(bench: Bench, text: str) -> str:
 
 def test_an_answer_is_waited_for_and_not_a_nanosecond_longer(bench, if1):
     heard_ns = []
-    if1.serial.hear(lambda byte, _: heard_ns.append(bench.now))
+    if1.serial.subscribe_received(lambda byte, _: heard_ns.append(bench.now))
     assert said(bench, "> E\\r\n< C\\r\n") == ""
     assert bench.now == heard_ns[-1]
 

@@ -49,7 +49,7 @@ def positions(controller: Controller) -> tuple[int, int, int]:
 def strokes(axis: StepperAxis) -> list[int]:
     """The moves an axis has made, each as signed pulses; those without a pulse left out."""
     lengths = [
-        stroke.direction * stroke.profile.pulses_by(axis.clock.now - stroke.start_ns) for stroke in axis.train.strokes
+        stroke.direction * stroke.profile.pulses_by(axis.clock.now - stroke.start_ns) for stroke in axis.train.moves
     ]
     return [length for length in lengths if length]
 
@@ -67,5 +67,5 @@ def gaps(times_ns: Iterable[int]) -> list[int]:
 def edges(pin: Pin) -> list[tuple[int, bool]]:
     """A list that grows with each change of the pin's level: (nanoseconds, level)."""
     seen: list[tuple[int, bool]] = []
-    pin.watch(lambda changed: seen.append((changed.clock.now, changed.level)))
+    pin.subscribe(lambda changed: seen.append((changed.clock.now, changed.level)))
     return seen

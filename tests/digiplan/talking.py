@@ -73,12 +73,12 @@ def moving(controller: Controller) -> bool:
 
 def start_ns(axis: StepperAxis) -> int:
     """When the latest motion began."""
-    return axis.train.stroke.start_ns
+    return axis.train.move.start_ns
 
 
 def since_start(axis: StepperAxis, nth: int = -1) -> list[int]:
     """The times of the pulses of the latest motion, or of the nth, in nanoseconds from its start."""
-    starts = [*(stroke.start_ns for stroke in axis.train.strokes), axis.clock.now + 1]
+    starts = [*(stroke.start_ns for stroke in axis.train.moves), axis.clock.now + 1]
     begin, end = starts[nth - 1 if nth < 0 else nth], starts[nth if nth < 0 else nth + 1]
     return [int(time) - begin for time in axis.pulse_times(begin, end)]
 
@@ -126,7 +126,7 @@ def at_speed(bench: Bench, controller: Controller, axis: str = "X") -> float:
 def heard(bench: Bench, controller: Controller) -> list[tuple[int, int, LineError]]:
     """A list that fills with (time in ns, byte, errors) for each character that the host receives from now on."""
     characters: list[tuple[int, int, LineError]] = []
-    controller.serial.hear(lambda byte, errors: characters.append((bench.now, byte, errors)))
+    controller.serial.subscribe_received(lambda byte, errors: characters.append((bench.now, byte, errors)))
     return characters
 
 

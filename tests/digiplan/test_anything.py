@@ -97,12 +97,12 @@ def live(model: str, form: str, line: str, wiring: str, happenings: Sequence[Act
     received: list[tuple[int, int, LineError]] = heard(bench, it)
     changes: list[tuple[int, str, bool]] = []
     for name, pin in it.pins.items():
-        pin.watch(lambda pin, name=name: changes.append((bench.now, name, pin.level)))
+        pin.subscribe(lambda pin, name=name: changes.append((bench.now, name, pin.level)))
     for happening in happenings:
         happening.does(bench, it)
     bench.run(3)
     motion = [
-        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.strokes
+        (stroke.start_ns, stroke.direction, stroke.origin) for axis in it.axes.values() for stroke in axis.train.moves
     ]
     first = [axis.pulse_times(0, 5_000_000_000).tolist()[:50] for axis in it.axes.values()]
     return received, changes, motion, first, [axis.position for axis in it.axes.values()], bench.now
@@ -178,7 +178,7 @@ def test_fed_whole_or_byte_by_byte_the_same(said, pause, form):
     whole, bit_by_bit = Bench(), Bench()
     text = "".join(message + "\r" for message in said)
     first = ready(whole, form, line="2400 8N2")
-    first.serial.dtr_line.watch(lambda pin: setattr(first.serial, "held", not pin.level))
+    first.serial.dtr_line.subscribe(lambda pin: setattr(first.serial, "held", not pin.level))
     tell(first, text, "")
     second = ready(bit_by_bit, form, line="2400 8N2")
     each_character(bit_by_bit, second, text, lambda n: bit_by_bit.run(pause))

@@ -36,11 +36,11 @@ def undisturbed() -> list[int]:
     begun_ns = bench.now
     seen = {begun_ns}
     for pin in if2.pins.values():
-        pin.watch(lambda changed: seen.add(changed.clock.now))
+        pin.subscribe(lambda changed: seen.add(changed.clock.now))
     bench.run(5.0)
     assert status(bench, if2, "E") == "C"
     for axis in if2.axes.values():
-        for stroke in axis.train.strokes:
+        for stroke in axis.train.moves:
             if stroke.start_ns >= begun_ns and stroke.profile.pulses:
                 seen |= {stroke.start_ns, stroke.end_ns}
     moments = sorted(at_ns - begun_ns for at_ns in seen)

@@ -15,7 +15,7 @@ from .talking import ask, constant, faults, moving, pulse_times_of, ramped, read
 
 def pause_ns(axis) -> int:
     """From the last pulse of one stroke to the beginning of the next."""
-    before, after = list(axis.train.strokes)[-2:]
+    before, after = list(axis.train.moves)[-2:]
     last = int(axis.pulse_times(before.start_ns, after.start_ns)[-1])
     return after.start_ns - last
 

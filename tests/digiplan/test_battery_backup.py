@@ -122,7 +122,7 @@ def test_the_speed_data_and_the_ramp_are_kept_too(bench):
     bench.run(5.0)
     assert strokes(if2.axes["X"]) == [700, 730, -30]
     assert pulse[1][0] - pulse[0][0] == 70 * MS
-    forth = if2.axes["X"].train.strokes[-2]
+    forth = if2.axes["X"].train.moves[-2]
     told = [int(at_ns) - forth.start_ns for at_ns in if2.axes["X"].pulse_times(forth.start_ns)][:730]
     # range 2: start/stop 600, increment 200, every 200/20000 s = 10 ms
     assert told == pulse_times_of(ramped(730, 600, 3000, 200, 20_000))
@@ -138,7 +138,7 @@ def test_the_inter_character_delay_is_kept(bench):
     if2.power(False)
     power_up(bench, if2, dsr=False)
     heard: list[int] = []
-    if2.serial.hear(lambda byte, errors: heard.append(bench.now))
+    if2.serial.subscribe_received(lambda byte, errors: heard.append(bench.now))
     tell(if2, "F")
     bench.run(1.0)
     assert if2.serial.read() == b"32\r"

@@ -47,7 +47,7 @@ def test_rts_is_set_before_the_first_character_and_reset_after_the_last(bench, i
     """Control lines: "RTS and DTR are both outputs ... set prior to the start of transmission"."""
     bench.run(0.1)
     lines: list[tuple[int, bool]] = []
-    if1.serial.rts_line.watch(lambda pin: lines.append((bench.now, pin.level)))
+    if1.serial.rts_line.subscribe(lambda pin: lines.append((bench.now, pin.level)))
     received = heard(bench, if1)
     tell(if1, "I")
     bench.run(0.1)
@@ -194,7 +194,7 @@ def test_a_buffer_that_was_never_80_percent_full_does_not_touch_dtr(bench):
     """Control of data transfer: only 80 % resets it."""
     if1 = calculating(bench)
     changes: list[bool] = []
-    if1.serial.dtr_line.watch(lambda pin: changes.append(pin.level))
+    if1.serial.dtr_line.subscribe(lambda pin: changes.append(pin.level))
     fill(bench, if1, " " * 51)
     bench.run(1.5)
     assert changes == []
@@ -249,7 +249,7 @@ def test_it_transmits_while_dtr_is_reset(bench, if1):
     tell(if1, "D25")
     bench.run(0.1)
     seen = []
-    if1.serial.hear(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
+    if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), if1.serial.dtr)))
     tell(if1, "I")  # a character each 0.25 s
     bench.run(0.3)
     fill(bench, if1, " " * 52)
@@ -408,7 +408,7 @@ def obedient_dtr_host(if1: Controller) -> Callable[[], None]:
     def obey(_: object) -> None:
         if1.serial.held = not if1.serial.dtr
 
-    return if1.serial.dtr_line.watch(obey)
+    return if1.serial.dtr_line.subscribe(obey)
 
 
 def obedient_xon_host(if1: Controller) -> Callable[[], None]:
@@ -418,7 +418,7 @@ def obedient_xon_host(if1: Controller) -> Callable[[], None]:
         if byte in (XOFF, XON):
             if1.serial.held = byte == XOFF
 
-    return if1.serial.hear(obey)
+    return if1.serial.subscribe_received(obey)
 
 
 LONG = "^10\r" + "X1$Y1$".replace("$", "$\r") * 25  # 204 characters, the first four start a calculation
@@ -482,7 +482,7 @@ def test_a_host_that_waits_for_the_echo_loses_nothing(bench, baud):
     """Connection methods: "if echo-back is used it is unnecessary to monitor the DTR line"."""
     if1 = ready(bench, "U62", line=f"{baud} 8N2", wiring="3-wire", strobe_ms=1.7)
     changes: list[bool] = []
-    if1.serial.dtr_line.watch(lambda pin: changes.append(pin.level))
+    if1.serial.dtr_line.subscribe(lambda pin: changes.append(pin.level))
     obedient_echo_host(bench, if1, LONG)
     bench.run(1)
     assert (if1.axes["X"].position, if1.axes["Y"].position) == (25, 25)
@@ -523,7 +523,7 @@ def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):
     tell(if1, "D25")
     bench.run(0.1)
     seen = []
-    if1.serial.hear(lambda byte, _: seen.append((byte, bench.now)))
+    if1.serial.subscribe_received(lambda byte, _: seen.append((byte, bench.now)))
     tell(if1, "I")  # 200 <CR>, a character each 0.25 s
     bench.run(0.3)
     filled_ns = bench.now

@@ -202,7 +202,7 @@ def test_a_status_request_is_answered_while_a_second_move_is_held(bench, if1, le
 def test_it_is_busy_from_the_first_move_to_the_end_of_the_held_one(bench, if1):
     """Busy status; sample 10 sends a move during another and takes "C" for the end of both."""
     seen = []
-    if1.serial.hear(lambda byte, _: seen.append((chr(byte), bench.now)))
+    if1.serial.subscribe_received(lambda byte, _: seen.append((chr(byte), bench.now)))
     tell(if1, "X40$")
     tell(if1, "Y20$")
     while ("C" not in [letter for letter, _ in seen]) and bench.seconds < 10:
@@ -306,7 +306,7 @@ def test_cancel_while_accelerating_goes_down_from_there(bench, if1):
     tell(if1, "#", "")
     bench.run(0.0335 - 0.0012 - 0.0005 - 0.00115)  # its CR is taken between 30 and 40 ms
     tell(if1, "")
-    assert bench.run_until(lambda: axis.train.stroke.profile.end_ns < 100 * MS, 0.1)
+    assert bench.run_until(lambda: axis.train.move.profile.end_ns < 100 * MS, 0.1)
     begin, before = bench.now, axis.position
     assert 30 * MS < begin - start_ns(axis) < 40 * MS
     bench.run(1)

@@ -30,7 +30,7 @@ def test_the_prompt_comes_when_the_move_before_has_ended(bench, if1):
     """Intervention: "Following the Y move of 400 steps"."""
     tell(if1, ":Y400@200:%:$")
     heard: list[int] = []
-    if1.serial.hear(lambda byte, errors: heard.append(bench.now))
+    if1.serial.subscribe_received(lambda byte, errors: heard.append(bench.now))
     bench.run(3.0)
     # a character of 11 bits at 9600 baud takes 1.15 ms; the prompt follows the move within a few of them
     assert 0 < heard[0] - times(if1.axes["Y"])[-1] < 5_000_000

@@ -36,7 +36,7 @@ def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
         first.append(bench.now)
         found.append((bench.now - first[0], index + 1))
 
-    controller.watch_lines(watch)
+    controller.subscribe_lines(watch)
     return found
 
 
@@ -189,7 +189,7 @@ def test_a_nested_repeat_starts_afresh(bench, if1):
 def test_a_step_that_waits_runs_until_its_input_comes(bench, if1):
     """Combining inputs and outputs: H1 waits for a level."""
     times: list[int] = []
-    if1.watch_lines(lambda program, index: times.append(bench.now))
+    if1.subscribe_lines(lambda program, index: times.append(bench.now))
     tell(if1, ":H1:S1:$")
     bench.run(5.0)
     assert running(if1) == 1
@@ -317,7 +317,7 @@ def test_an_if2_that_is_not_locked_forgets_it(bench):
 
 def test_whoever_has_seen_enough_is_told_no_more(bench, if1):
     found = []
-    look_away = if1.watch_lines(lambda program, index: found.append(index))
+    look_away = if1.subscribe_lines(lambda program, index: found.append(index))
     tell(if1, ":S1:R1:$")
     bench.run(0.1)
     look_away()

@@ -213,9 +213,9 @@ def story(script: list[Act], model: str, form: str) -> tuple[object, ...]:
     controller = ready(bench, form, model)
     controller.serial.read()
     heard: list[object] = []
-    controller.serial.hear(lambda byte, errors: heard.append((bench.now, byte)))
+    controller.serial.subscribe_received(lambda byte, errors: heard.append((bench.now, byte)))
     for name, pin in controller.pins.items():
-        pin.watch(lambda changed, name=name: heard.append((bench.now, name, changed.level)))
+        pin.subscribe(lambda changed, name=name: heard.append((bench.now, name, changed.level)))
     for act in script:
         act.on(bench, controller)
     bench.run(3.0)

@@ -199,7 +199,7 @@ def test_the_page_has_every_terminal_link_and_cable():
 
 def hints(bench, if1):
     told = []
-    if1.watch_trouble(told.append)
+    if1.subscribe_hint(told.append)
     return told
 
 
@@ -211,10 +211,10 @@ def test_it_tells_that_it_drops_what_comes_before_the_baud_rate_is_known(bench):
     tell(if1, "X1000$")
     bench.run(0.2)
     assert told == ["characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"]
-    assert if1.trouble == told[0]
+    assert if1.hint == told[0]
     if1.serial.write(b"(")
     bench.run(0.1)
-    assert if1.trouble == "" and len(told) == 1
+    assert if1.hint == "" and len(told) == 1
 
 
 def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
@@ -233,13 +233,13 @@ def test_it_tells_that_it_drops_what_comes_before_the_data_format(bench):
     assert told == ["characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"]
     tell(if1, "U61")
     bench.run(1.2)
-    assert if1.trouble == "" and len(told) == 1
+    assert if1.hint == "" and len(told) == 1
 
 
 def test_who_listens_to_hints_no_longer_is_told_none(bench):
     """A subscription ends once."""
     if1, told = bench.add("if1"), []
-    end = if1.watch_trouble(told.append)
+    end = if1.subscribe_hint(told.append)
     end()
     bench.run(1.5)
     tell(if1, "X1000$")
@@ -248,6 +248,6 @@ def test_who_listens_to_hints_no_longer_is_told_none(bench):
 
 
 def test_a_board_has_no_hints_of_its_own(bench):
-    """`watch_trouble` is there for every controller."""
+    """`subscribe_hint` is there for every controller."""
     board = bench.add("1811")
-    board.watch_trouble(print)()
+    board.subscribe_hint(print)()

@@ -41,7 +41,7 @@ def test_the_table_drills_ten_holes_in_the_morning_without_a_host():
     bench = build("drill")
     table = bench["table"]
     holes = []
-    table.pins["input1"].watch(lambda pin: holes.append(position(table)) if pin.level else None)
+    table.pins["input1"].subscribe(lambda pin: holes.append(position(table)) if pin.level else None)
     bench.run(36_000)
     assert holes == []
     bench.run(30)
@@ -103,7 +103,7 @@ def test_the_knife_turns_once_for_each_length():
     bench = build("cut-to-length")
     feeder, knife = bench["feeder"].axes["X"], bench["knife"].axes["shaft"]
     cuts = []
-    knife.watch_edges([1000 + 2000 * n for n in range(12)], lambda: cuts.append(feeder.position))
+    knife.subscribe_edges([1000 + 2000 * n for n in range(12)], lambda: cuts.append(feeder.position))
     bench.run(14)
     assert (feeder.position, knife.position) == (12 * 800, 12 * 2000)
     assert cuts == pytest.approx([350 + 800 * n for n in range(12)], abs=5), "half a turn by the cam"

@@ -82,7 +82,7 @@ def test_a_clock_that_drifts_is_understood_up_to_a_few_percent(bench, percent, u
 def test_what_is_delayed_comes_later_in_its_order(bench):
     port = bench["if1"].serial
     heard = []
-    port.hear(lambda byte, _: heard.append((chr(byte), bench.now)))
+    port.subscribe_received(lambda byte, _: heard.append((chr(byte), bench.now)))
     port.write(b"N\r")
     bench.run(0.1)
     usual = heard[0][1]

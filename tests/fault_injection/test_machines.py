@@ -71,7 +71,7 @@ def test_a_stuck_output_of_the_pulse_generator():
 def test_a_bouncing_switch_goes_back_and_forth(bench):
     edges = []
     pin = bench["if1"].pins["input2"]
-    pin.watch(lambda pin: edges.append((bench.now, pin.level)))
+    pin.subscribe(lambda pin: edges.append((bench.now, pin.level)))
     bench.faults.add("bounce", "if1.input2", ms=4, count=2)
     began = bench.now
     pin.drive(True)
@@ -86,7 +86,7 @@ def test_a_bounce_by_chance_is_the_same_with_the_same_seed(bench):
     def edges(seed):
         found = []
         pin = bench["if1"].pins["input3"]
-        unwatch = pin.watch(lambda pin: found.append(bench.now - began))
+        unwatch = pin.subscribe(lambda pin: found.append(bench.now - began))
         fault = bench.faults.add("bounce", "if1.input3", ms=10, count=4, seed=seed)
         began = bench.now
         pin.drive(True)

@@ -54,7 +54,7 @@ def happens(bench, sentence):
 def test_a_step_of_a_sequence(table):
     """3 steps at the start/stop speed of 400 take 7.5 ms, outputs 1 ms; step 4 repeats steps 2 and 3 once."""
     first, third, outputs = happens(table, "table runs 1"), happens(table, "table runs 3"), []
-    table["table"].pins["output1"].watch(lambda pin: outputs.append(table.now))
+    table["table"].pins["output1"].subscribe(lambda pin: outputs.append(table.now))
     assert play(parse("> :S2:X3@400:S1R1:=1,2:$\\r\n+0.2\n"), table) is None
     (began,) = first
     assert third == [began + 8_500_000, began + 18_000_000]
@@ -73,7 +73,7 @@ def test_a_command_of_one_of_the_sequences(board):
     """1 ms of the processor for the first command."""
     second, other = happens(board, "board runs 3:2"), happens(board, "board runs 4:2")
     falls = []
-    board["board"].pins["output1"].watch(lambda pin: falls.append((board.now, pin.level)))
+    board["board"].pins["output1"].subscribe(lambda pin: falls.append((board.now, pin.level)))
     assert play(parse("; model: 1811\n> perform_sequence 3\n+0.1\n"), board) is None
     assert falls == [(second[0], False), (second[0] + 1_000_000, True)]
     assert other == []
@@ -84,7 +84,7 @@ def test_a_fault_comes_at_a_line_and_is_over_when_it_is_due(motor):
     fault = motor.faults.add("stuck", "motor.E", level=False, when="motor runs 4", nth=3, duration=0.25)
     zero_ns = motor.now
     levels = []
-    motor["motor"].pins["E"].watch(lambda pin: levels.append((motor.now - zero_ns, pin.level)))
+    motor["motor"].pins["E"].subscribe(lambda pin: levels.append((motor.now - zero_ns, pin.level)))
     motor["motor"].serial.write(b"RUN ")
     motor.run(1)
     began_ns = 30 * SAMPLE_NS
@@ -152,7 +152,7 @@ def test_a_device_without_programs_runs_nothing(table, monkeypatch):
         triggers.read("table runs 1", table, table.faults)
     monkeypatch.setattr(controller, "_device", object())
     assert controller.programs == {}
-    controller.watch_lines(print)()
+    controller.subscribe_lines(print)()
 
 
 @pytest.mark.parametrize("model", FAMILIES)
@@ -168,7 +168,7 @@ def test_a_fault_that_is_mended_as_it_begins_ends_in_that_nanosecond():
     if1 = bench.add("if1")
     bench.run(1)
     pin = if1.pins["input1"]
-    pin.watch(lambda changed: changed.level and bench.faults.mend("all"))
+    pin.subscribe(lambda changed: changed.level and bench.faults.mend("all"))
     fault = bench.faults.add("stuck", "if1.input1", level=True)
     bench.run(0)
     assert not fault.on and not pin.held and not pin.level

@@ -38,7 +38,7 @@ def test_a_fault_begins_at_the_very_moment(bench, when, nth, at_position):
     axis = bench["if1"].axes["X"]
     fault = bench.faults.add("stuck", "input3", level="high", when=when, nth=nth, here="if1")
     found = []
-    bench.faults.watch(lambda fault, what: found.append((what, axis.position)))
+    bench.faults.subscribe(lambda fault, what: found.append((what, axis.position)))
     where = f"; {when}\n> X400$\\r\n+3\n! input2 high\n> N\\r\n< 400\\r\n> X-$\\r\n+3\n! input2 low\n+1"
     assert play(parse(where), bench) is None
     assert fault.on
@@ -51,12 +51,12 @@ def test_a_position_of_a_servo_is_passed_in_the_very_sample():
     motor = bench.add("smartmotor", shaft={"motor": "frame17"})
     fault = bench.faults.add("stuck", "smartmotor.E", level=False, when="smartmotor.shaft passes 777 up")
     positions = []
-    motor.axes["shaft"].watch(
+    motor.axes["shaft"].subscribe(
         lambda samples: positions.extend(zip(range(len(samples)), samples.positions, strict=True))
     )
     motor.serial.write(b"UCI UDI ZS MP A=100 V=100000 P=2000 G ")
     seen = []
-    bench.faults.watch(lambda fault, what: seen.append(motor.axes["shaft"].position))
+    bench.faults.subscribe(lambda fault, what: seen.append(motor.axes["shaft"].position))
     bench.run(2.0)
     assert fault.on
     before = max(at for _, at in positions if at < 777)
@@ -67,7 +67,7 @@ def test_a_position_of_a_servo_is_passed_in_the_very_sample():
 def test_at_a_time_and_for_a_time(bench):
     fault = bench.faults.add("stuck", "if1.input1", level=True, at=bench.seconds + 0.25, duration=0.5)
     levels = []
-    bench["if1"].pins["input1"].watch(lambda pin: levels.append((bench.now - began, pin.level)))
+    bench["if1"].pins["input1"].subscribe(lambda pin: levels.append((bench.now - began, pin.level)))
     began = bench.now
     assert bench.clock.quiet, "nobody waits for a fault to come"
     bench.run(2)

@@ -311,7 +311,7 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
         host.sendall(b"E\r")
         new = served.do(lambda: another(served))
         heard = []
-        new["if1"].serial.listen(heard.append)
+        new["if1"].serial.subscribe_sent(heard.append)
         served.do(lambda: served.server.replace_bench(new))
         served.do(lambda: None)  # the loop has had a turn
         assert heard == []
@@ -444,7 +444,7 @@ def test_a_client_of_rfc_2217_has_its_format_and_lines_on_a_bench_that_is_earlie
         port = new["if1"].serial
         assert (port.host.format, port.host.rts) == (UartFormat(1200, 7, "E", 1), False)
         heard = []
-        served.do(lambda: port.listen(heard.append))
+        served.do(lambda: port.subscribe_sent(heard.append))
         host.write(b"(")
         served.until(lambda: heard)
 
@@ -459,7 +459,7 @@ def test_a_client_of_a_pty_waits_and_goes_on(served):
         new = served.do(lambda: another(served))
         served.do(lambda: served.server.replace_bench(new))
         heard = []
-        new["if1"].serial.listen(heard.append)
+        new["if1"].serial.subscribe_sent(heard.append)
         assert heard == []
         served.do(lambda: setattr(served.server, "muted", False))
         assert host.read(2) == b"C\r"

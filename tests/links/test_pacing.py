@@ -56,7 +56,7 @@ def test_what_a_look_brings_about_happens_in_time(clock, loop):
     clock.call_later(5 * S, lambda: None)  # until then it would sleep
     pacer = paced(clock, loop, 1)
     loop.run_to(1)
-    pacer.look(lambda: clock.call_later(30 * MS, lambda: happened.append((clock.now, loop.now_s))))
+    pacer.inspect(lambda: clock.call_later(30 * MS, lambda: happened.append((clock.now, loop.now_s))))
     loop.run_to(2)
     assert happened == [(1030 * MS, pytest.approx(1.03))]
 

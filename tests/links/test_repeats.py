@@ -40,9 +40,9 @@ class Noted:
         self.if1 = initialise(self.bench, self.bench.add("if1", line=line))
         self.port = self.if1.serial
         self.seen = []
-        self.port.hear(lambda byte, errors: self.note("heard", byte, errors))
+        self.port.subscribe_received(lambda byte, errors: self.note("heard", byte, errors))
         for pin in self.if1.pins.values():
-            pin.watch(lambda pin: self.note(pin.name, pin.level))
+            pin.subscribe(lambda pin: self.note(pin.name, pin.level))
 
     def note(self, *what):
         self.seen.append((self.bench.now, *what))
@@ -116,5 +116,5 @@ def test_moments_kept_and_done_again_are_the_same_run(line, speed, steps):
     again = Noted(line)
     for (time_ns, _), acts in groupby(session.kept, key=lambda one: one[0]):
         moment = [act for _, act in acts]
-        again.bench.clock.after_all(time_ns, lambda moment=moment: [again.port.perform(act) for act in moment])
+        again.bench.clock.call_last(time_ns, lambda moment=moment: [again.port.perform(act) for act in moment])
     assert again.finished(end_ns) == session.noted.finished(end_ns)

@@ -19,7 +19,7 @@ def test_positions_add_up_over_strokes():
     train = Train()
     train.start(0, +1, constant(100, 10))
     train.start(S, -1, constant(100, 4))
-    assert [train.stroke_at(t).position_at(t) for t in (0, S // 20, S, 2 * S)] == [0, 5, 10, 6]
+    assert [train.move_at(t).position_at(t) for t in (0, S // 20, S, 2 * S)] == [0, 5, 10, 6]
 
 
 def test_pulse_times_are_cut_to_the_span_asked_for():
@@ -38,7 +38,7 @@ def test_a_stroke_that_begins_ends_the_one_before():
     train = Train()
     train.start(0, +1, Profile([Segment(Fraction(100), None)]))
     train.start(55_000_000, +1, constant(100, 1))
-    assert train.stroke.position_at(S) == 6
+    assert train.move.position_at(S) == 6
     assert len(train.pulse_times(0, S)) == 6
 
 
@@ -46,8 +46,8 @@ def test_a_bounded_history_says_what_it_has_forgotten():
     train = Train(history=3)
     for second in range(5):
         train.start(second * S, +1, constant(100, 1))
-    assert len(train.strokes) == 3
-    assert train.stroke.position_at(10 * S) == 5
+    assert len(train.moves) == 3
+    assert train.move.position_at(10 * S) == 5
     assert len(train.pulse_times(2 * S, 10 * S)) == 3
     with pytest.raises(UsageError, match=r"before 2 s are no longer kept: ask from there on, or .*history=6"):
         train.pulse_times(0, 10 * S)

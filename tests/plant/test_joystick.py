@@ -16,7 +16,7 @@ def stick():
     joystick = Joystick(clock, pins, JoystickInputs("zero", "step", "direction"))
     seen = []
     for pin in pins.values():
-        pin.watch(lambda pin: seen.append((clock.now, pin.name, pin.level)))
+        pin.subscribe(lambda pin: seen.append((clock.now, pin.name, pin.level)))
     return clock, joystick, seen
 
 

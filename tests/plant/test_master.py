@@ -48,8 +48,8 @@ def test_it_is_never_ahead_of_the_exact_count_and_less_than_one_behind(counts, d
 
 def test_a_following_move_replaces_the_rest_of_the_one_before(clock):
     master, told = Master(clock), []
-    master.before_change.append(lambda: told.append(("before", master.count)))
-    master.on_change.append(lambda: told.append(("after", master.count)))
+    master.before_change.subscribe(lambda: told.append(("before", master.count)))
+    master.on_change.subscribe(lambda: told.append(("after", master.count)))
     master.move(1000, 1)
     clock.run_to(S // 4)
     master.move(-50, 0.5)
@@ -74,7 +74,7 @@ def test_it_sits_on_a_shaft(clock):
         position = 300
         on_motion: ClassVar[Signal] = Signal()
         resting = False
-        foreseen = False
+        predictable = False
         follows = None
 
     master = Master(clock)

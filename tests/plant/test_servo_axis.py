@@ -147,7 +147,9 @@ def test_who_watches_is_told_what_has_been_in_order(clock, axis):
     Motor(axis, range(1, 11))
     clock.run_to(3 * MS)
     told = []
-    end = axis.watch(lambda samples: told.append((samples.start_ns, list(samples.positions), list(samples.commanded))))
+    end = axis.subscribe(
+        lambda samples: told.append((samples.start_ns, list(samples.positions), list(samples.commanded)))
+    )
     clock.run_to(6 * MS + 1)
     axis.catch_up()
     clock.run_to(7 * MS)

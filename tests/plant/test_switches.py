@@ -16,7 +16,7 @@ def watched(clock, *ends):
     """Pins in series with switches (axis, first, last), and their changes as (time, level)."""
     pin, seen = Pin(clock, "home"), []
     in_series([PositionSwitch(*end) for end in ends], pin)
-    pin.watch(lambda pin: seen.append((clock.now, pin.level)))
+    pin.subscribe(lambda pin: seen.append((clock.now, pin.level)))
     return pin, seen
 
 

@@ -143,7 +143,7 @@ def test_power_that_goes_when_a_pin_of_its_own_changes(model, work, pin, act):
             times.append(bench.now)
             it.power_cycle() if act == "cycle" else it.power(False)
 
-    it.pins[pin].watch(changed)
+    it.pins[pin].subscribe(changed)
     campaign.MODELS[model].works[work](it)
     bench.run(1)
     if times:
@@ -156,10 +156,10 @@ def test_power_is_off_in_the_nanosecond_in_which_it_was_asked_for():
     """A step that switches two outputs is not finished without power."""
     bench = Bench()
     it = ready(bench)
-    it.pins["output1"].watch(lambda pin: it.power(False))
+    it.pins["output1"].subscribe(lambda pin: it.power(False))
     edges = []
     for name in ("output1", "output2"):
-        it.pins[name].watch(lambda pin: edges.append((pin.name, pin.level, bench.now)))
+        it.pins[name].subscribe(lambda pin: edges.append((pin.name, pin.level, bench.now)))
     tell(it, "S12$")
     bench.run(1)
     assert len({at_ns for _, _, at_ns in edges}) == 1

@@ -60,7 +60,7 @@ def test_the_example_drills_ten_holes_and_comes_back():
         if pin.level:
             holes.append((table.axes["X"].position, table.axes["Y"].position))
 
-    table.pins["input1"].watch(drill_moves)
+    table.pins["input1"].subscribe(drill_moves)
 
     running.load(EXAMPLES / "drill.if1").perform(bench, None)
 

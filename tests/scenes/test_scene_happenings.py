@@ -37,7 +37,7 @@ def test_faults_begin_and_end(scene):
         '[[fault]]\nkind = "jam"\nname = "nut"\non = "X"\nwhen = "X passes 100"\n'
     ).build()
     levels = []
-    bench["if1"].pins["input1"].watch(lambda pin: levels.append((bench.seconds, pin.level)))
+    bench["if1"].pins["input1"].subscribe(lambda pin: levels.append((bench.seconds, pin.level)))
     bench.run(5)
     assert levels == [(2.0, True), (3.0, False)]
     assert bench.faults["nut"].spot.name == "if1.X"
@@ -54,7 +54,7 @@ def test_a_fault_may_wait_for_one_further_down_or_in_the_script(scene):
         '[[script]]\nat = 5\ndo = "fault load Y 0.1 name=press"\n'
     ).build()
     begun = {}
-    bench.faults.watch(lambda fault, what: begun.setdefault((fault.name, what), bench.seconds))
+    bench.faults.subscribe(lambda fault, what: begun.setdefault((fault.name, what), bench.seconds))
     bench.run(10)
     assert [name for name, what in begun if what == "begins"] == [
         "stuck-2",
@@ -95,7 +95,7 @@ def test_a_script(scene):
     ).build()
     pins, seen = bench["if1"].pins, []
     for name in ("input1", "input2"):
-        pins[name].watch(lambda pin: seen.append((bench.seconds, pin.name, pin.level)))
+        pins[name].subscribe(lambda pin: seen.append((bench.seconds, pin.name, pin.level)))
     assert bench.agenda_ns == 3_000_000_000
     bench.run(4)
     assert seen == [(1, "input1", True), (2, "input1", False), (2, "input2", True), (3, "input2", False)]

@@ -204,9 +204,9 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
     bench = Scene.load(tmp_path / "s.toml").build()
     pins, when = bench["if1"].pins, {}
     for name in ("input1", "input2"):
-        pins[name].watch(lambda pin, name=name: when.setdefault(name, bench.seconds))
+        pins[name].subscribe(lambda pin, name=name: when.setdefault(name, bench.seconds))
     heard = []
-    bench["if1"].serial.hear(lambda byte, _: heard.append(bench.seconds))
+    bench["if1"].serial.subscribe_received(lambda byte, _: heard.append(bench.seconds))
     bench.run(5)
     assert when["input1"] == heard[1]
     assert when["input2"] == pytest.approx(when["input1"] + 2)
@@ -269,7 +269,7 @@ def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_comes_aft
 
 def watch(bench, order):
     for name in ("input1", "input2", "input3"):
-        bench["if1"].pins[name].watch(lambda pin, name=name: order.append(f"{name} {pin.level}"))
+        bench["if1"].pins[name].subscribe(lambda pin, name=name: order.append(f"{name} {pin.level}"))
 
 
 def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):

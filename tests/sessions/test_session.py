@@ -134,7 +134,7 @@ def test_steps():
         assert not session.bench["if1"].axes["X"].moving
         session.say("if1", b"E\r")
         levels = []
-        session.bench["if1"].serial.hear(lambda *_: levels.append(session.bench.now))
+        session.bench["if1"].serial.subscribe_received(lambda *_: levels.append(session.bench.now))
         assert await session.step("event")
         assert levels in ([], [session.bench.now])
         with pytest.raises(UsageError, match="unknown step 'jump': expected event, statement, move"):

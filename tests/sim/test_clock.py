@@ -124,7 +124,7 @@ def test_what_is_done_after_all_is_done_where_it_would_be_after_running_to_that_
         first.note(("from outside", number))
     first.clock.run_to(20)
     for number, moment in enumerate(moments):
-        second.clock.after_all(moment, lambda number=number: second.note(("from outside", number)))
+        second.clock.call_last(moment, lambda number=number: second.note(("from outside", number)))
     second.clock.run_to(20)
     assert second.log == first.log
 
@@ -137,9 +137,9 @@ def test_the_same_on_a_bench_with_a_controller():
     def run(by_hand):
         bench, log = Bench(), []
         if1 = bench.add("if1")
-        if1.serial.hear(lambda byte, errors: log.append((bench.now, byte, errors)))
+        if1.serial.subscribe_received(lambda byte, errors: log.append((bench.now, byte, errors)))
         for pin in if1.pins.values():
-            pin.watch(lambda pin: log.append((bench.now, pin.name, pin.level)))
+            pin.subscribe(lambda pin: log.append((bench.now, pin.name, pin.level)))
 
         def act():
             log.append((bench.now, "act"))
@@ -151,7 +151,7 @@ def test_the_same_on_a_bench_with_a_controller():
                 bench.clock.run_to(moment)
                 act()
             else:
-                bench.clock.after_all(moment, act)
+                bench.clock.call_last(moment, act)
         bench.clock.run_to(3_000_000_000)
         assert len(log) > 12
         return log
@@ -162,8 +162,8 @@ def test_the_same_on_a_bench_with_a_controller():
 def test_what_is_taken_back_leaves_nothing_behind():
     clock, log = Clock(), []
     clock.call_later(3, lambda: log.append("other"))
-    take_back = clock.after_all(3, lambda: log.append("done"))
-    clock.after_all(9, lambda: log.append("late"))()
+    take_back = clock.call_last(3, lambda: log.append("done"))
+    clock.call_last(9, lambda: log.append("late"))()
     take_back()
     take_back()
     assert clock.next_event_ns() == 3
@@ -173,7 +173,7 @@ def test_what_is_taken_back_leaves_nothing_behind():
 
 def test_taken_back_when_it_has_been_done_it_has_been_done():
     clock, log = Clock(), []
-    take_back = clock.after_all(3, lambda: log.append("done"))
+    take_back = clock.call_last(3, lambda: log.append("done"))
     clock.run_to(3)
     take_back()
     clock.run_to(9)

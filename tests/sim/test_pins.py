@@ -23,7 +23,7 @@ def test_a_test_lead_beats_what_is_connected_until_it_is_released(clock):
 
 def test_watchers_are_told_of_changes_only(clock):
     pin, seen = Pin(clock, "output1"), []
-    end = pin.watch(lambda pin: seen.append(pin.level))
+    end = pin.subscribe(lambda pin: seen.append(pin.level))
     for level in (True, True, False, False):
         pin.set(level)
     end()
@@ -58,7 +58,7 @@ def test_a_flashing_pin_shows_its_level_at_any_time_and_costs_no_events_unwatche
 
 def test_a_watched_flashing_pin_tells_each_edge(clock):
     pin, seen = Pin(clock, "led"), []
-    pin.watch(lambda pin: seen.append((clock.now, pin.level)))
+    pin.subscribe(lambda pin: seen.append((clock.now, pin.level)))
     pin.flash(50)
     clock.run_to(170)
     pin.set(False)
@@ -70,7 +70,7 @@ def test_a_pin_watched_while_it_flashes_already_tells_the_edges_to_come(clock):
     pin, seen = Pin(clock, "led"), []
     pin.flash(50)
     clock.run_to(60)
-    pin.watch(lambda pin: seen.append((clock.now, pin.level)))
+    pin.subscribe(lambda pin: seen.append((clock.now, pin.level)))
     clock.run_to(150)
     assert seen == [(100, True), (150, False)]
 
@@ -86,7 +86,7 @@ def test_a_wire_carries_the_level_now_and_later(clock, invert):
 
 def test_a_wire_may_be_slow(clock):
     source, target, seen = Pin(clock, "a"), Pin(clock, "b"), []
-    target.watch(lambda pin: seen.append((clock.now, pin.level)))
+    target.subscribe(lambda pin: seen.append((clock.now, pin.level)))
     connect(source, target, delay_ns=7)
     source.set(True)
     clock.run_to(3)
@@ -99,7 +99,7 @@ def test_a_watched_flashing_pin_alone_leaves_the_clock_quiet(clock):
     """Else a bench that runs as fast as it can would do nothing but flash."""
     pin = Pin(clock, "led")
     assert clock.quiet
-    pin.watch(lambda pin: None)
+    pin.subscribe(lambda pin: None)
     pin.flash(50)
     clock.step()  # the flashing begins
     assert clock.quiet
@@ -174,8 +174,8 @@ def test_the_converter_gives_the_nearest_of_1024_numbers(user_pin, volts, number
 
 def test_watchers_of_the_level_and_of_the_voltage(user_pin):
     levels, volts = [], []
-    end = user_pin.watch(lambda pin: levels.append(pin.level))
-    end_volts = user_pin.watch_volts(lambda pin: volts.append(pin.volts))
+    end = user_pin.subscribe(lambda pin: levels.append(pin.level))
+    end_volts = user_pin.subscribe_volts(lambda pin: volts.append(pin.volts))
     for value in (4.0, 4.0, 1.5, 0.5, False, 1.5, True):
         user_pin.drive(value)
     assert levels == [False, True]

@@ -6,10 +6,10 @@ from axistwin.sim.progress import Progress
 def test_everybody_is_told_what_he_wants_to_know():
     progress = Progress()
     every, one = [], []
-    progress.watch(lambda *line: every.append(line))
-    progress.watch(lambda *line: one.append(line), ("a", 2))
+    progress.subscribe(lambda *line: every.append(line))
+    progress.subscribe(lambda *line: one.append(line), ("a", 2))
     for line in ("a", 1), ("a", 2), ("b", 2), ("a", 2):
-        progress.tell(*line)
+        progress.report(*line)
     assert every == [("a", 1), ("a", 2), ("b", 2), ("a", 2)]
     assert one == [("a", 2), ("a", 2)]
 
@@ -18,9 +18,9 @@ def test_what_is_wanted_is_told_to_the_device():
     seen = []
     progress = Progress(lambda: seen.append(progress.wanted))
     assert progress.wanted == frozenset()
-    first = progress.watch(print, ("a", 1))
-    again = progress.watch(print, ("a", 1))
-    every = progress.watch(print)
+    first = progress.subscribe(print, ("a", 1))
+    again = progress.subscribe(print, ("a", 1))
+    every = progress.subscribe(print)
     first()
     every()
     again()
@@ -31,8 +31,8 @@ def test_what_is_wanted_is_told_to_the_device():
 def test_a_watcher_may_leave_when_it_is_told():
     progress = Progress()
     found = []
-    look_away = progress.watch(lambda *line: (found.append(line), look_away()))
-    progress.watch(lambda *line: found.append(line))
-    progress.tell("a", 0)
-    progress.tell("a", 1)
+    look_away = progress.subscribe(lambda *line: (found.append(line), look_away()))
+    progress.subscribe(lambda *line: found.append(line))
+    progress.report("a", 0)
+    progress.report("a", 1)
     assert found == [("a", 0), ("a", 0), ("a", 1)]

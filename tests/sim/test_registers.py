@@ -74,7 +74,7 @@ def test_an_act_that_no_host_can_do_is_refused(board):
 
 def test_whoever_attends_to_a_change_of_status_at_once_is_part_of_the_act_that_made_it(board):
     board.port.on_control = lambda value: setattr(board.port, "status", value)
-    board.port.watch(lambda: board.port.write(DATA, 0x42))
+    board.port.subscribe_status(lambda: board.port.write(DATA, 0x42))
     board.port.write(CONTROL, 0x10)
     assert (board.told, board.port.input.contents) == ([HostAct("write", (CONTROL, 0x10))], b"B")
 

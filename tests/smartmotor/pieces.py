@@ -62,9 +62,9 @@ class Day:
         load(bench, motor, PROGRAM)
         self.pins = []
         for name in (*"ABCDEFG", "brake", "index"):
-            motor.pins[name].watch(lambda pin, name=name: self.pins.append((bench.now, name, bool(pin.level))))
+            motor.pins[name].subscribe(lambda pin, name=name: self.pins.append((bench.now, name, bool(pin.level))))
         self.samples = {}
-        motor.axes["shaft"].watch(self._sampled)
+        motor.axes["shaft"].subscribe(self._sampled)
         self.begin_ns = bench.now
         self.said = b""
         self.hears = []

@@ -11,7 +11,7 @@ HOLD = "MP D=0 G"
 def changes(pin):
     """The levels that the pin takes from now on."""
     seen = []
-    pin.watch(lambda changed: seen.append(changed.level))
+    pin.subscribe(lambda changed: seen.append(changed.level))
     return seen
 
 

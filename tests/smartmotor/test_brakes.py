@@ -34,7 +34,7 @@ def changes(bench: Bench, motor: Controller, name: str) -> list[tuple[int, bool]
     """Every change of a pin from now on, with its moment in nanoseconds from now."""
     found: list[tuple[int, bool]] = []
     start = bench.now
-    motor.pins[name].watch(lambda pin: found.append((bench.now - start, pin.level)))
+    motor.pins[name].subscribe(lambda pin: found.append((bench.now - start, pin.level)))
     return found
 
 

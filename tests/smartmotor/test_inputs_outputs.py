@@ -252,7 +252,7 @@ def test_an_output_is_set_in_the_moment_of_its_command(bench, motor):
     """Host commands are carried out when they arrive (ruling 14)."""
     tell(bench, motor, "UBO")
     found: list[tuple[int, bool]] = []
-    motor.pins["B"].watch(lambda pin: found.append((bench.now, pin.level)))
+    motor.pins["B"].subscribe(lambda pin: found.append((bench.now, pin.level)))
     start = bench.now
     send(bench, motor, b"UB=1 ", 0.001)
     send(bench, motor, b"UB=0 ", 0.001)
@@ -263,7 +263,7 @@ def test_a_program_makes_pulses_of_whole_samples(bench, motor):
     """Ruling 14: one statement per sample: UA=1, UA=0 and LOOP, WHILE: high for one, low for three."""
     load(bench, motor, "UAO\nWHILE 1\nUA=1\nUA=0\nLOOP\nEND\n")
     found: list[tuple[int, bool]] = []
-    motor.pins["A"].watch(lambda pin: found.append((bench.now, pin.level)))
+    motor.pins["A"].subscribe(lambda pin: found.append((bench.now, pin.level)))
     tell(bench, motor, "RUN", 0.01)
     times = [at for at, _ in found]
     assert all(at % SAMPLE_NS == 0 for at in times)

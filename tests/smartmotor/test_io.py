@@ -57,7 +57,7 @@ def test_an_output_shows_its_latch(bench, motor, name):
 def test_the_latch_survives_a_change_of_direction(bench, motor):
     """12: written first, it avoids a glitch."""
     levels: list[bool] = []
-    motor.pins["A"].watch(lambda pin: levels.append(pin.level))
+    motor.pins["A"].subscribe(lambda pin: levels.append(pin.level))
     tell(bench, motor, "UA=1 UAO UAI UAO RUA")
     assert levels == []
     tell(bench, motor, "UA=0 UAI UAO")
@@ -205,7 +205,7 @@ def test_a_program_takes_the_brakes_pin_at_the_sample_of_its_assignment(bench, m
     """One statement per sample: UGO, BRKG, BRKRLS, IF, a=UG; the condition reads the pin, and changes nothing."""
     load(bench, motor, f"U{name}O BRK{name} BRKRLS IF U{name} ENDIF a=U{name} b=1 END")
     seen = []
-    motor.pins[name].watch(lambda pin: seen.append((bench.now // 245_760, pin.level, pin.is_output)))
+    motor.pins[name].subscribe(lambda pin: seen.append((bench.now // 245_760, pin.level, pin.is_output)))
     begin = (bench.now // 245_760) + 1
     tell(bench, motor, "RUN", 0.01)
     assert tell(bench, motor, "Ra Rb") == b"0\r1\r"

@@ -49,7 +49,7 @@ def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
         assert beside == 0
         found.append((sample, index + 1))
 
-    motor.watch_lines(watch)
+    motor.subscribe_lines(watch)
     return found
 
 
@@ -368,7 +368,7 @@ def session(seed: int, *, watch: bool) -> list[object]:
     options = {"statements_per_sample": random.choice([1, 1, 3]), "debounce_samples": 1}
     motor = wired(bench, **options)
     load(bench, motor, "UGI F=96 A=6553 V=65536 MP\n" + invented(random) + "\n")
-    ends = [motor.watch_lines(lambda *_: None)] if watch else []
+    ends = [motor.subscribe_lines(lambda *_: None)] if watch else []
     seen: list[object] = []
     for _ in range(12):
         act, line = random.randrange(7), random.choice([None, ("program", random.randrange(9))])
@@ -383,7 +383,7 @@ def session(seed: int, *, watch: bool) -> list[object]:
         elif act == 5 and watch and ends:
             ends.pop()()
         elif act == 6 and watch and not ends:
-            ends.append(motor.watch_lines(lambda *_: None, line))
+            ends.append(motor.subscribe_lines(lambda *_: None, line))
         bench.clock.run_to(bench.now + random.randrange(40 * SAMPLE_NS))
         seen += [bench.now, motor.serial.read(), motor.axes["shaft"].position, running(motor)]
     for end in ends:
@@ -407,7 +407,7 @@ def test_a_watcher_may_leave_when_it_is_told(bench):
         if len(found) == 6:
             look_away()
 
-    look_away = motor.watch_lines(watch)
+    look_away = motor.subscribe_lines(watch)
     tell(bench, motor, "RUN", 0.05)
     assert found == [0, 1, 2, 3, 7, 8]
     assert (ask(bench, motor, "Rb"), running(motor)) == ("9", None)
@@ -426,11 +426,11 @@ def test_one_line_is_watched_as_it_is_when_all_are(bench, line):
     text = "a=0\nWHILE a<4\na=a+1 GOSUB5 c=c+1\nLOOP\nd=0 WHILE d<3 d=d+1 LOOP\nEND\nC5\nb=b+1 RETURN\nc=9\nd=9\n"
     motor = motor_with(bench, text)
     every, one = watched(bench, motor), []
-    motor.watch_lines(lambda program, index: one.append(index + 1), ("program", line - 1))
+    motor.subscribe_lines(lambda program, index: one.append(index + 1), ("program", line - 1))
     tell(bench, motor, "RUN", 0.05)
     again = Bench()
     other, alone = motor_with(again, text), []
-    other.watch_lines(lambda program, index: alone.append(again.now), ("program", line - 1))
+    other.subscribe_lines(lambda program, index: alone.append(again.now), ("program", line - 1))
     tell(again, other, "RUN", 0.05)
     assert [line] * len(alone) == one == [found for _, found in every if found == line]
     zero_ns = bench.now - 50_000_000
@@ -440,7 +440,7 @@ def test_one_line_is_watched_as_it_is_when_all_are(bench, line):
 def test_the_next_program_is_watched_at_the_line_of_that_number(bench):
     motor = motor_with(bench, "a=1\nEND\n")
     found = []
-    motor.watch_lines(lambda program, index: found.append(index), ("program", 2))
+    motor.subscribe_lines(lambda program, index: found.append(index), ("program", 2))
     tell(bench, motor, "RUN", 0.01)
     assert found == []
     load(bench, motor, "b=1\nb=2\nb=3\nEND\n")
@@ -454,7 +454,7 @@ def test_nobody_watches_so_nothing_is_announced(bench):
     """The code in the memory is the same as if there were no watchers."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     plain = list(motor._device._motor.core.code)
-    look_away = motor.watch_lines(lambda *_: None)
+    look_away = motor.subscribe_lines(lambda *_: None)
     assert list(motor._device._motor.core.code) != plain
     look_away()
     assert list(motor._device._motor.core.code) == plain
@@ -467,7 +467,7 @@ def traced(path: Path, *, watch: bool) -> bytes:
     bench = Bench()
     motor = motor_with(bench, "A=100 V=65536 MP\nC5\nP=a*9 G TWAIT\na=a+1\nIF a<20\nGOTO5\nENDIF\nPRINT(a)\nEND\n")
     if watch:
-        motor.watch_lines(lambda *_: None)
+        motor.subscribe_lines(lambda *_: None)
     with tracing(bench, path, ("*", "smartmotor.line")):
         motor.serial.write(b"RUN ")
         bench.run(0.5)

@@ -43,7 +43,7 @@ def test_how_the_run_is_cut_makes_no_difference():
     def positions(piece_s, ask):
         bench, feeder, knife = line(Fraction(5))
         seen = []
-        knife.axes["shaft"].watch(lambda samples: seen.extend(samples.positions))
+        knife.axes["shaft"].subscribe(lambda samples: seen.extend(samples.positions))
         feeder.serial.write(b"X400@3000$\rX-200@900$\r")
         for _ in range(round(2 / piece_s)):
             bench.run(piece_s)

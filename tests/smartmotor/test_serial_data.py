@@ -237,7 +237,7 @@ def test_host_mode_tells_its_status(bench, motor):
 def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
     """When the characters of the answer arrive, from when the host begins to send."""
     began, times = bench.now, list[float]()
-    stop = motor.serial.hear(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
+    stop = motor.serial.subscribe_received(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
     tell(bench, motor, text, 0.1)
     stop()
     return times
@@ -340,7 +340,7 @@ def test_rs4_takes_pin_g_as_its_direction_line(bench):
     tell(bench, motor, "RS4", 0.1)
     assert motor.pins["G"].level is False
     began = bench.now
-    motor.pins["G"].watch(lambda pin: levels.append((round((bench.now - began) / 1e6, 3), pin.level)))
+    motor.pins["G"].subscribe(lambda pin: levels.append((round((bench.now - began) / 1e6, 3), pin.level)))
     assert tell(bench, motor, "RP", 0.1) == b"0\r"
     assert levels == [(3.125, True), (5.208, False)]
     tell(bench, motor, "RS2", 0.1)

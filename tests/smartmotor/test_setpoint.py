@@ -29,7 +29,7 @@ def test_it_is_what_is_published_sample_by_sample(looks, origin):
         for number in range(len(samples)):
             published[samples.time_ns(number)] = int(samples.commanded[number])
 
-    axis.watch(note)
+    axis.subscribe(note)
     seen = {}
     for samples in looks:
         bench.run(samples * SAMPLE_S)

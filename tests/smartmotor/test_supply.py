@@ -93,8 +93,8 @@ def test_the_voltage_of_the_reset_is_an_option(bench):
 
 def test_it_says_why_it_is_silent(bench):
     motor = ready(bench, shaft=FRAME23)
-    assert motor.trouble == ""
+    assert motor.hint == ""
     dip(bench, 0.2)
-    assert motor.trouble == "held in reset: its supply is below 18 V (option reset_below_v)"
+    assert motor.hint == "held in reset: its supply is below 18 V (option reset_below_v)"
     bench.faults.mend("supply_dip")
-    assert motor.trouble == ""
+    assert motor.hint == ""

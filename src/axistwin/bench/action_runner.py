@@ -59,7 +59,9 @@ class ActionRunner:
             return
         if name not in self.bench.attendants:
             self.bench.attendants[name] = attend(self.bench[name].bus)
-            self.bench.attendants[name].hear(lambda _: None)  # messages are discarded, so that the next one can come
+            self.bench.attendants[name].subscribe_received(
+                lambda _: None
+            )  # messages are discarded, so that the next one can come
         self.bench.attendants[name].write(data)
 
     def _by_hand(self, name: str, do: Callable[[], object]) -> None:

@@ -105,7 +105,7 @@ def voltage(volts: float) -> str:
     return f"{volts:g}V"
 
 
-def lead_in_words(pin: Pin) -> str:
+def lead_value(pin: Pin) -> str:
     """Return the value of `! PIN …` for a pin's test lead: a level, a voltage or `release`."""
     lead = pin.lead
     if lead is None:
@@ -115,7 +115,7 @@ def lead_in_words(pin: Pin) -> str:
     return {0.0: "low", PULLED_UP_VOLTS: "high"}.get(lead, voltage(lead))
 
 
-def in_words(target: str, *values: float) -> str:
+def action_value(target: str, *values: float) -> str:
     """Return the value of `! target …` for a person's action, exactly."""
     if target == "master":
         counts, seconds = values
@@ -124,7 +124,7 @@ def in_words(target: str, *values: float) -> str:
     return level_name(bool(value)) if target == "power" or target.endswith(".jam") else _exact(value)
 
 
-def setting_words(act: HostAct) -> str:
+def setting_value(act: HostAct) -> str:
     """What follows `! kind` for a setting of the host's end of a line."""
     match act.kind:
         case "flow":

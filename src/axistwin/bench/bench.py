@@ -178,13 +178,15 @@ class Controller:
         """Its stored programs or sequences by name, each with the line that is running now."""
         return self._device.programs() if isinstance(self._device, ProgrammedDevice) else {}
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher(program, index)` at the exact moment at which a line of a stored program begins.
 
         `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
         bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.
         """
-        return self._device.watch_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
+        return (
+            self._device.subscribe_lines(watcher, only) if isinstance(self._device, ProgrammedDevice) else lambda: None
+        )
 
     @property
     def ambient(self) -> float:
@@ -201,13 +203,13 @@ class Controller:
         return self._motor("is no motor and has no `master`").master
 
     @property
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """A status hint: why the controller does not move, and the remedy, in one line; empty if there is none."""
-        return self._device.trouble() if isinstance(self._device, TroubledDevice) else ""
+        return self._device.hint() if isinstance(self._device, TroubledDevice) else ""
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when `trouble` has a new hint.  Return an unsubscribe function."""
-        return self._device.watch_trouble(watcher) if isinstance(self._device, HintingDevice) else lambda: None
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
+        return self._device.subscribe_hint(watcher) if isinstance(self._device, HintingDevice) else lambda: None
 
     @property
     def busy(self) -> bool:
@@ -220,7 +222,7 @@ class Controller:
         If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
         changes when the procedure next yields, in the same nanosecond.
         """
-        self.by_hand.tell("power", on)
+        self.by_hand.report("power", on)
         device = self._device
         if isinstance(device, ProceduralDevice) and device.clock.active_process in device.procedures:
             device.clock.soon(partial(self._switch, on))

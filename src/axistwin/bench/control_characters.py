@@ -13,6 +13,6 @@ def word(byte: int) -> str:
     return f"<{NAMES.get(byte) or f'{byte:02X}'}>"
 
 
-def in_words(text: str) -> str:
+def show_controls(text: str) -> str:
     """Return a text with readable control characters; a single space is `<SP>`."""
     return "<SP>" if text == " " else "".join(word(ord(c)) if ord(c) < 0x80 else c for c in text)

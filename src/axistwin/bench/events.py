@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import endpoints
-from axistwin.bench.actions import in_words, lead_in_words, on_a_bus, setting_words
+from axistwin.bench.actions import action_value, lead_value, on_a_bus, setting_value
 from axistwin.bench.bench import Bench, Controller
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
@@ -122,7 +122,7 @@ def observing(bench: Bench, sink: Sink) -> Iterator[None]:
         for controller in bench.controllers.values():
             _observe_person(bench, controller, sink, stack)
             _observe_pins(bench, controller, sink, stack)
-        stack.callback(bench.faults.watch(partial(_failed, bench, sink)))
+        stack.callback(bench.faults.subscribe(partial(_failed, bench, sink)))
         yield
 
 
@@ -138,10 +138,10 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
     """Observe a person's actions: test leads, power, axes, joystick, external encoder."""
 
     def handled(target: str, *values: float) -> None:
-        sink(Handled(bench.now, controller.name, target, in_words(target, *values)))
+        sink(Handled(bench.now, controller.name, target, action_value(target, *values)))
 
     def led(name: str, pin: Pin) -> None:
-        sink(Handled(bench.now, controller.name, name, lead_in_words(pin)))
+        sink(Handled(bench.now, controller.name, name, lead_value(pin)))
 
     def at_axis(name: str, act: str, *values: float) -> None:
         handled(act if act == "ambient" else f"{name}.{act}", *values)
@@ -183,16 +183,16 @@ def terminals(controller: Controller) -> dict[str, Pin]:
 
 def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
-    stack.callback(bus.listen(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(bus.hear(lambda data: sink(Heard(clock.now, name, data))))
+    stack.callback(bus.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(bus.subscribe_received(lambda data: sink(Heard(clock.now, name, data))))
 
 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
-    stack.callback(port.listen(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(port.watch_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_words(act)))))
-    stack.callback(port.watch_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
-    stack.callback(port.hear(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+    stack.callback(port.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
+    stack.callback(port.subscribe_settings(lambda act: sink(Arranged(clock.now, name, act.kind, setting_value(act)))))
+    stack.callback(port.subscribe_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
+    stack.callback(port.subscribe_received(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
 
 
 def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
@@ -205,6 +205,6 @@ def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitS
         sink(Turned(clock.now, name, pin_name, pin.volts, pin.driven))
 
     for pin_name, pin in terminals(controller).items():
-        stack.callback(pin.watch(partial(changed, pin_name)))
+        stack.callback(pin.subscribe(partial(changed, pin_name)))
         if isinstance(pin, UserPin):
-            stack.callback(pin.watch_volts(partial(turned, pin_name)))
+            stack.callback(pin.subscribe_volts(partial(turned, pin_name)))

@@ -28,7 +28,7 @@ class Host(Protocol):
     def write(self, data: bytes) -> None:
         """Send data as soon as possible."""
 
-    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback` with received data.  Return an unsubscribe function."""
 
 
@@ -71,8 +71,8 @@ class _Serial:
     def write(self, data: bytes) -> None:
         self._port.write(data)
 
-    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._port.hear(lambda byte, _: callback(bytes([byte])))
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._port.subscribe_received(lambda byte, _: callback(bytes([byte])))
 
 
 class _Bus:
@@ -88,5 +88,5 @@ class _Bus:
     def write(self, data: bytes) -> None:
         self._attendant.write(data)
 
-    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        return self._attendant.hear(callback)
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        return self._attendant.subscribe_received(callback)

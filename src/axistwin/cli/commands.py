@@ -8,7 +8,7 @@ from shutil import get_terminal_size
 import click
 
 from axistwin.bench import product
-from axistwin.bench.control_characters import in_words
+from axistwin.bench.control_characters import show_controls
 from axistwin.controllers.commandset import Command
 from axistwin.reports.columns import columns
 
@@ -55,8 +55,8 @@ def _row(command: Command) -> tuple[str, ...]:
         number = f"{ord(code):02X}"
     parameters = ", ".join(map(str, command.parameters))
     implemented = "yes" if command.implemented else "no"
-    shown = number if isinstance(code, int) else in_words(code)
-    return shown, number, command.name, in_words(command.syntax), parameters, command.chapter, implemented
+    shown = number if isinstance(code, int) else show_controls(code)
+    return shown, number, command.name, show_controls(command.syntax), parameters, command.chapter, implemented
 
 
 def _print_table(title: str, listed: Iterable[Command]) -> None:

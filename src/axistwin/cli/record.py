@@ -118,9 +118,9 @@ def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:
     """Record changes of the host's control lines as acts, and of the controller's lines as states."""
     port = relay.port
     for subject, line in (("dtr", port.dtr_line), ("rts", port.rts_line)):
-        line.watch(partial(_record_shown, recorder, name, subject))
+        line.subscribe(partial(_record_shown, recorder, name, subject))
     for subject, line in (("dtr", port.host.dtr_line), ("rts", port.host.rts_line)):
-        line.watch(partial(_done, recorder, name, subject))
+        line.subscribe(partial(_done, recorder, name, subject))
 
 
 async def _relay(relay: Relay, name: str, urls: list[PortUrl], flow: Flow, recorder: Recorder, path: Path) -> int:

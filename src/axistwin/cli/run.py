@@ -126,8 +126,8 @@ def _report(record: RunRecord, outcome: Outcome, as_json: bool) -> None:
     if not record.complete:
         click.echo("axistwin: the output is incomplete: only the latest events were kept", err=True)
     there = record.bench.controllers.values()
-    troubles = (f"{controller.name}: {controller.trouble}" for controller in there if controller.trouble)
-    for note in (outcome.note, *troubles, *sorted({controller.product.note() for controller in there})):
+    hints = (f"{controller.name}: {controller.hint}" for controller in there if controller.hint)
+    for note in (outcome.note, *hints, *sorted({controller.product.note() for controller in there})):
         if note:
             click.echo(f"axistwin: {note}", err=True)
     if outcome.difference:

@@ -238,7 +238,7 @@ def _prepare(bench: Bench, speed: float | None) -> None:
 def _tell_hints(bench: Bench) -> None:
     """Log each status hint of a controller."""
     for name, controller in bench.controllers.items():
-        controller.watch_trouble(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
+        controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
 
 def _log_to_stderr() -> None:
@@ -301,5 +301,5 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
 
 
 def _catch_up_regularly(pacer: Pacer, files: _Files) -> None:
-    pacer.look(files.catch_up)
+    pacer.inspect(files.catch_up)
     asyncio.get_running_loop().call_later(CATCH_UP_S, _catch_up_regularly, pacer, files)

@@ -139,7 +139,10 @@ def _greet(what: str) -> None:
 
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
     """Initialise the controller before the first line, in zero real time."""
-    ends = controller.serial.listen(screen.said), controller.serial.hear(lambda byte, _: screen.heard(bytes([byte])))
+    ends = (
+        controller.serial.subscribe_sent(screen.said),
+        controller.serial.subscribe_received(lambda byte, _: screen.heard(bytes([byte]))),
+    )
     try:
         command_lines.send_lines(bench, (), INITIALISED_NS)
     except ProgramError as error:

@@ -17,6 +17,7 @@ from axistwin.sim.pins import Pin, SensedPin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Signal
 
 
 class PulseAxis(Protocol):
@@ -46,8 +47,8 @@ class PulseAxis(Protocol):
         """Direction of the encoder's last motion: +1 or -1."""
 
     @property
-    def on_push(self) -> list[Callable[[], None]]:
-        """Called when the load has been pushed."""
+    def on_push(self) -> Signal[[]]:
+        """Emitted when the load has been pushed."""
 
 
 class Store(Protocol):
@@ -110,7 +111,7 @@ class Rs485Device(Device, Protocol):
 class TroubledDevice(Device, Protocol):
     """A device that reports the reason why it does not move."""
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """Return a status hint in one line: the reason and the remedy; empty if there is none."""
 
 
@@ -118,7 +119,7 @@ class TroubledDevice(Device, Protocol):
 class HintingDevice(TroubledDevice, Protocol):
     """A device that reports new status hints."""
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
 
 
@@ -190,7 +191,7 @@ class ProgrammedDevice(Device, Protocol):
     def programs(self) -> Mapping[str, Listing]:
         """The stored programs, with their running lines, by the product's names."""
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher(program, index)` when a line begins, or only when the line `only` begins.
 
         The callback may read the bench but must not change it.  Return an unsubscribe function.
@@ -269,7 +270,7 @@ class BusHost(Protocol):
     def write(self, command: bytes) -> None:
         """Send a command as soon as the board takes it."""
 
-    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback` with each message.  Return an unsubscribe function."""
 
     def close(self) -> None:

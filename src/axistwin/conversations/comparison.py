@@ -147,14 +147,14 @@ class _Comparer(Player):
         """Subscribe also to the times of replies and to changes of control lines."""
         super().subscribe(stack)
         for name, when in self._times.items():
-            stack.callback(self.hosts[name].hear(partial(self._note_times, when)))
+            stack.callback(self.hosts[name].subscribe_received(partial(self._note_times, when)))
             if name in self.bench.ports and self.bench.ports[name].handshake:
                 self._subscribe_lines(name, stack)
 
     def _subscribe_lines(self, name: str, stack: ExitStack) -> None:
         for subject in LINES:
             changes = self._levels[name, subject] = deque()
-            stack.callback(self._line(name, subject).watch(partial(self._note_level, changes)))
+            stack.callback(self._line(name, subject).subscribe(partial(self._note_level, changes)))
 
     def _line(self, name: str, subject: str) -> Pin:
         port = self.bench.ports[name]

@@ -94,7 +94,7 @@ class Player:
         """Subscribe to replies until `stack` is closed."""
         for name, received in self.received.items():
             self.hosts[name] = stack.enter_context(host_at(self.bench, name))
-            self.hosts[name].hear(received.extend)
+            self.hosts[name].subscribe_received(received.extend)
 
     def prepare(self, act: Act) -> Played:
         """Return the act as a callable.  Raises ProgramError for an act that cannot be played."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
 
-from axistwin.bench.control_characters import in_words
+from axistwin.bench.control_characters import show_controls
 from axistwin.controllers.commandset import Command, Field
 
 
@@ -60,7 +60,7 @@ class Editing(Protocol):
 
 def explain(command: Command, marked: Field | None = None) -> str:
     """Return a line of the command table in Markdown; `marked`: the parameter to emphasise."""
-    paragraphs = [f"**{in_words(str(_code(command)))}** {command.name}", f"`{in_words(command.syntax)}`"]
+    paragraphs = [f"**{show_controls(str(_code(command)))}** {command.name}", f"`{show_controls(command.syntax)}`"]
     if command.parameters:
         paragraphs.append("\n".join(f"- {_parameter(each, marked)}" for each in command.parameters))
     if command.handler is not None and (description := _docstring(command.handler)):
@@ -71,7 +71,7 @@ def explain(command: Command, marked: Field | None = None) -> str:
 
 def item(command: Command, label: str, insert: str = "") -> Item:
     """Return a command as a completion."""
-    return Item(label, "command", f"{command.name} · {in_words(command.syntax)}", explain(command), insert)
+    return Item(label, "command", f"{command.name} · {show_controls(command.syntax)}", explain(command), insert)
 
 
 def _code(command: Command) -> str:

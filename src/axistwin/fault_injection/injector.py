@@ -232,7 +232,7 @@ class Faults:
         for fault in those:
             fault.mend()
 
-    def watch(self, callback: Listener) -> Callable[[], None]:
+    def subscribe(self, callback: Listener) -> Callable[[], None]:
         """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
         return self._changes.subscribe(callback)
 

@@ -37,7 +37,7 @@ class Bounce:
         self._case, self._pin = case, _pin(case)
         self._bouncing = False
         self._let_go: Callable[[], None] = _nothing
-        self._unwatch = self._pin.watch(self._changed)
+        self._unwatch = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
         """End the fault."""

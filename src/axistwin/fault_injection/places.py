@@ -46,7 +46,7 @@ class Machine(Protocol):
     def programs(self) -> Mapping[str, Listing]:
         """Programs stored in the controller."""
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `watcher` when this line begins.  Return an unsubscribe function."""
 
     def power(self, on: bool) -> None:

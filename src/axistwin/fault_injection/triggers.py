@@ -86,7 +86,7 @@ class _Passing:
     def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
         self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
         self._side = self._find_side()
-        self.end = axis.watch_edges([position, position + 1], self._look)
+        self.end = axis.subscribe_edges([position, position + 1], self._look)
 
     def _find_side(self) -> int:
         at = self._axis.position
@@ -110,7 +110,7 @@ def _edge(wish: _Wish) -> Arm:
             if changed_pin.level in wanted:
                 happens()
 
-        return pin.watch(changed)
+        return pin.subscribe(changed)
 
     return arm
 
@@ -120,7 +120,7 @@ def _receives(wish: _Wish) -> Arm:
     hears, port = wish.verb == "hears", _port(wish)
     if port is None:
         bus = wish.spot(places.controllers(wish.world), "controller").machine.bus
-        return _messages(bus.listen if hears else bus.hear, _hexadecimal(wish))
+        return _messages(bus.subscribe_sent if hears else bus.subscribe_received, _hexadecimal(wish))
     line = port.to_device if hears else port.from_device
     return _characters(line.receiver.received, _written(wish))
 
@@ -194,7 +194,7 @@ def _runs(wish: _Wish) -> Arm:
         raise wish.wrong(f"{machine.name} runs {'3:2' if len(names) > 1 else '12'}")
     name, line = _program(machine, found["program"]), whole(found["line"])
     _check_line(machine, name, line)
-    return lambda happens: machine.watch_lines(lambda program, index: happens(), (name, line - 1))
+    return lambda happens: machine.subscribe_lines(lambda program, index: happens(), (name, line - 1))
 
 
 def _program(machine: Machine, number: str | None) -> str:
@@ -227,7 +227,7 @@ def _other_fault(wish: _Wish) -> Arm:
     known = dict.fromkeys((*wish.faults.names, *wish.faults.announced))
     if wish.who not in known:
         raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(known) or 'none yet'}")
-    return lambda happens: wish.faults.watch(
+    return lambda happens: wish.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )
 

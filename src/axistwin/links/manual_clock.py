@@ -65,7 +65,7 @@ class ServedClock:
 
         unsubscribe = self._loop.do(lambda: self._pacer.subscribe(check))
         try:
-            self._loop.do(lambda: self._pacer.look(check))
+            self._loop.do(lambda: self._pacer.inspect(check))
             found = over.wait(timeout)
         finally:
             self._loop.do(unsubscribe)

@@ -161,14 +161,14 @@ class Pacer:
         elif self._next is None:  # else a slice is coming anyway, and the sockets have their turn first
             self._slice()
 
-    def look(self, looking: Callable[[], object]) -> None:
-        """Advance virtual time to now, call `looking`, and plan the next advance again.
+    def inspect(self, read: Callable[[], object]) -> None:
+        """Advance virtual time to now, call `read`, and plan the next advance again.
 
         The pacer sleeps while no event is due, even while a motor moves.  Reading the state of a SmartMotor makes the
         motor plan its block again, so that an event may become due earlier.
         """
         self.work()
-        looking()
+        read()
         self.work()
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:

@@ -67,7 +67,7 @@ class Plug(SingleClient[SerialClient]):
         self._break_from_ns: int | None = None
         self._stop_observing: Callable[[], None] | None = None
         self._settings: dict[str, tuple[int, HostAct]] = {}  # the last lasting act of each kind, with its time
-        self._unsubscribe_received = self.serial.hear(self._received)
+        self._unsubscribe_received = self.serial.subscribe_received(self._received)
         self._apply(self.apply_flow)
 
     # Connecting and disconnecting
@@ -187,7 +187,7 @@ class Plug(SingleClient[SerialClient]):
         """Connect the client to another port, without changing that port."""
         self._unsubscribe_received()
         self.serial = serial
-        self._unsubscribe_received = serial.hear(self._received)
+        self._unsubscribe_received = serial.subscribe_received(self._received)
         self.resubscribe()
 
     def catch_up(self) -> None:

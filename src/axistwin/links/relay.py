@@ -90,9 +90,9 @@ class Relay:
         if self._lines is not None:
             self._show_lines(self._lines.dsr, self._lines.cts)
         host = self.port.host
-        host.dtr_line.watch(lambda _: self._drive())
-        host.rts_line.watch(lambda _: self._drive())
-        self.port.watch_breaks(self._break)
+        host.dtr_line.subscribe(lambda _: self._drive())
+        host.rts_line.subscribe(lambda _: self._drive())
+        self.port.subscribe_breaks(self._break)
         pacer.subscribe(self._forward)
         self._thread = Thread(target=self._listen, daemon=True)
         self._thread.start()

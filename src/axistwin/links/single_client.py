@@ -172,4 +172,4 @@ class SingleClient(Generic[G]):
             if not self._muted:
                 subscription.observer(pin)
 
-        subscription.unsubscribe = subscription.pin().watch(changed)
+        subscription.unsubscribe = subscription.pin().subscribe(changed)

@@ -18,7 +18,7 @@ HISTORY = 10_000
 
 
 @dataclass(slots=True)
-class Stroke:
+class Move:
     """One move in one direction, beginning at `start_ns` and at the net pulse count `origin`."""
 
     start_ns: int
@@ -47,60 +47,60 @@ class Train:
     """All moves of a step output.  Its net count starts at 0 and is never redefined."""
 
     def __init__(self, history: int = HISTORY) -> None:
-        self.strokes: deque[Stroke] = deque([Stroke(0, +1, Profile(()), 0)], maxlen=history)
+        self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
         self.forgotten = 0
         """Number of moves that are no longer remembered."""
 
     @property
-    def stroke(self) -> Stroke:
+    def move(self) -> Move:
         """The latest move; it may be finished."""
-        return self.strokes[-1]
+        return self.moves[-1]
 
-    def start(self, now_ns: int, direction: int, profile: Profile) -> Stroke:
+    def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
         """Begin a new move; the previous one ends here."""
         if self.moving(now_ns):
-            self.replace(self.stroke.profile.cut(now_ns - self.stroke.start_ns))
-        self.forgotten += len(self.strokes) == self.strokes.maxlen
-        stroke = Stroke(now_ns, direction, profile, self.stroke.position_at(now_ns))
-        self.strokes.append(stroke)
-        return stroke
+            self.replace(self.move.profile.cut(now_ns - self.move.start_ns))
+        self.forgotten += len(self.moves) == self.moves.maxlen
+        move = Move(now_ns, direction, profile, self.move.position_at(now_ns))
+        self.moves.append(move)
+        return move
 
     def replace(self, profile: Profile) -> None:
         """Replace the profile of the present move; the part before now must be unchanged."""
-        self.stroke.profile = profile
+        self.move.profile = profile
 
     def moving(self, now_ns: int) -> bool:
         """True if more pulses follow."""
-        return not self.stroke.profile.over(now_ns - self.stroke.start_ns)
+        return not self.move.profile.over(now_ns - self.move.start_ns)
 
-    def stroke_at(self, time_ns: int) -> Stroke:
+    def move_at(self, time_ns: int) -> Move:
         """Return the latest move begun by this time."""
-        starts = [stroke.start_ns for stroke in self.strokes]
-        first = self.strokes[0].start_ns
+        starts = [move.start_ns for move in self.moves]
+        first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
             raise UsageError(
                 f"pulses before {to_seconds(first):g} s are no longer kept: ask from there on, "
-                f"or add the controller with history={2 * len(self.strokes)}"
+                f"or add the controller with history={2 * len(self.moves)}"
             )
-        return self.strokes[max(0, bisect_right(starts, time_ns) - 1)]
+        return self.moves[max(0, bisect_right(starts, time_ns) - 1)]
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
         """Return the times of all pulses with start_ns <= time < stop_ns, in order."""
         import numpy as np
 
-        earliest = self.stroke_at(start_ns).start_ns
+        earliest = self.move_at(start_ns).start_ns
         spans = [
-            (stroke, self._pulses_before(stroke, start_ns), self._pulses_before(stroke, stop_ns))
-            for stroke in self.strokes
-            if earliest <= stroke.start_ns < stop_ns
+            (move, self._pulses_before(move, start_ns), self._pulses_before(move, stop_ns))
+            for move in self.moves
+            if earliest <= move.start_ns < stop_ns
         ]
         times = np.empty(sum(upto - before for _, before, upto in spans), np.int64)
         filled = 0
-        for stroke, before, upto in spans:
-            stroke.profile.fill_pulse_times(before + 1, stroke.start_ns, times[filled : filled + upto - before])
+        for move, before, upto in spans:
+            move.profile.fill_pulse_times(before + 1, move.start_ns, times[filled : filled + upto - before])
             filled += upto - before
         return times
 
     @staticmethod
-    def _pulses_before(stroke: Stroke, time_ns: int) -> int:
-        return stroke.profile.pulses_by(time_ns - 1 - stroke.start_ns)
+    def _pulses_before(move: Move, time_ns: int) -> int:
+        return move.profile.pulses_by(time_ns - 1 - move.start_ns)

@@ -225,7 +225,7 @@ async def _show(look: Look, made: list[Refresh]) -> None:
             await asyncio.sleep(0)
             began_s = perf_counter()
         if look.session.running:
-            look.session.pacer.look(view)
+            look.session.pacer.inspect(view)
         else:
             view()
 

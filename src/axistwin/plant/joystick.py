@@ -48,7 +48,7 @@ class Joystick:
         """Deflect the stick for `rate` pulses per second; 0: release the stick.  Raises UsageError."""
         if abs(rate) > FASTEST:
             raise UsageError(f"joystick {rate}: expected pulses per second, from {-FASTEST} to {FASTEST}")
-        self.by_hand.tell("joystick", rate)
+        self.by_hand.report("joystick", rate)
         if not self._plugged_in:
             self._plug_in()
         self.rate = rate

@@ -32,7 +32,7 @@ class Followed(Protocol):
         """True if the axis stays where it is until `on_motion` is emitted."""
 
     @property
-    def foreseen(self) -> bool:
+    def predictable(self) -> bool:
         """True if `positions_at` can predict positions up to the next `on_motion`."""
 
     @property
@@ -81,17 +81,17 @@ class Master:
         self.run = Run(clock.now, 0, 0, 0)
         """The latest run; it may be finished."""
         self.followed: Followed | None = None
-        """The axis that the encoder is mounted on; its positions can be predicted if it is `foreseen`."""
+        """The axis that the encoder is mounted on; its positions can be predicted if it is `predictable`."""
         self._ratio = Fraction(1)
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False
         """True from the first run on; before, pins A and B are open."""
         self.by_hand = ByHand(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
-        self.before_change: list[Callable[[], None]] = []
-        """Called before the motion changes, while `at` still returns the old one."""
-        self.on_change: list[Callable[[], None]] = []
-        """Called after the motion has changed."""
+        self.before_change: Signal[[]] = Signal()
+        """Emitted before the motion changes, while `at` still returns the old one."""
+        self.on_change: Signal[[]] = Signal()
+        """Emitted after the motion has changed."""
 
     @property
     def count(self) -> int:
@@ -109,14 +109,14 @@ class Master:
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
 
     @property
-    def foreseen(self) -> bool:
-        """True if `foretell` is possible: the encoder is mounted on an axis that is `foreseen`."""
-        return self.followed is not None and self.followed.foreseen
+    def predictable(self) -> bool:
+        """True if `predict` is possible: the encoder is mounted on an axis that is `predictable`."""
+        return self.followed is not None and self.followed.predictable
 
-    def foretell(self, first_ns: int, period_ns: int, number: int) -> list[int]:
+    def predict(self, first_ns: int, period_ns: int, number: int) -> list[int]:
         """Return `number` counts from `first_ns` on at this period, predicted without further changes.
 
-        The encoder must be mounted on an axis that is `foreseen`.
+        The encoder must be mounted on an axis that is `predictable`.
         """
         assert self.followed is not None, "the encoder is mounted on an axis"
         times_ns = range(first_ns, first_ns + number * period_ns, period_ns)
@@ -138,7 +138,7 @@ class Master:
         if not 0 <= seconds < float("inf"):
             raise UsageError(f"move({counts}, {seconds!r}): expected a time of 0 seconds or more")
         duration_ns = to_ns(seconds)
-        self.by_hand.tell("master", counts, seconds)
+        self.by_hand.report("master", counts, seconds)
         count = self.count
         self._unsubscribe()
         self._unsubscribe = lambda: None
@@ -153,7 +153,7 @@ class Master:
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(f"invalid ratio {shortened(str(ratio))}: expected {-MOST_RATIO} to {MOST_RATIO}, e.g. 3/2")
         self._check_no_circle(axis)
-        self.by_hand.tell("master", axis, Fraction(ratio))
+        self.by_hand.report("master", axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unsubscribe()
         self._ratio = Fraction(ratio)
@@ -177,8 +177,6 @@ class Master:
         self._change(self.run, self.followed)
 
     def _change(self, run: Run, followed: Followed | None) -> None:
-        for action in self.before_change:
-            action()
+        self.before_change.emit()
         self.run, self.followed, self.plugged = run, followed, True
-        for action in self.on_change:
-            action()
+        self.on_change.emit()

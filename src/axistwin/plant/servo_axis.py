@@ -181,8 +181,8 @@ class ServoAxis:
         self._jams = Override(False, self._replan, self._catch_up)
         self._torque = Override(1.0, self._replan, self._catch_up)
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
-        self.on_supply: list[Callable[[], None]] = []
-        """Called when the supply voltage has changed."""
+        self.on_supply: Signal[[]] = Signal()
+        """Emitted when the supply voltage has changed."""
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""
@@ -265,7 +265,7 @@ class ServoAxis:
         return False
 
     @property
-    def foreseen(self) -> bool:
+    def predictable(self) -> bool:
         """False: positions of a servo are not known in advance."""
         return False
 
@@ -296,7 +296,7 @@ class ServoAxis:
     def ambient(self, celsius: float) -> None:
         if not COLDEST <= celsius <= HOTTEST:
             raise UsageError(f"ambient={celsius!r}: expected a temperature from {COLDEST:g} to {HOTTEST:g} °C")
-        self.by_hand.tell("ambient", celsius)
+        self.by_hand.report("ambient", celsius)
         self._ambient.set(float(celsius))
 
     def heat(self, celsius: float) -> Callable[[], None]:
@@ -316,7 +316,7 @@ class ServoAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.tell("load", newton_metres)
+        self.by_hand.report("load", newton_metres)
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -325,7 +325,7 @@ class ServoAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; the trajectory continues."""
-        self.by_hand.tell("jam", bool(on))
+        self.by_hand.report("jam", bool(on))
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
@@ -363,8 +363,7 @@ class ServoAxis:
 
     def _supply_changed(self) -> None:
         self._replan()
-        for action in tuple(self.on_supply):
-            action()
+        self.on_supply.emit()
 
     def miscount(self, of: int, out_of: int) -> None:
         """Count `of` for each `out_of` counts from now on.  The motor uses the wrong count."""
@@ -380,7 +379,7 @@ class ServoAxis:
 
     def push(self, counts: int) -> None:
         """Turn the shaft by `counts`, as a person would."""
-        self.by_hand.tell("push", counts)
+        self.by_hand.report("push", counts)
         self._source.catch_up()
         self._source.push(counts)
         self.left_window()
@@ -394,7 +393,7 @@ class ServoAxis:
         stop_ns = self.clock.now + 1 if stop_ns is None else stop_ns
         return self._counts.times(start_ns, stop_ns, 2 * self._history_option)
 
-    def watch(self, callback: Listener) -> Callable[[], None]:
+    def subscribe(self, callback: Listener) -> Callable[[], None]:
         """Call `callback(samples)` with final samples, in order of time.  Return an unsubscribe function.
 
         Samples may come in blocks; `catch_up` publishes all samples up to now.
@@ -413,7 +412,7 @@ class ServoAxis:
 
     # Switches
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` when the shaft has crossed an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.

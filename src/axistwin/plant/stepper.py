@@ -42,7 +42,7 @@ class EncoderView:
     def displace(self, counts: int) -> None:
         """Push the load by `counts`; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
-        self._axis.by_hand.tell("push", counts)
+        self._axis.by_hand.report("push", counts)
         self._encoder.displace(counts)
         self._moved()
 
@@ -52,7 +52,7 @@ class EncoderView:
         _ = self.count
         return self._encoder.at_index
 
-    def watch_index(self, look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_index(self, look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` whenever channel Z may have begun or ended.  Return an unsubscribe function."""
 
         def edges() -> Sequence[int]:
@@ -60,10 +60,10 @@ class EncoderView:
             return self._encoder.index_edges()
 
         watch = _EdgeWatch(self._axis, edges, look)
-        self._axis.on_push.append(watch.look)
+        unsubscribe = self._axis.on_push.subscribe(watch.look)
 
         def end() -> None:
-            self._axis.on_push.remove(watch.look)
+            unsubscribe()
             watch.end()
 
         return end
@@ -96,8 +96,7 @@ class EncoderView:
         self._moved()
 
     def _moved(self) -> None:
-        for action in tuple(self._axis.on_push):
-            action()
+        self._axis.on_push.emit()
 
 
 class StepperAxis:
@@ -120,8 +119,8 @@ class StepperAxis:
         """First and last position within the limit switches, and of the home switch; None: no switches."""
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
-        self.on_push: list[Callable[[], None]] = []
-        """Called when the load has been pushed."""
+        self.on_push: Signal[[]] = Signal()
+        """Emitted when the load has been pushed."""
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
@@ -137,7 +136,7 @@ class StepperAxis:
 
     def start(self, profile: Profile, direction: int) -> None:
         """Begin a new move now; `direction` +1 or -1."""
-        self._lost += self.train.stroke.direction * self._lost_in_stroke(over=True)
+        self._lost += self.train.move.direction * self._lost_in_move(over=True)
         self._fall_in()
         if self._encoder:
             self._encoder.begin()
@@ -152,7 +151,7 @@ class StepperAxis:
 
     def halt(self) -> None:
         """Stop the pulses at once."""
-        self.replace(self.train.stroke.profile.cut(self.clock.now - self.train.stroke.start_ns))
+        self.replace(self.train.move.profile.cut(self.clock.now - self.train.move.start_ns))
 
     @property
     def encoder_count(self) -> int | None:
@@ -162,16 +161,16 @@ class StepperAxis:
     def wire_index(self, pin: SensedPin) -> None:
         """Connect the encoder's channel Z to a terminal, if there is an encoder."""
         if (encoder := self._encoder) is not None:
-            pin.sense(lambda: encoder.at_index, encoder.watch_index)
+            pin.sense(lambda: encoder.at_index, encoder.subscribe_index)
 
     def encoder_counted(self, within_ns: int) -> bool:
         """True if the encoder has counted in the last `within_ns` of the present move."""
         if self._encoder is None:
             return False
-        stroke = self.train.stroke
-        done = stroke.profile.pulses_by(max(0, self.clock.now - within_ns - stroke.start_ns))
+        move = self.train.move
+        done = move.profile.pulses_by(max(0, self.clock.now - within_ns - move.start_ns))
         behind = lost_pulses(self._slips, done, False, self._per_tooth)
-        return self._encoder.counted(stroke.origin - self._lost + stroke.direction * (done - behind))
+        return self._encoder.counted(move.origin - self._lost + move.direction * (done - behind))
 
     @property
     def encoder_direction(self) -> int:
@@ -189,7 +188,7 @@ class StepperAxis:
         return not self.moving
 
     @property
-    def foreseen(self) -> bool:
+    def predictable(self) -> bool:
         """True if positions are predictable up to the next move; with lost steps they are read instead."""
         return not self._slips
 
@@ -202,14 +201,14 @@ class StepperAxis:
         """Return the motor's positions at these times in the latest move, in order; valid while no steps are lost."""
         import numpy as np
 
-        stroke = self.train.stroke
-        since_ns = np.maximum(np.asarray(times_ns, np.int64) - stroke.start_ns, 0)
-        profile = stroke.profile
+        move = self.train.move
+        since_ns = np.maximum(np.asarray(times_ns, np.int64) - move.start_ns, 0)
+        profile = move.profile
         first, last = profile.pulses_by(int(since_ns[0])), profile.pulses_by(int(since_ns[-1]))
         pulses_ns = np.empty(last - first, np.int64)
         profile.fill_pulse_times(first + 1, 0, pulses_ns)
         done = first + np.searchsorted(pulses_ns, since_ns, side="right")
-        found: list[int] = (stroke.origin - self._lost + stroke.direction * done).tolist()
+        found: list[int] = (move.origin - self._lost + move.direction * done).tolist()
         return found
 
     # The machine, for the user
@@ -217,7 +216,7 @@ class StepperAxis:
     @property
     def position(self) -> int:
         """Position of the motor, in pulses from 0 when the bench was made."""
-        return self.pulses - self._lost - self.train.stroke.direction * self._lost_in_stroke()
+        return self.pulses - self._lost - self.train.move.direction * self._lost_in_move()
 
     @property
     def lost(self) -> int:
@@ -227,10 +226,10 @@ class StepperAxis:
     @property
     def stalled(self) -> bool:
         """True if pulses are issued but the rotor, out of step, does not follow them."""
-        stroke = self.train.stroke
+        move = self.train.move
         if not self._slips or not self.moving:
             return False
-        pulses = stroke.profile.pulses_by(self.clock.now - stroke.start_ns)
+        pulses = move.profile.pulses_by(self.clock.now - move.start_ns)
         return any(slip.first < pulses and (slip.last is None or pulses < slip.last) for slip in self._slips)
 
     @property
@@ -243,13 +242,13 @@ class StepperAxis:
     @property
     def pulses(self) -> int:
         """Net pulses issued in the positive direction."""
-        return self.train.stroke.position_at(self.clock.now)
+        return self.train.move.position_at(self.clock.now)
 
     @property
     def velocity(self) -> float:
         """Rate of the issued pulses per second, negative in the negative direction."""
-        stroke = self.train.stroke
-        return stroke.direction * float(stroke.profile.rate_at(self.clock.now - stroke.start_ns))
+        move = self.train.move
+        return move.direction * float(move.profile.rate_at(self.clock.now - move.start_ns))
 
     def pulse_times(self, start_ns: int = 0, stop_ns: int | None = None) -> "NDArray[np.int64]":
         """Return the times of issued pulses in ns, from `start_ns` to before `stop_ns` (None: up to now)."""
@@ -289,7 +288,7 @@ class StepperAxis:
     def load(self, newton_metres: float) -> None:
         """Apply an external torque to the shaft; positive turns it in the positive direction."""
         check_torque(newton_metres)
-        self.by_hand.tell("load", newton_metres)
+        self.by_hand.report("load", newton_metres)
         self._outside.set(newton_metres)
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
@@ -298,7 +297,7 @@ class StepperAxis:
 
     def jam(self, on: bool = True) -> None:
         """Block the shaft, or release it; pulses continue."""
-        self.by_hand.tell("jam", on)
+        self.by_hand.report("jam", on)
         self._jams.set(on)
 
     def seize(self) -> Callable[[], None]:
@@ -309,8 +308,8 @@ class StepperAxis:
 
     def reaches_ns(self, position: int) -> int | None:
         """Return the time at which the motor next reaches `position`, as now planned; None: not in this move."""
-        stroke, now_ns = self.train.stroke, self.clock.now
-        n = (position + self._lost - stroke.origin) * stroke.direction
+        move, now_ns = self.train.move, self.clock.now
+        n = (position + self._lost - move.origin) * move.direction
         per_tooth = self._motor.pulses_per_tooth if self._motor else 1
         for slip in self._slips:
             if n <= slip.first:
@@ -318,25 +317,25 @@ class StepperAxis:
             if slip.last is None:
                 return None
             n += lost_pulses([slip], slip.last, False, per_tooth)
-        at_ns = stroke.reaches_ns(stroke.origin + stroke.direction * n)
+        at_ns = move.reaches_ns(move.origin + move.direction * n)
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` on the exact pulse that crosses an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.
         """
         return _EdgeWatch(self, lambda: edges, look).end
 
-    def _lost_in_stroke(self, over: bool = False) -> int:
+    def _lost_in_move(self, over: bool = False) -> int:
         return self._behind((over or not self.moving) and not self._held)
 
     def _behind(self, settled: bool) -> int:
         """Return the lost pulses of this move, with the rotor between teeth or settled in one."""
         if not self._slips:
             return 0
-        stroke = self.train.stroke
-        pulses = stroke.profile.pulses_by(self.clock.now - stroke.start_ns)
+        move = self.train.move
+        pulses = move.profile.pulses_by(self.clock.now - move.start_ns)
         return lost_pulses(self._slips, pulses, settled, self._per_tooth)
 
     @property
@@ -356,7 +355,7 @@ class StepperAxis:
     def _update_held(self) -> None:
         """Keep the position of a rotor that is blocked from now on; let a released one fall into a tooth."""
         if self._held and not self._was_held and not self.moving:
-            self._lost, self._slips = self._lost + self.train.stroke.direction * self._behind(settled=True), []
+            self._lost, self._slips = self._lost + self.train.move.direction * self._behind(settled=True), []
         self._was_held = self._held
         self._fall_in()
 
@@ -366,7 +365,7 @@ class StepperAxis:
             if not self.jammed and self.strength:
                 return []
             motor = StepperMotor(torque=((0.0, 0.0),), pulses_per_rev=1, rotor_teeth=1)
-        return slips(motor, self._torque_needed, self.train.stroke.profile, elapsed_ns, out_of_step)
+        return slips(motor, self._torque_needed, self.train.move.profile, elapsed_ns, out_of_step)
 
     def _torque_needed(self, acceleration: float) -> float:
         if self._held:
@@ -374,15 +373,15 @@ class StepperAxis:
         if self._motor is None:
             return 0.0
         inertia = self._motor.inertia + self._load.inertia
-        outside = self.outside_torque * self.train.stroke.direction
+        outside = self.outside_torque * self.train.move.direction
         needed = abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside)
         return needed / self.strength
 
     def _replan(self) -> None:
         """Recompute the future slips after a change of profile or load; past slips stay."""
         self._update_held()
-        elapsed_ns = self.clock.now - self.train.stroke.start_ns
-        pulses = self.train.stroke.profile.pulses_by(elapsed_ns)
+        elapsed_ns = self.clock.now - self.train.move.start_ns
+        pulses = self.train.move.profile.pulses_by(elapsed_ns)
         past = [slip for slip in self._slips if slip.first < pulses]
         out_of_step = bool(past) and (past[-1].last is None or past[-1].last > pulses)
         future = self._find_slips(elapsed_ns, out_of_step)

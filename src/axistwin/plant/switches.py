@@ -13,7 +13,7 @@ class WatchedAxis(Protocol):
     def position(self) -> int:
         """Position in the axis's own unit."""
 
-    def watch_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
         """Call `look()` whenever the axis may have crossed an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.
@@ -31,7 +31,7 @@ class PositionSwitch:
         self.on_change: Callable[[], None] = lambda: None
         self.on = self._inside()
         edges = ([] if first is None else [first]) + ([] if last is None else [last + 1])
-        axis.watch_edges(edges, self._look)
+        axis.subscribe_edges(edges, self._look)
 
     def _inside(self) -> bool:
         position = self.axis.position

@@ -114,7 +114,7 @@ class _LineSender:
         self.port.host.format, message = greeting(wanted)
         self.bench.run(SELF_TEST_S)
         heard = bytearray()
-        unsubscribe = self.port.hear(lambda byte, _: heard.append(byte))
+        unsubscribe = self.port.subscribe_received(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
             self.port.write(b"(")
             if self.bench.run_until(lambda: heard.endswith(b"U\r"), PATIENCE_S):

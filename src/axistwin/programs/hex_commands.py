@@ -53,7 +53,7 @@ def send_commands(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str
     """Send the commands one by one; return a note about lines that were not sent, or None."""
     controller = _only_board(bench, file)
     with host_of(controller) as host:
-        host.hear(lambda message: None)  # read each message, so that the board can send the next
+        host.subscribe_received(lambda message: None)  # read each message, so that the board can send the next
         planned = [(act, _prepared(act, controller, host, file)) for act in acts]
         timed = False
         for act, do in planned:

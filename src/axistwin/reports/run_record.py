@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.events import Changed, Event, Heard, Said, Turned, observing
-from axistwin.motion.train import Stroke
+from axistwin.motion.train import Move as TrainMove
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.reports.servo_moves import ServoMove, ServoMoves, moves_of
@@ -55,35 +55,35 @@ class Move:
 
     controller: str
     axis: str
-    stroke: Stroke
+    train_move: TrainMove
     now_ns: int
     unit = "pulses"
 
     @property
     def start_ns(self) -> int:
         """Start of the move."""
-        return self.stroke.start_ns
+        return self.train_move.start_ns
 
     @property
     def end_ns(self) -> int | None:
         """End of the move; None: still moving."""
-        end_ns = self.stroke.end_ns
+        end_ns = self.train_move.end_ns
         return end_ns if end_ns is not None and end_ns <= self.now_ns else None
 
     @property
     def origin(self) -> int:
         """Net pulses before the move."""
-        return self.stroke.origin
+        return self.train_move.origin
 
     @property
     def target(self) -> int:
         """Net pulses after the move, or so far."""
-        return self.stroke.position_at(self.now_ns)
+        return self.train_move.position_at(self.now_ns)
 
     @property
     def top_rate(self) -> Fraction:
         """Highest rate in pulses/s, so far."""
-        profile, start_ns = self.stroke.profile, self.start_ns
+        profile, start_ns = self.train_move.profile, self.start_ns
         begun = zip(profile.starts, profile.segments, strict=False)
         return max(segment.rate for start, segment in begun if start_ns + start * S // profile.ticks <= self.now_ns)
 
@@ -129,17 +129,13 @@ class RunRecord:
 
     def moves(self) -> list[AnyMove]:
         """Return all moves in order of time."""
-        found: list[AnyMove] = [*self.strokes(), *moves_of(self.servos, self.bench.now)]
-        return sorted(found, key=lambda move: move.start_ns)
-
-    def strokes(self) -> list[Move]:
-        """Return the moves of steppers in order of time."""
-        found = [
-            Move(controller, name, stroke, self.bench.now)
+        found: list[AnyMove] = [
+            Move(controller, name, move, self.bench.now)
             for controller, name, axis in self._steppers()
-            for stroke in axis.train.strokes
-            if stroke.profile.segments and (stroke.end_ns is None or stroke.end_ns > self.began_ns)
+            for move in axis.train.moves
+            if move.profile.segments and (move.end_ns is None or move.end_ns > self.began_ns)
         ]
+        found += moves_of(self.servos, self.bench.now)
         return sorted(found, key=lambda move: move.start_ns)
 
     def _steppers(self) -> Iterator[tuple[str, str, StepperAxis]]:
@@ -170,7 +166,7 @@ class RunRecord:
                 if isinstance(axis, ServoAxis):
                     record = ServoMoves(controller.name, name, axis)
                     self.servos.append(record)
-                    stack.callback(axis.watch(record.add_samples))
+                    stack.callback(axis.subscribe(record.add_samples))
                     stack.callback(axis.catch_up)
 
 

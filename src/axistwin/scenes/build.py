@@ -261,7 +261,7 @@ class Builder:
                     do()
 
         clock.background += 1
-        clock.after_all(at_ns, happen, rank=hosting.SCRIPT)
+        clock.call_last(at_ns, happen, rank=hosting.SCRIPT)
         self.bench.agenda_ns = max(self.bench.agenda_ns, at_ns)
 
     def _act(self, table: ScriptTable, text: str) -> Callable[[], object]:

@@ -173,9 +173,9 @@ class _ConversationHost:
             return
         self._received[name] = bytearray()
         if endpoints.at_a_bus(self.bench, name):
-            self.bench[name].bus.hear(partial(self._receive, name))
+            self.bench[name].bus.subscribe_received(partial(self._receive, name))
         else:
-            self.bench.port(name).hear(lambda byte, _: self._receive(name, bytes([byte])))
+            self.bench.port(name).subscribe_received(lambda byte, _: self._receive(name, bytes([byte])))
 
     def _receive(self, name: str, data: bytes) -> None:
         self._received[name] += data
@@ -193,7 +193,7 @@ class _ConversationHost:
             match act:
                 case Wait():
                     time_ns += act.ns
-                    yield self._after_all(time_ns)
+                    yield self._last_event(time_ns)
                 case Hear():
                     yield from self._hear(act)
                     time_ns = self.bench.now
@@ -201,9 +201,9 @@ class _ConversationHost:
                     with self.conversation.placing_errors(act):
                         do()
 
-    def _after_all(self, time_ns: int) -> Event:
+    def _last_event(self, time_ns: int) -> Event:
         event = self.bench.clock.event()
-        self.bench.clock.after_all(time_ns, event.succeed, rank=self._rank)
+        self.bench.clock.call_last(time_ns, event.succeed, rank=self._rank)
         return event
 
     def _hear(self, act: Hear) -> Procedure:
@@ -212,11 +212,11 @@ class _ConversationHost:
         known = -1
         while known < len(heard) < wanted:
             known, self._waiting = len(heard), clock.event()
-            forget = clock.after_all(clock.now + self._patience_ns, self._resume)
+            forget = clock.call_last(clock.now + self._patience_ns, self._resume)
             yield self._waiting
             forget()
         del heard[:wanted]
-        yield self._after_all(clock.now)
+        yield self._last_event(clock.now)
 
 
 class _ControllerHost:
@@ -249,7 +249,7 @@ class _ControllerHost:
     def _open(self) -> Procedure:
         """Send open brackets until the interface answers."""
         port, heard = self.controller.serial, bytearray()
-        unsubscribe = port.hear(lambda byte, _: heard.append(byte))
+        unsubscribe = port.subscribe_received(lambda byte, _: heard.append(byte))
         for _ in range(ATTEMPTS):
             port.write(b"(")
             for _ in range(round(to_ns(ANSWER_S) / CHECK_NS)):
@@ -271,7 +271,7 @@ class _ControllerHost:
     def send_commands(self) -> Procedure:
         """Send the commands one by one, and read all messages."""
         with host_of(self.controller) as host:
-            host.hear(lambda message: None)
+            host.subscribe_received(lambda message: None)
             while not self.controller.bus.status:
                 yield self.clock.timeout(CHECK_NS)
             yield from self._perform(partial(self._send, host), lambda: bool(host.pending))

@@ -153,11 +153,11 @@ class Replay:
         found = self.journal.moment(self._cursor)
         if found is None or found[0].time_ns > self.end_ns:
             self._next_ns = self.end_ns
-            self._cancel = self.clock.after_all(self.end_ns, self._end)
+            self._cancel = self.clock.call_last(self.end_ns, self._end)
             return
         moment, after = found
         self._next_ns = moment.time_ns
-        self._cancel = self.clock.after_all(moment.time_ns, lambda: self._perform(moment.acts, after))
+        self._cancel = self.clock.call_last(moment.time_ns, lambda: self._perform(moment.acts, after))
 
     def _perform(self, acts: tuple[Act, ...], after: Cursor) -> None:
         for act in acts:

@@ -32,7 +32,7 @@ class StepObserver:
             self._stack.enter_context(observing(self.bench, self._see))
         elif self.kind == "statement":
             for controller in self.bench.controllers.values():
-                self._stack.callback(controller.watch_lines(self._see))
+                self._stack.callback(controller.subscribe_lines(self._see))
         return self
 
     def __exit__(
@@ -51,7 +51,7 @@ class StepObserver:
     def _movements(self) -> list[tuple[bool, int]]:
         """Return for each axis if it moves, and for a stepper the start time of its present move."""
         return [
-            (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.stroke.start_ns)
+            (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()
             for axis in controller.axes.values()
         ]

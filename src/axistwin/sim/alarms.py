@@ -12,7 +12,7 @@ class Alarms:
         self.names = names
         self._raised: Signal[str] = Signal()
 
-    def tell(self, name: str) -> None:
+    def report(self, name: str) -> None:
         """Report that the device raises this flag."""
         self._raised.emit(name)
 

@@ -53,7 +53,7 @@ class ByHand:
         """Call `callback(act, *values)` before each action.  Return an unsubscribe function."""
         return self._begins.subscribe(callback)
 
-    def tell(self, act: str, *values: Any) -> None:
+    def report(self, act: str, *values: Any) -> None:
         """Report an action, unless the bench itself performs it."""
         if not self._clock.by_itself:
             self._begins.emit(act, *values)

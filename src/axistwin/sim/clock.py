@@ -73,7 +73,7 @@ class Clock(simpy.Environment):
         """Return the time `duration_ns` after now.  Raises UsageError if it is after the end of virtual time."""
         return _possible(self.now + duration_ns)
 
-    def after_all(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
+    def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
         """Do `action` once at `time_ns`, after all other events that are due by then.
 
         The effect is the same as calling `run_to(time_ns)` and then `action`.  Of several such actions, those of a

@@ -128,7 +128,7 @@ class Pin:
         if self._changes:
             self.clock.process(self._flashing())
 
-    def watch(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[["Pin"], None]) -> Callable[[], None]:
         """Call `callback(pin)` at every change of level.  Return an unsubscribe function."""
         first = not self._changes
         unsubscribe = self._changes.subscribe(callback)
@@ -228,9 +228,9 @@ class SensedPin(Pin):
         self._read, self._source, self.restless = None, level, False
         self._update(before)
 
-    def watch(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
         """Call `callback(pin)` at every change of level.  Return an unsubscribe function."""
-        end = super().watch(callback)
+        end = super().subscribe(callback)
         if self._unfollow is None and self._follow is not None:
             self._last = self.level
             self._unfollow = self._follow(self._look)
@@ -247,7 +247,7 @@ class SensedPin(Pin):
         """Return an event that happens at the next change of level."""
         if self._changed is None:
             event = super().changed()
-            unwatch = self.watch(lambda pin: unwatch())
+            unwatch = self.subscribe(lambda pin: unwatch())
             return event
         return self._changed
 
@@ -331,7 +331,7 @@ class UserPin(Pin):
         """Switch the output stage off."""
         self._set_source("_stage", None)
 
-    def watch_volts(self, callback: Callable[["UserPin"], None]) -> Callable[[], None]:
+    def subscribe_volts(self, callback: Callable[["UserPin"], None]) -> Callable[[], None]:
         """Call `callback(pin)` at every change of voltage.  Return an unsubscribe function."""
         return self._volts_changes.subscribe(callback)
 
@@ -387,6 +387,6 @@ def connect(source: Pin, target: Pin, *, invert: bool = False, delay_ns: int = 0
         else:
             target.set(level)
 
-    source.watch(follow)
+    source.subscribe(follow)
     target.wired = True
     follow(source)

@@ -23,11 +23,11 @@ class Progress:
         """The lines that have subscribers; None: all lines."""
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
-    def tell(self, program: str, index: int) -> None:
+    def report(self, program: str, index: int) -> None:
         """Report that this line begins now."""
         self._begins.emit(program, index)
 
-    def watch(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `callback(program, index)` whenever a line begins, or only when the line `only` begins.
 
         The callback may read the bench but must not change it.  Return an unsubscribe function.

@@ -143,15 +143,15 @@ class RegisterPort:
 
     # Subscriptions
 
-    def watch(self, callback: Callable[[], None]) -> Callable[[], None]:
+    def subscribe_status(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` whenever the status byte has changed.  Return an unsubscribe function."""
         return self._status_changes.subscribe(callback)
 
-    def listen(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(command)` with each complete command from the host.  Return an unsubscribe function."""
         return self._commands.subscribe(callback)
 
-    def hear(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(message)` with each message that is ready for the host.  Return an unsubscribe function."""
         return self._messages.subscribe(callback)
 

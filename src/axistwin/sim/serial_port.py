@@ -132,7 +132,7 @@ class SerialPort:
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
-        self.dtr_line.watch(lambda _: self._update_flow())
+        self.dtr_line.subscribe(lambda _: self._update_flow())
 
     def write(self, data: bytes) -> None:
         """Queue data for transmission; flow control decides when it leaves."""
@@ -232,19 +232,19 @@ class SerialPort:
         """The device's request to send."""
         return self.rts_line.level
 
-    def watch_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
+    def subscribe_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
         """Call `callback(seconds)` with each break that the host sends.  Return an unsubscribe function."""
         return self._breaks.subscribe(callback)
 
-    def hear(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
+    def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
         return self._receives.subscribe(callback)
 
-    def listen(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+    def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(data)` with data from the host when it is queued.  Return an unsubscribe function."""
         return self._writes.subscribe(callback)
 
-    def watch_settings(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
+    def subscribe_settings(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
         """Call `callback(act)` before each `flow`, `hold`, `drop` and `instant` that changes something, for recordings.
 
         Settings within another act are reported, settings by the bench itself are not.  Return an unsubscribe function.

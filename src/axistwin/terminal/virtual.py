@@ -77,7 +77,7 @@ class SerialEnd(VirtualEnd):
         self.do("flow", Flow.DTR.value)
 
     def _subscribe(self) -> Callable[[], object]:
-        return self.controller.serial.hear(lambda byte, _: self._hear(bytes([byte])))
+        return self.controller.serial.subscribe_received(lambda byte, _: self._hear(bytes([byte])))
 
     def send(self, data: bytes) -> None:
         """Transmit, as fast as the line and the controller's DTR allow."""
@@ -93,7 +93,7 @@ class BoardEnd(VirtualEnd):
         self._codec = codec_of(self.controller.product)
 
     def _subscribe(self) -> Callable[[], object]:
-        return self.controller.bus.hear(self._heard)
+        return self.controller.bus.subscribe_received(self._heard)
 
     def send(self, data: bytes) -> None:
         """Queue a command for the board.  Raises ProgramError for an unknown command."""

@@ -7,7 +7,7 @@ which are kept here until then.
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from axistwin.motion.train import Stroke, Train
+from axistwin.motion.train import Move, Train
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.traces.batch import Part, Rows
@@ -30,16 +30,16 @@ class StepperTrace:
 
     def __init__(self, train: Train, places: Mapping[str, int], now_ns: int) -> None:
         self.train, self._places = train, places
-        self.direction = train.stroke.direction
-        self.velocity = _rate_at(train.stroke, now_ns)
+        self.direction = train.move.direction
+        self.velocity = _rate_at(train.move, now_ns)
         self._falls: list[NDArray[np.int64]] = []
         self._cached_times: dict[tuple[int, ...], NDArray[np.int64]] = {}
         """Cached pulse times of recent moves, relative to their starts."""
 
     def first(self, name: str, now_ns: int) -> float:
         """Return the initial value of a signal."""
-        stroke = self.train.stroke
-        values = {"direction": int(self.direction > 0), "pulses": stroke.position_at(now_ns), "velocity": self.velocity}
+        move = self.train.move
+        values = {"direction": int(self.direction > 0), "pulses": move.position_at(now_ns), "velocity": self.velocity}
         return values.get(name, 0)
 
     def count(self, since_ns: int, before_ns: int) -> int:
@@ -66,30 +66,30 @@ class StepperTrace:
         exact = np.array(values, float).view(np.int64) if name == "velocity" else np.array(values, np.int64)
         return Part(self._places[name], times, exact)
 
-    def _directions(self, moves: list[tuple[Stroke, int, int]], since_ns: int) -> Iterator[tuple[int, float]]:
-        for stroke, _, _ in moves:
-            if stroke.start_ns >= since_ns and stroke.direction != self.direction:
-                self.direction = stroke.direction
-                yield stroke.start_ns, int(stroke.direction > 0)
+    def _directions(self, moves: list[tuple[Move, int, int]], since_ns: int) -> Iterator[tuple[int, float]]:
+        for move, _, _ in moves:
+            if move.start_ns >= since_ns and move.direction != self.direction:
+                self.direction = move.direction
+                yield move.start_ns, int(move.direction > 0)
 
     def _velocities(
-        self, moves: list[tuple[Stroke, int, int]], since_ns: int, before_ns: int
+        self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
         """Yield the rate at the begin of each segment and at the end of a move; of several at one time, the last."""
-        changes = (change for stroke, _, _ in moves for change in _rates(stroke))
+        changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
             if rate != self.velocity:
                 self.velocity = rate
                 yield time_ns, rate
 
-    def _pulses(self, moves: list[tuple[Stroke, int, int]], before_ns: int) -> list[Part]:
+    def _pulses(self, moves: list[tuple[Move, int, int]], before_ns: int) -> list[Part]:
         import numpy as np
 
         times, places = [], []
-        for stroke, first, last in moves:
-            times.append(self._pulse_times(stroke, first, last))
-            places.append(stroke.origin + stroke.direction * np.arange(first, last + 1, dtype=np.int64))
+        for move, first, last in moves:
+            times.append(self._pulse_times(move, first, last))
+            places.append(move.origin + move.direction * np.arange(first, last + 1, dtype=np.int64))
         rises = np.concatenate(times) if times else np.empty(0, np.int64)
         found = []
         if "pulses" in self._places and times:
@@ -98,11 +98,11 @@ class StepperTrace:
             found.append(self._steps(rises, before_ns))
         return found
 
-    def _pulse_times(self, stroke: Stroke, first: int, last: int) -> "NDArray[np.int64]":
+    def _pulse_times(self, move: Move, first: int, last: int) -> "NDArray[np.int64]":
         """Return the times of pulses `first` to `last`.  Machines repeat their moves, so some times are cached."""
         import numpy as np
 
-        profile, start_ns = stroke.profile, stroke.start_ns
+        profile, start_ns = move.profile, move.start_ns
         if profile.pulses is None or profile.pulses > MOST_CACHED_PULSES:
             at = np.empty(last - first + 1, np.int64)
             profile.fill_pulse_times(first, start_ns, at)
@@ -129,30 +129,30 @@ class StepperTrace:
         order = np.argsort(times, kind="stable")
         return Part(self._places["step"], times[order], levels[order])
 
-    def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Stroke, int, int]]:
+    def _moves(self, since_ns: int, before_ns: int) -> Iterator[tuple[Move, int, int]]:
         """Yield the moves in that time, each with its first and last pulse in that time."""
-        strokes: list[Stroke] = []
-        for stroke in reversed(self.train.strokes):
-            if stroke.start_ns < before_ns:
-                strokes.append(stroke)
-            if stroke.start_ns < since_ns:  # a move may begin at the last pulse of another
+        moves: list[Move] = []
+        for move in reversed(self.train.moves):
+            if move.start_ns < before_ns:
+                moves.append(move)
+            if move.start_ns < since_ns:  # a move may begin at the last pulse of another
                 break
-        for stroke in reversed(strokes):
-            before = stroke.profile.pulses_by(since_ns - 1 - stroke.start_ns)
-            yield stroke, before + 1, stroke.profile.pulses_by(before_ns - 1 - stroke.start_ns)
+        for move in reversed(moves):
+            before = move.profile.pulses_by(since_ns - 1 - move.start_ns)
+            yield move, before + 1, move.profile.pulses_by(before_ns - 1 - move.start_ns)
 
 
-def _rates(stroke: Stroke) -> Iterator[tuple[int, float]]:
+def _rates(move: Move) -> Iterator[tuple[int, float]]:
     """Yield the times and values of a move's rates, in pulses per second; 0 at its end."""
-    profile, direction = stroke.profile, stroke.direction
+    profile, direction = move.profile, move.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
-        yield stroke.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
-    if stroke.end_ns is not None:
-        yield stroke.end_ns, 0.0
+        yield move.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)
+    if move.end_ns is not None:
+        yield move.end_ns, 0.0
 
 
-def _rate_at(stroke: Stroke, time_ns: int) -> float:
-    past = [rate for start_ns, rate in _rates(stroke) if start_ns <= time_ns]
+def _rate_at(move: Move, time_ns: int) -> float:
+    past = [rate for start_ns, rate in _rates(move) if start_ns <= time_ns]
     return past[-1] if past else 0.0
 
 

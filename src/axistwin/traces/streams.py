@@ -23,12 +23,16 @@ class Dialogue:
         if endpoints.at_a_bus(bench, name):
             show, bus = endpoints.codec_at(bench, name).show, bench[name].bus
             self._host.whole = self._controller.whole = True
-            stack.callback(bus.listen(lambda data: self._extend(self._host, clock.now, show(data).encode())))
-            stack.callback(bus.hear(lambda data: self._extend(self._controller, clock.now, show(data).encode())))
+            stack.callback(bus.subscribe_sent(lambda data: self._extend(self._host, clock.now, show(data).encode())))
+            stack.callback(
+                bus.subscribe_received(lambda data: self._extend(self._controller, clock.now, show(data).encode()))
+            )
             return
         port = bench.port(name)
-        stack.callback(port.listen(lambda data: self._extend(self._host, clock.now, data)))
-        stack.callback(port.hear(lambda byte, _: self._extend(self._controller, clock.now, bytes((byte,)))))
+        stack.callback(port.subscribe_sent(lambda data: self._extend(self._host, clock.now, data)))
+        stack.callback(
+            port.subscribe_received(lambda byte, _: self._extend(self._controller, clock.now, bytes((byte,))))
+        )
 
     def _extend(self, message: "_Message", now_ns: int, data: bytes) -> None:
         message.extend(now_ns, data)

@@ -117,13 +117,13 @@ class Tracer:
     def __init__(self, bench: Bench, signals: Sequence[Signal]) -> None:
         self.bench, self.signals = bench, signals
         self.sink: Sink | None = None
-        self.taker: Callable[[list[Part], list[bytes]], None] | None = None
+        self.consumer: Callable[[list[Part], list[bytes]], None] | None = None
         """Receives changes instead of a sink: signal by signal, not merged in order of time."""
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
         self._upto_ns = bench.now
-        self._strokes = 0
+        self._moves = 0
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
@@ -139,9 +139,7 @@ class Tracer:
             self._add(controller)
         for name in endpoints.names(bench):
             self._add_streams(name)
-        self._most_strokes = (
-            min((stepper.train.strokes.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
-        )
+        self._most_moves = min((stepper.train.moves.maxlen or CHUNK for stepper in self._steppers), default=CHUNK) // 2
 
     def first(self) -> list[Value]:
         """Return the initial value of each signal."""
@@ -208,12 +206,14 @@ class Tracer:
         level = self._place(controller, pin_signal(pin_name))
         if level is not None:
             self._first[f"{controller}.{pin_signal(pin_name)}"] = int(pin.level)
-            self._begin.append(lambda stack: stack.callback(pin.watch(lambda _: add(clock.now, level, int(pin.level)))))
+            self._begin.append(
+                lambda stack: stack.callback(pin.subscribe(lambda _: add(clock.now, level, int(pin.level))))
+            )
         volts = self._place(controller, f"{pin_name}_volts")
         if volts is not None and isinstance(pin, UserPin):
             self._first[f"{controller}.{pin_name}_volts"] = pin.volts
             self._begin.append(
-                lambda stack: stack.callback(pin.watch_volts(lambda _: add(clock.now, volts, pin.volts)))
+                lambda stack: stack.callback(pin.subscribe_volts(lambda _: add(clock.now, volts, pin.volts)))
             )
 
     def _add_streams(self, name: str) -> None:
@@ -233,7 +233,7 @@ class Tracer:
                 self._waiting.add(self.bench.now, place, self._faults(name, fault if what == "ends" else None))
 
         self._first[f"{name}.{FAULTS}"] = self._faults(name, None)
-        self._begin.append(lambda stack: stack.callback(self.bench.faults.watch(changed)))
+        self._begin.append(lambda stack: stack.callback(self.bench.faults.subscribe(changed)))
 
     def _faults(self, name: str, over: Fault | None) -> bytes:
         """Return the names of a controller's active faults, except one that is just ending."""
@@ -269,7 +269,7 @@ class Tracer:
         }
 
         def watch(stack: ExitStack) -> None:
-            stack.callback(subscribe(self._count_stroke))
+            stack.callback(subscribe(self._count_move))
 
         self._begin.append(watch)
 
@@ -278,20 +278,20 @@ class Tracer:
         self._rows.append(trace.rows)
         self._computing_ahead.append(trace.axis)
         self._first |= {f"{scope}.{name}": trace.first(name) for name in ("position", "commanded")}
-        self._begin.append(lambda stack: stack.callback(trace.axis.watch(trace.add_samples)))
+        self._begin.append(lambda stack: stack.callback(trace.axis.subscribe(trace.add_samples)))
 
     # Events
 
-    def _count_stroke(self) -> None:
-        self._strokes += 1
+    def _count_move(self) -> None:
+        self._moves += 1
 
     def _after_events(self) -> None:
         """Called at the end of each nanosecond with events: poll registers, write if enough has collected."""
         self._poll_registers()
-        enough = self._waiting.count >= CHUNK or self._strokes >= self._most_strokes
+        enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:
             enough |= rows.waiting >= CHUNK
-        if enough and (self.sink is not None or self.taker is not None):
+        if enough and (self.sink is not None or self.consumer is not None):
             try:
                 self._write(self.bench.now + 1)
             except OSError as error:
@@ -308,7 +308,7 @@ class Tracer:
         """Write all changes since the last write, in pieces."""
         for axis in self._computing_ahead:
             axis.catch_up()  # delivers its samples to this trace
-        self._strokes = 0
+        self._moves = 0
         self._write_span(before_ns)
 
     def _write_span(self, before_ns: int) -> None:
@@ -326,8 +326,8 @@ class Tracer:
         parts = self._waiting.parts(before_ns, texts)
         for source in self._sources:
             parts += source.parts(self._upto_ns, before_ns)
-        if self.taker is not None and parts:
-            self.taker(parts, texts)
+        if self.consumer is not None and parts:
+            self.consumer(parts, texts)
         elif self.sink is not None and parts:
             self.sink.write(merged(parts, texts))
         self._upto_ns, self._writing = before_ns, False

@@ -102,7 +102,7 @@ class Board:
         self.loop = ClosedLoop(self, axis if encoder else None, moves=performed)
         self._closing = [
             *(part.close for part in (self.limits, self.triggers, self.joystick, self.shutdown, self.loop)),
-            pins["remote_enable"].watch(lambda pin: self.refresh()),
+            pins["remote_enable"].subscribe(lambda pin: self.refresh()),
         ]
         self._processes = [clock.process(self._live()), clock.process(self._take())]
 

@@ -69,7 +69,7 @@ class Card:
         self.pins |= {name: CalculatedPin(clock, name, read) for name, read in driven.items()}
         self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
         if options.test_switch:
-            self.pins["test_switch"].watch(self._press)
+            self.pins["test_switch"].subscribe(self._press)
 
     def _steps(self, side: int) -> bool:
         """True while CW STEP (+1) or CCW STEP (-1) is active, which is low: open collectors let go without power."""
@@ -103,16 +103,16 @@ class Card:
                 self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart,
                 encoder=self._encoder,
             )  # fmt: skip
-            self._board.events.on_fault = self.alarms.tell
-            self._board.sequencer.on_command = lambda number, at: self._progress.tell(name_of(number), at)
+            self._board.events.on_fault = self.alarms.report
+            self._board.sequencer.on_command = lambda number, at: self._progress.report(name_of(number), at)
 
     def programs(self) -> Mapping[str, Listing]:
         """The sequence buffers; without power there are none."""
         return {} if self._board is None else listings(self._commands, self._board)
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each command of a sequence when the processor turns to it."""
-        return self._progress.watch(watcher, only)
+        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait.

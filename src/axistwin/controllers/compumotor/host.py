@@ -20,7 +20,7 @@ class Host:
         self._commands: deque[bytes] = deque()
         self._hearers: list[Callable[[bytes], None]] = []
         self._due = False
-        self._unwatch = port.watch(self._changed)
+        self._unwatch = port.subscribe_status(self._changed)
         self._changed()
 
     @property
@@ -33,10 +33,10 @@ class Host:
         self._commands.append(command)
         self._changed()
 
-    def hear(self, hearer: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `hearer` with each message that has been read.  Returns what ends it."""
-        self._hearers.append(hearer)
-        return lambda: self._hearers.remove(hearer)
+    def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
+        """Call `callback` with each message that has been read.  Returns what ends it."""
+        self._hearers.append(callback)
+        return lambda: self._hearers.remove(callback)
 
     def close(self) -> None:
         """Leave the registers alone."""
@@ -65,5 +65,5 @@ class Host:
     def _take_message(self) -> None:
         message = bytes(self.port.read(DATA) for _ in range(LONGEST))
         self.port.write(CONTROL, Control.MESSAGE_TAKEN)
-        for hearer in tuple(self._hearers):
-            hearer(message)
+        for callback in tuple(self._hearers):
+            callback(message)

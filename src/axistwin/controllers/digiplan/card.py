@@ -89,8 +89,8 @@ class Card:
                 self.clock, self.uart, self.lines, self.pins, self._outputs, self.axes, self.options, self.store
             )
             self._interface.on_trouble = self._tell_trouble
-            self._interface.faults.on_fault = self.alarms.tell
-            self._interface.on_step = lambda number: self._progress.tell(SEQUENCE, number - 1)
+            self._interface.faults.on_fault = self.alarms.report
+            self._interface.on_step = lambda number: self._progress.report(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
             self._interface = None
@@ -101,11 +101,11 @@ class Card:
                 self.pins[name].set(True)
             self._outputs.reset()
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """Why it takes no commands, while it waits for the baud rate or the data format and drops what comes."""
         return "" if self._interface is None else self._interface.trouble
 
-    def watch_trouble(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
         """Call `watcher(line)` when there is something to tell.  Returns what ends it."""
         self._trouble_watchers.append(watcher)
         return lambda: self._trouble_watchers.remove(watcher)
@@ -122,9 +122,9 @@ class Card:
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each step when it begins."""
-        return self._progress.watch(watcher, only)
+        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """Faults and status, named after the commands that report them; K without what follows from the motion.

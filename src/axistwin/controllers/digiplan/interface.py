@@ -120,7 +120,7 @@ class Interface:
         self._ramp_before: Parameters | None = None
         """While a new ramp is yet to be calculated: the parameters before the new ramp data."""
         self._deaf_until_ns = 0
-        self._unwatch = [pins[name].watch(self._fault_input) for name in CLOSED]
+        self._unwatch = [pins[name].subscribe(self._fault_input) for name in CLOSED]
         pins["led"].set(True)
         lines.dtr.set(True)
         self._live_process = clock.process(self._live())

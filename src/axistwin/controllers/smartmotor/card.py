@@ -43,7 +43,7 @@ class SmartMotor:
         self._motor: Motor | None = None
         self._before: Motor | None = None  # without power, but its shaft may still turn
         self._switched_on = False
-        axis.on_supply.append(self._settle_power)
+        axis.on_supply.subscribe(self._settle_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
 
@@ -59,7 +59,7 @@ class SmartMotor:
             if self._before is not None:
                 self._before.leave()
             self._motor = self._index.motor = Motor(self._fittings, self.options, self._restart)
-            self._motor.on_fault = self.alarms.tell
+            self._motor.on_fault = self.alarms.report
             self._lines.connect(self._motor)
             self._registers.connect(self._motor)
             if self._index.watched:
@@ -74,7 +74,7 @@ class SmartMotor:
     def _undervoltage(self) -> bool:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
-    def trouble(self) -> str:
+    def hint(self) -> str:
         """What keeps it from moving, and what helps."""
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
@@ -86,9 +86,9 @@ class SmartMotor:
         """The one program in the memory, also without power."""
         return self._lines.listings()
 
-    def watch_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Tell of each line when it begins.  Meanwhile it is computed from one to the next, with the same results."""
-        return self._lines.progress.watch(watcher, only)
+        return self._lines.progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""

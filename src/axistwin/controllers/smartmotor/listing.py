@@ -129,7 +129,7 @@ class Lines:
         before, motor.statement_before = motor.statement_before, number
         index = self.rows().of[number]
         if before == NOTHING_YET or number <= before or self.rows().row(before) != index:
-            self.progress.tell(PROGRAM_NAME, index)
+            self.progress.report(PROGRAM_NAME, index)
 
     def _attend(self) -> None:
         if self._motor is not None:

@@ -21,8 +21,8 @@ PLACES = 512
 """So many places for each output."""
 PIECES = 8
 """A stretch in which both axes move may be curved: it is drawn in so many pieces."""
-MOST_STROKES = 200
-"""Of more strokes of an axis since the last look only the latest are drawn, as a new path."""
+MOST_MOVES = 200
+"""Of more moves of an axis since the last look only the latest are drawn, as a new path."""
 
 Point = tuple[int, int]
 
@@ -47,7 +47,7 @@ class Trail:
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
-                pin.watch(partial(self._switched, name))
+                pin.subscribe(partial(self._switched, name))
 
     @property
     def here(self) -> Point:
@@ -110,21 +110,21 @@ def _straight(first: Point, middle: Point, last: Point) -> bool:
 
 
 def _remembered(axis: Axis) -> int:
-    """The beginning of the oldest stroke that is drawn."""
-    if not isinstance(axis, StepperAxis) or len(axis.train.strokes) <= MOST_STROKES:
+    """The beginning of the oldest move that is drawn."""
+    if not isinstance(axis, StepperAxis) or len(axis.train.moves) <= MOST_MOVES:
         return 0
-    return axis.train.strokes[-MOST_STROKES].start_ns
+    return axis.train.moves[-MOST_MOVES].start_ns
 
 
 def _ends(axis: Axis, since_ns: int, now_ns: int) -> Iterable[int]:
-    """When strokes of this axis begin and end, after `since_ns` and before now."""
+    """When moves of this axis begin and end, after `since_ns` and before now."""
     if not isinstance(axis, StepperAxis):
         return
-    for stroke in reversed(axis.train.strokes):
-        for time_ns in (stroke.start_ns, stroke.end_ns):
+    for move in reversed(axis.train.moves):
+        for time_ns in (move.start_ns, move.end_ns):
             if time_ns is not None and since_ns < time_ns < now_ns:
                 yield time_ns
-        if stroke.start_ns <= since_ns:
+        if move.start_ns <= since_ns:
             break
 
 
@@ -133,12 +133,12 @@ def _course(axis: Axis, times_ns: Sequence[int]) -> list[int]:
     if not isinstance(axis, StepperAxis):
         return [axis.position] * len(times_ns)
     lost, found = axis.lost, []
-    strokes = reversed(axis.train.strokes)
-    stroke = next(strokes)
+    moves = reversed(axis.train.moves)
+    move = next(moves)
     for time_ns in reversed(times_ns):
-        while stroke.start_ns > time_ns and (earlier := next(strokes, None)) is not None:
-            stroke = earlier
-        found.append(stroke.position_at(time_ns) - lost)
+        while move.start_ns > time_ns and (earlier := next(moves, None)) is not None:
+            move = earlier
+        found.append(move.position_at(time_ns) - lost)
     return found[::-1]
 
 

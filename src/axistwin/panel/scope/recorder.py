@@ -110,7 +110,7 @@ class Recorder:
         for signal, value in zip(self._recorded, tracer.first(), strict=True):
             track = self.record.tracks.setdefault(signal.full, _track(signal))
             _add(track, np.array([bench.now], np.int64), [value])
-        tracer.taker = self._take
+        tracer.consumer = self._take
         self.record.now_ns = bench.now
         self.version += 1
         self._stack.enter_context(tracer)

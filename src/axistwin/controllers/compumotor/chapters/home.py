@@ -21,7 +21,7 @@ from simpy import Interrupt
 
 from axistwin.controllers.compumotor.chapters.moves import Move
 from axistwin.controllers.compumotor.chapters.profiles import Speed, continuous, preset, stopping
-from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
+from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.chapters.ranges import VelocityRange
 from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Clock, Procedure
@@ -71,7 +71,7 @@ class EdgeWatch:
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()
         self._mark, self._level, self._changes = mark, level, 0
-        self.close = mark.pin.watch(self._look)
+        self.close = mark.pin.subscribe(self._look)
 
     def _look(self, pin: Pin) -> None:
         self._changes += 1
@@ -89,7 +89,7 @@ class Search:
     def __init__(self, board: "Board", definition: HomeDefinition, move: Move, speed: Speed, mark: Mark) -> None:
         self._board, self._final, self._speed, self._mark = board, definition.final, speed, mark
         slow = Segment(definition.rate(move, speed.range), None)
-        self._slow = Course(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
+        self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
         """All of it, beginning in this physical direction.  HOME is where it was unless the edge has been found."""
@@ -146,7 +146,7 @@ class Search:
             self._board.pulses.kill()
         return seen_at is not None
 
-    def _until_seen(self, course: Course, direction: int) -> Procedure:
+    def _until_seen(self, velocity_profile: VelocityProfile, direction: int) -> Procedure:
         """Move until the edge is seen: the position there, or None if the motion has ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
@@ -154,7 +154,7 @@ class Search:
             return None
         watch = EdgeWatch(board.clock, self._mark, self._mark.level_behind(direction))
         try:
-            pulses.start(course, sign)
+            pulses.start(velocity_profile, sign)
             while pulses.moving and not watch.seen.triggered:
                 yield watch.seen | pulses.changed()
             return pulses.position if pulses.moving and not self._stopped else None

@@ -21,7 +21,7 @@ class Joystick:
         """Called when it begins to move the motor, and when it ends."""
         self._disabled: Event | None = None
         self._moved = False
-        self._unwatch = [pins["step_in"].watch(self._step), pins["at_zero"].watch(lambda pin: self._look())]
+        self._unwatch = [pins["step_in"].subscribe(self._step), pins["at_zero"].subscribe(lambda pin: self._look())]
 
     def close(self) -> None:
         """The power is gone."""
@@ -89,7 +89,7 @@ class Shutdown:
         self.input_enabled = False
         self.on = False
         """True while the motor is shut down."""
-        self._unwatch = board.pins["shutdown_in"].watch(lambda pin: self.refresh())
+        self._unwatch = board.pins["shutdown_in"].subscribe(lambda pin: self.refresh())
 
     def close(self) -> None:
         """The power is gone."""

@@ -17,7 +17,7 @@ class Limits:
         self._changes = dict.fromkeys(self._pins, 0)
         self.on_hit: Callable[[int], None] = lambda sign: None
         """Called with +1 or -1 when the + or - limit has become active."""
-        self._unwatch = [pin.watch(partial(self._look, side)) for side, pin in self._pins.items()]
+        self._unwatch = [pin.subscribe(partial(self._look, side)) for side, pin in self._pins.items()]
 
     def close(self) -> None:
         """The power is gone."""

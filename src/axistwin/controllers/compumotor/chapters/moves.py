@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from simpy import Interrupt
 
 from axistwin.controllers.compumotor.chapters.profiles import Speed, changed, continuous, preset, stopping
-from axistwin.controllers.compumotor.chapters.pulses import RAMPS, Course, Phase
+from axistwin.controllers.compumotor.chapters.pulses import RAMPS, Phase, VelocityProfile
 from axistwin.controllers.compumotor.chapters.ranges import VELOCITY_RANGES, acceleration
 from axistwin.sim.clock import Clock, Procedure
 
@@ -259,12 +259,14 @@ def preset_distance(board: "Board", move: Move) -> int:
     return move.target - board.absolute
 
 
-def excursion(board: "Board", move: Move, speed: Speed, sign: int, course: Course, end: int | None = None) -> Procedure:
+def excursion(
+    board: "Board", move: Move, speed: Speed, sign: int, velocity_profile: VelocityProfile, end: int | None = None
+) -> Procedure:
     """From zero velocity, until the move is no longer being performed.  Ignored if blocked in that direction."""
     if board.blocked(sign):
         return
     board.begin_move(move, speed, end)
-    board.pulses.start(course, sign)
+    board.pulses.start(velocity_profile, sign)
     yield from _until_performed(board, move)
 
 

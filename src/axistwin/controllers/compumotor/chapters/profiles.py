@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
+from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.chapters.ranges import VelocityRange
 from axistwin.motion.profile import Segment
-from axistwin.motion.stairs import Stairs, stairs
+from axistwin.motion.quantised_ramp import QuantisedRamp, quantised_levels
 
 UPDATE = Fraction(1, 500)
 """Seconds between two levels of a ramp."""
@@ -33,21 +33,21 @@ class Speed:
 
 
 def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tuple[Segment, ...]:
-    return tuple(stairs(start, end, speed.slope * UPDATE, UPDATE, unit))
+    return tuple(quantised_levels(start, end, speed.slope * UPDATE, UPDATE, unit))
 
 
 @lru_cache(maxsize=64)
-def _way_up(speed: Speed) -> Stairs:
+def _way_up(speed: Speed) -> QuantisedRamp:
     """From zero velocity; at or below the start/stop velocity there is no ramp."""
     base = speed.base
     if speed.rate <= base:
-        return Stairs((), speed.rate, UPDATE)
+        return QuantisedRamp((), speed.rate, UPDATE)
     first = (Segment(base, UPDATE),) if base else ()
-    return Stairs((*first, *_between(base, speed.rate, speed, speed.range.resolution)), speed.rate, UPDATE)
+    return QuantisedRamp((*first, *_between(base, speed.rate, speed, speed.range.resolution)), speed.rate, UPDATE)
 
 
 @lru_cache(maxsize=256)
-def preset(speed: Speed, distance: int) -> Course:
+def preset(speed: Speed, distance: int) -> VelocityProfile:
     """Exactly `distance` pulses (at least 1), from zero velocity to zero velocity."""
     shape = _way_up(speed).trapezoid(distance)
     up, down = shape.up, tuple(reversed(shape.up))
@@ -56,16 +56,16 @@ def preset(speed: Speed, distance: int) -> Course:
         phases = ((Phase.ACCELERATING, up), (Phase.CONSTANT, (shape.along,)), (Phase.DECELERATING, down))
     else:
         phases = ((Phase.ACCELERATING, (*up, shape.along)), (Phase.DECELERATING, down))
-    return Course(phases, speed.range.maximum)
+    return VelocityProfile(phases, speed.range.maximum)
 
 
-def continuous(speed: Speed) -> Course:
+def continuous(speed: Speed) -> VelocityProfile:
     """From zero velocity to the rate, and on for ever."""
     on = (Segment(speed.rate, None),)
-    return Course(((Phase.ACCELERATING, _way_up(speed).up), (Phase.CONSTANT, on)), speed.range.maximum)
+    return VelocityProfile(((Phase.ACCELERATING, _way_up(speed).up), (Phase.CONSTANT, on)), speed.range.maximum)
 
 
-def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> Course:
+def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
     """From the present `rate`, given out in the range `before`, to another that is not zero, and on for ever."""
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
@@ -74,12 +74,12 @@ def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> Course:
         ramp = _between(max(rate, base), max(speed.rate, base), speed, unit)
         at_base = (Segment(base, UPDATE),) if min(rate, speed.rate) < base else ()
         ramp = (*at_base, *ramp) if phase is Phase.ACCELERATING else (*ramp, *at_base)
-    return Course(((phase, ramp), (Phase.CONSTANT, (Segment(speed.rate, None),))), speed.range.maximum)
+    return VelocityProfile(((phase, ramp), (Phase.CONSTANT, (Segment(speed.rate, None),))), speed.range.maximum)
 
 
-def stopping(rate: Fraction, speed: Speed) -> Course:
+def stopping(rate: Fraction, speed: Speed) -> VelocityProfile:
     """From the present rate to zero velocity."""
     base = min(speed.base, rate)
     last = (Segment(base, UPDATE),) if 0 < base < rate else ()
     ramp = _between(rate, base, speed, speed.range.resolution)
-    return Course(((Phase.DECELERATING, (*ramp, *last)),), speed.range.maximum)
+    return VelocityProfile(((Phase.DECELERATING, (*ramp, *last)),), speed.range.maximum)

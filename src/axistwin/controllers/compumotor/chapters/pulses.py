@@ -1,4 +1,4 @@
-"""The pulse generator: it gives out courses, knows how far they have come, and tells when their phases change.
+"""The pulse generator: it follows a velocity profile, and reports the begin of each phase.
 
 Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h says which is which.
 """
@@ -32,7 +32,7 @@ MOST_SEGMENTS = 16
 
 
 @dataclass(frozen=True)
-class Course:
+class VelocityProfile:
     """What the pulse generator is to do: segments, phase by phase.
 
     `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: it is what a move
@@ -50,12 +50,12 @@ class Course:
 
     @cached_property
     def profile(self) -> Profile:
-        """The course from zero velocity."""
+        """The velocity profile from zero velocity."""
         return Profile(self.segments)
 
     @cached_property
     def timetable(self) -> tuple[tuple[int, Phase], ...]:
-        """When each phase begins, in ns from the course's start; a phase without duration is left out."""
+        """When each phase begins, in ns from the velocity profile's start; a phase without duration is left out."""
         return tuple(self._begins())
 
     def _begins(self) -> Iterable[tuple[int, Phase]]:
@@ -84,7 +84,7 @@ class PulseGenerator:
         self._profile, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin = 0
         self._pulse_ns: int | None = None  # when the latest pulse from outside came, in this excursion
-        self._course = Course(())
+        self._velocity_profile = VelocityProfile(())
         self._plan = 0
         self._changed: Event | None = None
 
@@ -98,7 +98,7 @@ class PulseGenerator:
     @property
     def ending(self) -> bool:
         """True while the velocity decreases to zero."""
-        return self.phase is Phase.DECELERATING and self._course.timetable[-1][1] is Phase.REST
+        return self.phase is Phase.DECELERATING and self._velocity_profile.timetable[-1][1] is Phase.REST
 
     @property
     def physical(self) -> int:
@@ -122,8 +122,8 @@ class PulseGenerator:
 
     @property
     def of_move(self) -> bool:
-        """Whether the present course is what a move asked for."""
-        return self._course.of_move
+        """Whether the present velocity profile is what a move asked for."""
+        return self._velocity_profile.of_move
 
     def ns_until(self, pulses: int) -> int:
         """From now until so many more pulses (at least 1) are out; as things are now they must come."""
@@ -131,14 +131,14 @@ class PulseGenerator:
         return self._profile.pulse_ns(count) + 1 - self._elapsed_ns
 
     @property
-    def course(self) -> Course:
-        """The present or most recent course."""
-        return self._course
+    def velocity_profile(self) -> VelocityProfile:
+        """The present or most recent velocity profile."""
+        return self._velocity_profile
 
     @property
     def step_level(self) -> bool:
         """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
-        width_ns = int(S / (2 * self._course.clock))
+        width_ns = int(S / (2 * self._velocity_profile.clock))
         return self._profile.pulses_by(self._elapsed_ns) > self._profile.pulses_by(self._elapsed_ns - width_ns)
 
     @property
@@ -153,24 +153,24 @@ class PulseGenerator:
 
     # What is to be done
 
-    def start(self, course: Course, sign: int, *, further: bool = False) -> None:
+    def start(self, velocity_profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
         """From zero velocity; `further`: it counts as part of the excursion before."""
         if not further:
             self._excursion_origin = self.position
         self.face(sign)
-        self._profile, self._start_ns = course.profile, self.clock.now
+        self._profile, self._start_ns = velocity_profile.profile, self.clock.now
         self.axis.start(self._profile, self.physical)
-        self._follow(course)
+        self._follow(velocity_profile)
 
-    def change(self, course: Course) -> None:
-        """The velocity takes another course from now on, in the same direction; not if the last pulse is out."""
+    def change(self, velocity_profile: VelocityProfile) -> None:
+        """Follow another velocity profile from now on, in the same direction; not after the last pulse."""
         if self._profile.over(self._elapsed_ns):
             return
-        self._profile = self._profile.cut(self._elapsed_ns, course.segments)
+        self._profile = self._profile.cut(self._elapsed_ns, velocity_profile.segments)
         self.axis.replace(self._profile)
-        self._follow(course)
+        self._follow(velocity_profile)
 
-    def run(self, course: Course, sign: int, *, further: bool = False) -> None:
+    def run(self, velocity_profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
         """Another velocity at once, in any direction; in the same one the fraction of a pulse is kept.
 
         `further`: it counts as part of the excursion before.
@@ -178,22 +178,22 @@ class PulseGenerator:
         if sign != self.sign:
             self.kill()
         if not self.moving:
-            self.start(course, sign, further=further)
+            self.start(velocity_profile, sign, further=further)
         elif len(self._profile.segments) < MOST_SEGMENTS:
-            self.change(course)
+            self.change(velocity_profile)
         else:
             fraction, rate = self._profile.fraction_at(self._elapsed_ns), self.rate
             self._profile = self._profile.cut(self._elapsed_ns)
             self._origin = self.position
-            self._profile, self._start_ns = Profile(course.segments, fraction, rate), self.clock.now
+            self._profile, self._start_ns = Profile(velocity_profile.segments, fraction, rate), self.clock.now
             self.axis.start(self._profile, self.physical)
-            self._follow(course)
+            self._follow(velocity_profile)
 
     def hold(self) -> None:
         """The velocity of this instant is kept."""
         if self.moving:
             on = (Segment(self.rate, None),)
-            self.change(Course(((Phase.CONSTANT, on),), self._course.clock, of_move=False))
+            self.change(VelocityProfile(((Phase.CONSTANT, on),), self._velocity_profile.clock, of_move=False))
 
     def kill(self) -> None:
         """No more pulses, at once."""
@@ -225,16 +225,16 @@ class PulseGenerator:
         self._excursion_origin = self.position
         self._pulse_ns = None
 
-    def _follow(self, course: Course) -> None:
+    def _follow(self, velocity_profile: VelocityProfile) -> None:
         self._plan += 1
-        self._course = course
+        self._velocity_profile = velocity_profile
         plan = self._plan
-        for at_ns, phase in course.timetable:
+        for at_ns, phase in velocity_profile.timetable:
             if at_ns == 0:
                 self._enter(phase)
             else:
                 self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
-            if plan != self._plan:  # somebody has changed the course on hearing of it
+            if plan != self._plan:  # a subscriber has changed the velocity profile
                 return
 
     def _enter_as_planned(self, plan: int, phase: Phase) -> None:

@@ -3,7 +3,7 @@
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
+from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
 from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Procedure
 
@@ -14,7 +14,7 @@ PULSES = 25_000
 RATE = Fraction(5_000)
 WIDTH = Fraction(3, 2_000_000)
 """Seconds that STEP is high: "a one to two microsecond, high going, pulse"."""
-ONE_TURN = Course(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), 1 / (2 * WIDTH))
+ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), 1 / (2 * WIDTH))
 
 
 def test_switch(board: "Board") -> None:

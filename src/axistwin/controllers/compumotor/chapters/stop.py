@@ -105,7 +105,7 @@ class Triggers:
         self._functions: dict[int, Function] = {}
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
         self._edges: dict[int, Event] = {}
-        self._unwatch = [pin.watch(partial(self._look, number)) for number, pin in pins.items()]
+        self._unwatch = [pin.subscribe(partial(self._look, number)) for number, pin in pins.items()]
 
     def close(self) -> None:
         """The power is gone."""

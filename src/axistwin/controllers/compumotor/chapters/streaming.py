@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
+from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.chapters.ranges import BASE_CLOCKS, FULL
 from axistwin.controllers.compumotor.language import CCW, Accept, Opcode
 from axistwin.motion.profile import Segment
@@ -242,7 +242,7 @@ class Stream:
             phase = Phase.CONSTANT
             if rate != before:
                 phase = Phase.ACCELERATING if rate > before else Phase.DECELERATING
-            pulses.run(Course(((phase, (Segment(rate, None),)),), self.setting.maximum, of_move=False), sign)
+            pulses.run(VelocityProfile(((phase, (Segment(rate, None),)),), self.setting.maximum, of_move=False), sign)
         return True
 
     # Markers

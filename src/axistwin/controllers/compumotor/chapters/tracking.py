@@ -15,7 +15,7 @@ from axistwin.controllers.compumotor.chapters import moves
 from axistwin.controllers.compumotor.chapters.events import Happening
 from axistwin.controllers.compumotor.chapters.moves import Kind, Move
 from axistwin.controllers.compumotor.chapters.profiles import Speed, preset
-from axistwin.controllers.compumotor.chapters.pulses import Course, Phase
+from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.chapters.ranges import VELOCITY_RANGES
 from axistwin.controllers.compumotor.chapters.stop import kill_motion
 from axistwin.controllers.product import PulseAxis
@@ -51,13 +51,13 @@ class Law:
         """Whether it ever asks for a velocity."""
         return bool(self.gain and self.maximum)
 
-    def course(self, error: int) -> Course:
+    def velocity_profile(self, error: int) -> VelocityProfile:
         """On and on at the velocity for an error; never below the lowest one there is, lest the error stay."""
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
         velocities = VELOCITY_RANGES[self.ranges >> 4]
         rate = velocities.rate(min(wish, self.maximum)) or velocities.resolution
-        return Course(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)
+        return VelocityProfile(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)
 
 
 class Encoder:
@@ -109,15 +109,15 @@ class ClosedLoop:
         self._began, self._ended = (0, 0), 0
         self._at_rest = True
         self._closed = self._stalled = self._lent = self._held = False
-        self._correction: Course | None = None
+        self._correction: VelocityProfile | None = None
         self._ticking = False
         if axis is not None:
-            axis.on_push.append(self._pushed)
+            self._unsubscribe = axis.on_push.subscribe(self._pushed)
 
     def close(self) -> None:
         """The power is gone."""
         if self._axis is not None:
-            self._axis.on_push.remove(self._pushed)
+            self._unsubscribe()
 
     # What is known
 
@@ -164,8 +164,8 @@ class ClosedLoop:
 
     @property
     def owns_course(self) -> bool:
-        """Whether the present or most recent course is a correction."""
-        return self._board.pulses.course is self._correction
+        """Whether the present or most recent velocity profile is a correction."""
+        return self._board.pulses.velocity_profile is self._correction
 
     @property
     def correcting(self) -> bool:
@@ -261,13 +261,13 @@ class ClosedLoop:
             self.give_way()
             return
         assert self.law is not None
-        course, pulses = self.law.course(error), board.pulses
-        if self.correcting and sign == pulses.sign and course == pulses.course:
+        velocity_profile, pulses = self.law.velocity_profile(error), board.pulses
+        if self.correcting and sign == pulses.sign and velocity_profile == pulses.velocity_profile:
             return
         if self.correcting and sign != pulses.sign:
             self.give_way()
-        self._correction = course
-        pulses.run(course, sign, further=True)
+        self._correction = velocity_profile
+        pulses.run(velocity_profile, sign, further=True)
 
     def hold(self, on: bool) -> None:
         """No correction while a search is going on, even between its motions."""

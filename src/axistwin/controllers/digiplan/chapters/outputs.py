@@ -27,9 +27,9 @@ class Outputs:
         self._pins = {number: pins[f"output{number}"] for number in OUTPUTS}
         self._supply, self._follow_led = pins["supply"], follow_led
         self._on = dict.fromkeys(OUTPUTS, False)
-        self._supply.watch(lambda _: self._settle())
+        self._supply.subscribe(lambda _: self._settle())
         if follow_led:
-            pins["led"].watch(lambda led: self._set(5, led.level))
+            pins["led"].subscribe(lambda led: self._set(5, led.level))
 
     def is_on(self, number: int) -> bool:
         """True if this output is turned on, with or without the supply; output 0 never is."""

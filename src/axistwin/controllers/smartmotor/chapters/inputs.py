@@ -120,12 +120,12 @@ class IndexLine(Pin):
         if self.motor is not None:
             self.motor.force_index(False, rising=False)
 
-    def watch(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
+    def subscribe(self, watcher: Callable[[Pin], None]) -> Callable[[], None]:
         """Call `watcher(pin)` at every change."""
         self.watched = True
         if self.motor is not None:
             self.motor.watch_index()
-        return super().watch(watcher)
+        return super().subscribe(watcher)
 
     def show(self) -> None:
         """The shaft has come to the mark, or has left it."""
@@ -141,8 +141,8 @@ class Inputs:
         self._undo: list[Callable[[], object]] = []
         for bit, name in enumerate(USER_PINS):
             pin = motor.pins[name]
-            self._undo.append(pin.watch(partial(self._level, bit)))
-            self._undo.append(pin.watch_volts(partial(self._volts, bit)))
+            self._undo.append(pin.subscribe(partial(self._level, bit)))
+            self._undo.append(pin.subscribe_volts(partial(self._volts, bit)))
             motor.i[PINS] |= pin.level << bit
             motor.i[ANALOG + bit] = pin.analog
         self._encoder_pins = [pin for pin in motor.pins.values() if isinstance(pin, EncoderPin)]
@@ -150,9 +150,8 @@ class Inputs:
             encoder_pin.levels, encoder_pin.on_wiring = self._levels, self._wiring
             self._undo.append(encoder_pin.unplug)
         master = self.axis.master
-        for listeners, action in ((master.before_change, self.catch_up), (master.on_change, self._master)):
-            listeners.append(action)
-            self._undo.append(partial(listeners.remove, action))
+        self._undo.append(master.before_change.subscribe(self.catch_up))
+        self._undo.append(master.on_change.subscribe(self._master))
         motor.core.listeners.append(self._publish)
         self._by_hand = 0
         """Edges that have come through the pins themselves."""
@@ -223,7 +222,7 @@ class Inputs:
         self._wiring()
         i[MASTER], i[MASTER_LEFT], i[TOLD] = self.edges(), 0, 0
         follows = self._follows()
-        core.foretell = self._foretell if follows and self.axis.master.foreseen else None
+        core.foretell = self._foretell if follows and self.axis.master.predictable else None
         core.one_by_one = self._ask if follows and core.foretell is None else None
         first_ns = core.time_ns(i[SAMPLE] + 1)
         if follows or run.counts == 0 or run.end_ns <= self.motor.clock.now:
@@ -252,7 +251,7 @@ class Inputs:
         core = self.motor.core
         if not self._follows():
             core.foretell = None
-        counts = self.axis.master.foretell(core.time_ns(first), SAMPLE_NS, samples)
+        counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self._by_hand for count in counts]
 
     # The axis's source

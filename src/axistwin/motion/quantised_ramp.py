@@ -17,7 +17,9 @@ from math import lcm
 from axistwin.motion.profile import Segment
 
 
-def stairs(start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction) -> list[Segment]:
+def quantised_levels(
+    start: Fraction, end: Fraction, increment: Fraction, interval: Fraction, unit: Fraction
+) -> list[Segment]:
     """Return the levels after `start` and before `end`, rising or falling, without levels of rate 0.
 
     Their number is at most the number of units, and of increments, between the two rates.
@@ -67,11 +69,11 @@ class Trapezoid:
 
 
 @dataclass(frozen=True)
-class Stairs:
-    """The acceleration to `top` of a preset move; the deceleration is its mirror image."""
+class QuantisedRamp:
+    """The acceleration to `max_rate` of a preset move; the deceleration is its mirror image."""
 
     up: tuple[Segment, ...]
-    top: Fraction
+    max_rate: Fraction
     interval: Fraction
 
     @cached_property
@@ -87,7 +89,7 @@ class Stairs:
         """
         if 2 * self._pulses[-1] <= distance:
             left_over = distance - 2 * self._pulses[-1]
-            return Trapezoid(self.up, Segment(self.top, left_over / self.top), whole=left_over > 0)
+            return Trapezoid(self.up, Segment(self.max_rate, left_over / self.max_rate), whole=left_over > 0)
         fits = bisect_right(self._pulses, Fraction(distance, 2)) - 1
         level = self.up[fits].rate
         intervals = (Fraction(distance, 2) - self._pulses[fits]) // (level * self.interval)
