@@ -40,7 +40,7 @@ class MemoryTrace:
         self._bench, self._began_ns = bench, bench.now
         self._signals = [signal for signal in choose(catalogue(bench), (DEFAULT,)) if signal.kind != STEP]
         self.tracer = Tracer(bench, self._signals)
-        self.tracer.taker = self._take
+        self.tracer.consumer = self._take
         self._changes = [
             _Changes(signal, bench.now, value) for signal, value in zip(self._signals, self.tracer.first(), strict=True)
         ]
