@@ -8,7 +8,7 @@ import logging
 import pytest
 
 from axistwin import Bench
-from axistwin.cli.ending import ending, fail
+from axistwin.cli.serving.ending import ending, fail
 from axistwin.links.pacing import Pacer
 from axistwin.panel.people import People
 

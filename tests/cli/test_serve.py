@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import serial
 
-from axistwin.cli import served
-from axistwin.cli.hosts import lines
+from axistwin.cli.serving import served
+from axistwin.cli.serving.host_lines import lines
 from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.frames import UartFormat
 
@@ -194,7 +194,7 @@ def test_it_starts_without_what_only_others_need():
     """`axistwin serve` is to answer soon."""
     check = """if True:
         import sys
-        import axistwin.cli.main, axistwin.cli.serve, axistwin.links.tcp
+        import axistwin.cli.main, axistwin.cli.serving.serve, axistwin.links.tcp
         from axistwin import Bench
         Bench().add("if1")
         print(*sorted({"numpy", "matplotlib", "pydantic", "rich", "serial", "tomllib"} & set(sys.modules)))

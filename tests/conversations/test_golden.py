@@ -11,7 +11,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench.acts import Expect, Hear
 from axistwin.bench.codec import CHARACTERS
-from axistwin.cli.target import bench_for
+from axistwin.cli.common.target import bench_for
 from axistwin.conversations.conversation import Conversation, load, write
 from axistwin.conversations.player import Difference, play
 from axistwin.programs.running import options

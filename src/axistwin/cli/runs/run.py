@@ -10,8 +10,8 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.parameters import FILE, Number
-from axistwin.cli.target import bench_for
+from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.target import bench_for
 from axistwin.diagnostics.checking import errors_in
 from axistwin.errors import UsageError
 from axistwin.programs import running

@@ -10,7 +10,7 @@ import click
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.bench.control_characters import word
-from axistwin.cli.parameters import FILE
+from axistwin.cli.common.parameters import FILE
 from axistwin.reports import transcript
 from axistwin.reports.columns import columns
 from axistwin.reports.run_record import recording_run

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.parameters import FILE, Number
+from axistwin.cli.common.parameters import FILE, Number
 from axistwin.errors import UsageError
 from axistwin.plots.picture import check_suffix, save, show
 from axistwin.traces.signals import EVERYTHING
