@@ -13,6 +13,7 @@ import pytest
 from axistwin import Bench, Scene
 from axistwin.errors import TraceError, UsageError
 from axistwin.traces import files as trace_files
+from axistwin.traces import output
 from axistwin.traces import trace as tracer
 from axistwin.traces.reading import Trace, read
 from axistwin.traces.signals import catalogue, choose
@@ -263,7 +264,7 @@ class Disk:
 
     def __init__(self, room: int, monkeypatch) -> None:
         self.room, self._write = room, os.pwrite
-        monkeypatch.setattr(trace_files.os, "pwrite", self.write)
+        monkeypatch.setattr(output.os, "pwrite", self.write)
 
     def write(self, file: int, data: bytes, place: int) -> int:
         if place >= self.room:
