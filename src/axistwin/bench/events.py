@@ -12,7 +12,8 @@ from typing import Any
 
 from axistwin.bench import endpoints
 from axistwin.bench.actions import action_value, lead_value, on_a_bus, setting_value
-from axistwin.bench.bench import Bench, Controller
+from axistwin.bench.bench import Bench
+from axistwin.bench.controller import Controller
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
 from axistwin.plant.servo_axis import ServoAxis

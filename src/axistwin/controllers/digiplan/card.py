@@ -18,12 +18,12 @@ from axistwin.controllers.digiplan.language import MOST_STEPS
 from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.rules import RULES
-from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Abilities, Handshake, Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import CalculatedPin, Pin, connect
-from axistwin.sim.progress import Line, LineWatcher, Progress
+from axistwin.sim.progress import Progress
 from axistwin.sim.serial import Uart
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
@@ -64,6 +64,11 @@ class Card:
         self._progress = Progress()
         self._trouble_watchers: list[Callable[[str], None]] = []
         self._interface: Interface | None = None
+        self.abilities = Abilities(
+            uart=self.uart, handshake=Handshake(self, self.lines), alarms=self.alarms, registers=self.registers,
+            programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
+            subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
+        )  # fmt: skip
 
     def _clock_output(self, axis: str) -> Pin:
         return CalculatedPin(
@@ -72,13 +77,11 @@ class Card:
             lambda: self._interface is not None and self._interface.motion.clock_level(axis),
         )
 
-    @property
-    def busy(self) -> bool:
+    def _busy(self) -> bool:
         """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
         return self._interface is not None and (self._interface.busy or self._interface.deaf)
 
-    @property
-    def procedures(self) -> Sequence[Process]:
+    def _procedures(self) -> Sequence[Process]:
         """Those of the interface."""
         return () if self._interface is None else self._interface.procedures
 
@@ -121,10 +124,6 @@ class Card:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
-
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Tell of each step when it begins."""
-        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """Faults and status, named after the commands that report them; K without what follows from the motion.

@@ -1,9 +1,9 @@
 """The motor itself: its terminals and plugs, which are there with and without power."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from axistwin.controllers.product import Follower, Listing, Order, Product, Register, Store
+from axistwin.controllers.product import Abilities, Order, Product, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, trouble
 from axistwin.controllers.smartmotor.chapters.inputs import EncoderPin, IndexLine
 from axistwin.controllers.smartmotor.checker.program import check
@@ -23,7 +23,6 @@ from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.serial import Uart
 
 
@@ -46,6 +45,11 @@ class SmartMotor:
         axis.on_supply.subscribe(self._settle_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
+        self.abilities = Abilities(
+            uart=self.uart, rs485=self.rs485, alarms=self.alarms, registers=self._registers.table,
+            follow=self._registers.follow, programs=self._lines.listings,
+            subscribe_lines=self._lines.progress.subscribe, hint=self.hint,
+        )  # fmt: skip
 
     def power(self, on: bool) -> None:
         """Switch it on or off.  While the supply is too low it stays in reset."""
@@ -81,22 +85,6 @@ class SmartMotor:
             return low if self._switched_on else ""
         self._motor.core.catch_up(changing=False)
         return trouble(self._motor)
-
-    def programs(self) -> Mapping[str, Listing]:
-        """The one program in the memory, also without power."""
-        return self._lines.listings()
-
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Tell of each line when it begins.  Meanwhile it is computed from one to the next, with the same results."""
-        return self._lines.progress.subscribe(watcher, only)
-
-    def registers(self) -> Mapping[str, Register]:
-        """What can be read in an expression and is kept in the motor, the mode, and the line of the program."""
-        return self._registers.table()
-
-    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Tell of every change of these registers.  Without power they stay as they are."""
-        return self._registers.follow(names, follower)
 
     def _restart(self) -> None:
         """Z: everything as at power-up."""
