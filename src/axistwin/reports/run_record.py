@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from axistwin.bench import Bench, endpoints
-from axistwin.bench.events import Changed, Event, Heard, Said, Turned, observing
+from axistwin.bench.events import Event, LevelChanged, Received, Sent, VoltageChanged, observing
 from axistwin.motion.train import Move as TrainMove
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
@@ -98,8 +98,8 @@ class RunRecord:
     bench: Bench
     began_ns: int
     said: deque[Message] = field(default_factory=lambda: deque(maxlen=LENGTH))
-    changes: deque[Changed] = field(default_factory=lambda: deque(maxlen=LENGTH))
-    turned: deque[Turned] = field(default_factory=lambda: deque(maxlen=LENGTH))
+    changes: deque[LevelChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
+    turned: deque[VoltageChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     """Voltages driven on terminals."""
     servos: list[ServoMoves] = field(default_factory=list)
     """Moves of the servo axes."""
@@ -107,17 +107,17 @@ class RunRecord:
 
     def record(self, event: Event) -> None:
         """Record an event."""
-        if isinstance(event, Changed):
+        if isinstance(event, LevelChanged):
             self.changes.append(event)
-        elif isinstance(event, Turned):
+        elif isinstance(event, VoltageChanged):
             if event.driven and 0 < event.volts < PULLED_UP_VOLTS:  # otherwise the level shows it
                 self.turned.append(event)
-        elif isinstance(event, Heard):
+        elif isinstance(event, Received):
             message = self._add(event, event.data, by_host=False)
             message.errors |= event.errors
             if message.terminated:
                 self._open.pop((event.controller, True), None)
-        elif isinstance(event, Said):
+        elif isinstance(event, Sent):
             for line in [event.data] if self._on_a_bus(event) else _LINES.findall(event.data):
                 self._add(event, line, by_host=True)
 
@@ -144,7 +144,7 @@ class RunRecord:
                 if isinstance(axis, StepperAxis):
                     yield controller.name, name, axis
 
-    def _add(self, event: Said | Heard, data: bytes, by_host: bool) -> Message:
+    def _add(self, event: Sent | Received, data: bytes, by_host: bool) -> Message:
         key = event.controller, by_host
         message = self._open.get(key)
         if message is None or message.is_new_message(event.time_ns, data):

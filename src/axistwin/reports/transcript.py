@@ -6,7 +6,7 @@ from typing import Any
 from axistwin.bench import endpoints
 from axistwin.bench.actions import level_name, voltage
 from axistwin.bench.codec import Codec
-from axistwin.bench.events import Changed, Turned
+from axistwin.bench.events import LevelChanged, VoltageChanged
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.run_record import AnyMove, Message, RunRecord
@@ -17,7 +17,7 @@ HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
 """Levels left out of the text; the messages show them."""
 
 
-Item = Message | AnyMove | Changed | Turned
+Item = Message | AnyMove | LevelChanged | VoltageChanged
 
 
 def text(run: RunRecord) -> Iterator[str]:
@@ -113,9 +113,9 @@ def _words(item: Item, codec: Codec) -> str:
         case Message():
             errors = f"   ({', '.join(_errors(item.errors))})" if item.errors else ""
             return f"{'>' if item.by_host else '<'} {_message(item, codec)}{errors}"
-        case Changed():
+        case LevelChanged():
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
-        case Turned():
+        case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
     path = f"  {item.axis} {item.origin} → {item.target}, up to {_rate(item)} {item.unit}/s"
     if item.end_ns is None:
@@ -141,7 +141,7 @@ def _errors(errors: LineError) -> list[str]:
     return [str(error.name).lower() for error in LineError if error in errors and error]
 
 
-def _is_shown(change: Changed) -> bool:
+def _is_shown(change: LevelChanged) -> bool:
     return change.pin not in HIDDEN_LEVELS and not (change.flashing and change.pin == "led")
 
 

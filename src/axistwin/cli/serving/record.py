@@ -10,7 +10,7 @@ import click
 
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.bench.actions import level_name
-from axistwin.bench.events import Changed
+from axistwin.bench.events import LevelChanged
 from axistwin.cli.common.parameters import FILE, Seconds
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.serve import CATCH_UP_S
@@ -159,4 +159,4 @@ def _record_shown(recorder: Recorder, name: str, subject: str, line: Pin) -> Non
 
 
 def _done(recorder: Recorder, name: str, subject: str, line: Pin) -> None:
-    recorder.record(Changed(recorder.bench.now, name, f"host.{subject}", line.level))
+    recorder.record(LevelChanged(recorder.bench.now, name, f"host.{subject}", line.level))
