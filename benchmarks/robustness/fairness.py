@@ -12,9 +12,8 @@ import gc
 import sys
 from time import process_time
 
-from axistwin.links.server import Server
-from axistwin.links.urls import PortUrl, parse
-from axistwin.sim.clock import Clock
+from axistwin.links import PortUrl, Server, parse
+from axistwin.sim import Clock
 from fuzz import BAUD_RATES, PORTS, SEED, garbage, motors
 
 BYTES = 1000

@@ -32,9 +32,9 @@ from axistwin import Bench, Scene
 from axistwin.cli import main as cli
 from axistwin.cli.serving.served import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
-from axistwin.plots.trace_chart import of_trace
+from axistwin.plots import of_trace
+from axistwin.traces import tracing
 from axistwin.traces.reading import read as read_trace
-from axistwin.traces.trace import tracing
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0

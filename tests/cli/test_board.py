@@ -5,12 +5,10 @@ import json
 import pytest
 
 from axistwin import Bench
-from axistwin.bench.acts import Hear
+from axistwin.bench import Hear
 from axistwin.bench.hosts import host_of
 from axistwin.cli.main import main
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin.conversations import parse, play, recording, write
 
 TALK = """\
 ; model: 1811

@@ -9,7 +9,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli.serving.ending import ending, fail
-from axistwin.links.pacing import Pacer
+from axistwin.links import Pacer
 from axistwin.panel.people import People
 
 

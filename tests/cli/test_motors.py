@@ -10,15 +10,12 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.cli.main import main
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin.conversations import parse, play, recording, write
 from axistwin.errors import ProgramError, SceneError
-from axistwin.plant.counts import Samples
-from axistwin.plant.servo_axis import ServoAxis
+from axistwin.plant import Samples, ServoAxis
 from axistwin.plots import of_trace, save
 from axistwin.reports.servo_moves import ServoMoves
-from axistwin.sim.clock import Clock
+from axistwin.sim import Clock
 from axistwin.traces import tracing, tracing_in_memory
 
 MS = 10**6

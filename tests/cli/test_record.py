@@ -12,10 +12,10 @@ import pytest
 import serial
 from click.testing import CliRunner
 
-from axistwin.bench.acts import Do, Expect, Hear, Say
+from axistwin.bench import Do, Expect, Hear, Say
 from axistwin.cli.main import axistwin
-from axistwin.conversations.conversation import load
-from axistwin.links.urls import parse
+from axistwin.conversations import load
+from axistwin.links import parse
 
 from ..links.serving import Served, ask, dial
 

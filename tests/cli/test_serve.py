@@ -13,8 +13,8 @@ import serial
 
 from axistwin.cli.serving import served
 from axistwin.cli.serving.host_lines import lines
-from axistwin.links.urls import PortUrl, parse
-from axistwin.sim.frames import UartFormat
+from axistwin.links import PortUrl, parse
+from axistwin.sim import UartFormat
 
 PATIENCE_S = 20
 PROGRAM = [sys.executable, "-c", "from axistwin.cli.main import main; main()", "serve"]

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import pytest
 
-from axistwin.links.urls import parse
+from axistwin.links import parse
 from axistwin.terminal.keyboards import to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.bench.acts import Do, Say, Wait
+from axistwin.bench import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
 from axistwin.programs.command_lines import command_lines, send_lines
 from axistwin.programs.running import Outcome, load
