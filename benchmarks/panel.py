@@ -178,11 +178,11 @@ async def _paced(session: Session, looks: scope.Scopes | None) -> tuple[int, int
     session.speed = 1.0
     session.run()
     await asyncio.sleep(3.0)
-    late, blocks, drawn = session.pacer.overruns, session.pacer.blocks, looks.drawn if looks else 0
+    late, blocks, drawn = session.pacer.delays.overruns, session.pacer.delays.blocks, looks.drawn if looks else 0
     await asyncio.sleep(PACED_S)
     session.pause()
     frames = looks.drawn - drawn if looks else 0
-    return session.pacer.overruns - late, session.pacer.blocks - blocks, frames / PACED_S
+    return session.pacer.delays.overruns - late, session.pacer.delays.blocks - blocks, frames / PACED_S
 
 
 async def _until_seen(looks: scope.Scopes) -> None:

@@ -1,5 +1,7 @@
 """A host of an 1810 or 1811: the handshakes of the manual, at full speed."""
 
+from collections.abc import Sequence
+
 from axistwin import Bench
 from axistwin.bench import Controller
 
@@ -8,11 +10,16 @@ COMMAND_READY, RESET, ENABLE, TAKEN = 0x10, 0x20, 0x40, 0x80
 MESSAGE, INPUT_READY, FAIL = 0x08, 0x10, 0x20
 
 
+def i32(number: int) -> tuple[int, ...]:
+    """Four bytes, two's complement."""
+    return tuple(number.to_bytes(4, "big", signed=True))
+
+
 def ready(bench: Bench, model: str = "1811", **options: object) -> Controller:
     """A board whose initialisation is over."""
     board = bench.add(model, **options)
     bench.run(1.01)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     return board
 
 
@@ -23,16 +30,37 @@ def write(board: Controller, *values: int, control: int = 0) -> None:
     board.bus.write(CONTROL, COMMAND_READY | control)
 
 
-def tell(bench: Bench, board: Controller, *values: int) -> None:
-    """A whole handshake; the command has been read when it returns."""
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & INPUT_READY, 1)
-    write(board, *values)
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & INPUT_READY, 1)
+def send(bench: Bench, board: Controller, *what: int, seconds: float = 0) -> None:
+    """Send a command by the handshake, then run for `seconds`.  `messages` reads the messages that it causes."""
+    assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
+    write(board, *what)
+    assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
+    if seconds:
+        bench.run(seconds)
+
+
+def send_all(bench: Bench, board: Controller, *commands: Sequence[int], seconds: float = 0) -> None:
+    """Send several commands, then run for `seconds`."""
+    for command in commands:
+        send(bench, board, *command)
+    if seconds:
+        bench.run(seconds)
+
+
+def complete(bench: Bench, board: Controller, *what: int) -> None:
+    """Send a command and run until its motion has ended."""
+    send(bench, board, *what)
+    until_idle(bench, board)
+
+
+def status_word(bench: Bench, board: Controller) -> int:  # the same arguments in all families
+    """The status byte."""
+    return board.bus.read(CONTROL)
 
 
 def message(bench: Bench, board: Controller, timeout: float = 0.1) -> bytes:
     """The next message, all sixteen bytes; nothing if there is none in time."""
-    if not bench.run_until(lambda: board.bus.read(CONTROL) & MESSAGE, timeout):
+    if not bench.run_until(lambda: status_word(bench, board) & MESSAGE, timeout):
         return b""
     data = bytes(board.bus.read(DATA) for _ in range(16))
     board.bus.write(CONTROL, TAKEN)
@@ -47,15 +75,10 @@ def messages(bench: Bench, board: Controller) -> list[str]:
     return found
 
 
-def ask(bench: Bench, board: Controller, *values: int) -> bytes:
-    """A command and the message it causes."""
-    tell(bench, board, *values)
+def ask(bench: Bench, board: Controller, *what: int) -> bytes:
+    """Send a command and return the message that it causes."""
+    send(bench, board, *what)
     return message(bench, board)
-
-
-def i32(number: int) -> tuple[int, ...]:
-    """Four bytes, two's complement."""
-    return tuple(number.to_bytes(4, "big", signed=True))
 
 
 def position(bench: Bench, board: Controller, opcode: int = 0x83) -> int:
@@ -69,11 +92,11 @@ def position(bench: Bench, board: Controller, opcode: int = 0x83) -> int:
 
 def default(bench: Bench, board: Controller, velocity: int, acceleration: int, ranges: int = 0x00) -> None:
     """Command 31h."""
-    tell(bench, board, 0x31, 0, ranges, *i32(velocity), *i32(acceleration))
+    send(bench, board, 0x31, 0, ranges, *i32(velocity), *i32(acceleration))
 
 
-def rest(bench: Bench, board: Controller, timeout: float = 100) -> None:
-    """Let the motion end."""
+def until_idle(bench: Bench, board: Controller, timeout: float = 100) -> None:
+    """Run until the motion has ended."""
     bench.run(0.03)
     assert bench.run_until(lambda: board.axes["motor"].velocity == 0, timeout)
     bench.run(0.0001)

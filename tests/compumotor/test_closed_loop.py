@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.units import US
 
-from .talking import RESET, ask, default, i32, message, messages, position, ready, rest, tell
-from .tracking import ALL, AT_ONCE, RATIO, number, start, tracked
+from .programs import ALL, AT_ONCE, RATIO, number, start, tracked
+from .talking import RESET, ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
         bytes([opcode]).ljust(16, b"\0") for opcode in range(0x9C, 0xA0)
     ]
     for command in ALL:
-        tell(bench, board, *command)
+        send(bench, board, *command)
     assert ask(bench, board, 0x9C)[:6] == bytes.fromhex("9C 61A8 0FA0 00")
     assert ask(bench, board, 0x9D)[:6] == bytes.fromhex("9D 000061A8 00")
     assert ask(bench, board, 0x9E)[:6] == bytes.fromhex("9E 00000000 00")
@@ -37,18 +37,18 @@ def test_parameters_are_reported_as_they_were_given_and_zeros_before(bench):
     ],
 )
 def test_a_law_out_of_range_is_ignored(bench, board, wrong):
-    tell(bench, board, 0xB3, *wrong)
+    send(bench, board, 0xB3, *wrong)
     assert ask(bench, board, 0x9F)[:8] == bytes.fromhex("9F 01 14 00 0000C350")
 
 
 def test_the_lower_nibble_of_the_laws_range_means_nothing(bench, board):
     """ "0X -> 5X"."""
-    tell(bench, board, 0xB3, 3, 0xFF, 0x5F, *i32(7))
+    send(bench, board, 0xB3, 3, 0xFF, 0x5F, *i32(7))
     assert ask(bench, board, 0x9F)[:8] == bytes.fromhex("9F 03 FF 5F 00000007")
 
 
 def test_a_ratio_with_denominator_zero_is_ignored(bench, board):
-    tell(bench, board, 0xB0, 0, 1, 0, 0)
+    send(bench, board, 0xB0, 0, 1, 0, 0)
     assert ask(bench, board, 0x9C)[1:5] == bytes.fromhex("61A8 0FA0")
 
 
@@ -58,7 +58,7 @@ def test_a_closed_loop_move_goes_so_many_encoder_pulses(bench, board):
     bench.run(2.5)
     assert number(bench, board, 0x98) == pytest.approx(2000, abs=10)
     assert number(bench, board, 0x99) == pytest.approx(2000, abs=15)  # still to go
-    rest(bench, board)
+    until_idle(bench, board)
     assert position(bench, board) == board.axes["motor"].position == 25_000
     assert [number(bench, board, opcode) for opcode in (0x98, 0x99, 0x9A, 0x9B)] == [4000, 0, 4000, 0]
     assert position(bench, board, 0x81) == 0
@@ -66,18 +66,15 @@ def test_a_closed_loop_move_goes_so_many_encoder_pulses(bench, board):
 
 def test_the_relative_count_is_of_the_last_move(bench, board):
     for distance in (4000, -400):
-        tell(bench, board, 0x35, *i32(distance))
-        rest(bench, board)
+        complete(bench, board, 0x35, *i32(distance))
     assert (number(bench, board, 0x98), number(bench, board, 0x9A)) == (-400, 3600)
 
 
 def test_pulses_are_rounded_to_the_nearest_a_half_away_from_zero(bench, board):
     """10 x 6.25 = 62.5: 63 pulses, 10.08 encoder pulses; 50 x 6.25 = 312.5: 313 of them back, to -250 (-40)."""
-    tell(bench, board, 0x35, *i32(10))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(10))
     assert (position(bench, board), number(bench, board, 0x9A)) == (63, 10)
-    tell(bench, board, 0x35, *i32(-50))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(-50))
     assert (position(bench, board), number(bench, board, 0x9A)) == (-250, -40)
 
 
@@ -85,8 +82,7 @@ def test_the_desired_position_is_the_sum_of_closed_loop_moves(bench, board):
     """The addendum's example: +30 and -10 make +20; then absolute +55."""
     desired = []
     for command in ((0x35, *i32(30)), (0x35, *i32(-10)), (0x36, *i32(55))):
-        tell(bench, board, *command)
-        rest(bench, board)
+        complete(bench, board, *command)
         desired.append(number(bench, board, 0x9A) + number(bench, board, 0x99))
     assert desired == [30, 20, 55]
 
@@ -96,23 +92,21 @@ def test_with_maintenance_off_the_desired_position_is_where_an_open_loop_move_en
     start(bench, board, 0x33, *i32(1000))
     bench.run(0.1)
     assert number(bench, board, 0x99) < 0
-    rest(bench, board)
+    until_idle(bench, board)
     assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 160)
 
 
 def test_an_absolute_move_is_from_where_the_encoder_is(bench, board):
     """Pushed by +100: to +300 there are 200 left, 1,250 pulses."""
     board.axes["motor"].encoder.displace(100)
-    tell(bench, board, 0x36, *i32(300))
-    rest(bench, board)
+    complete(bench, board, 0x36, *i32(300))
     assert (position(bench, board), number(bench, board, 0x9A), number(bench, board, 0x99)) == (1250, 300, 0)
 
 
 def test_a_move_to_where_it_is_makes_no_pulse_but_is_the_desired_position(bench, board):
     board.axes["motor"].encoder.displace(100)
     assert number(bench, board, 0x99) == -100
-    tell(bench, board, 0x36, *i32(100))
-    bench.run(0.1)
+    send(bench, board, 0x36, *i32(100), seconds=0.1)
     assert (number(bench, board, 0x99), board.axes["motor"].pulses) == (0, 0)
 
 
@@ -122,36 +116,32 @@ def test_35_and_36_need_b0_to_b4_all_five(bench, missing):
     default(bench, board, 5_000, AT_ONCE)
     for command in ALL:
         if command is not missing:
-            tell(bench, board, *command)
+            send(bench, board, *command)
     for opcode in (0x35, 0x36):
-        tell(bench, board, opcode, *i32(1000))
-        bench.run(1)
+        send(bench, board, opcode, *i32(1000), seconds=1)
     assert board.axes["motor"].pulses == 0
 
 
 def test_35_and_36_need_the_default_move(bench, board):
     default(bench, board, 0, 0)
     for opcode in (0x35, 0x36):
-        tell(bench, board, opcode, *i32(1000))
-        bench.run(1)
+        send(bench, board, opcode, *i32(1000), seconds=1)
     assert board.axes["motor"].pulses == 0
 
 
 @pytest.mark.parametrize(("opcode", "ends"), [(0xD4, 2 * 625), (0xD5, 625)])
 def test_defined_closed_loop_moves_need_the_ratio_only(bench, opcode, ends):
     board = ready(bench, motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25_000}})
-    tell(bench, board, opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
+    send(bench, board, opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
     assert (
         ask(bench, board, 0x91, 7)[:15]
         == bytes([opcode, 7, 0]).join([b"\x91", b""]) + bytes((*i32(5_000), *i32(AT_ONCE), *i32(100)))[:11]
     )
-    tell(bench, board, 0x40, 7)
-    bench.run(1)
+    send(bench, board, 0x40, 7, seconds=1)
     assert board.axes["motor"].position == 0
-    tell(bench, board, *RATIO)
+    send(bench, board, *RATIO)
     for _ in range(2):
-        tell(bench, board, 0x40, 7)
-        rest(bench, board)
+        complete(bench, board, 0x40, 7)
     assert board.axes["motor"].position == ends
 
 
@@ -159,9 +149,7 @@ def test_defined_closed_loop_moves_need_the_ratio_only(bench, opcode, ends):
 @pytest.mark.parametrize("opcode", [0x35, 0x36])
 def test_no_closed_loop_move_is_longer_than_7fffffff_motor_pulses(bench, board, opcode, counts, begins):
     """65,535 to 1: 32,768 are 2,147,450,880 pulses; one more, and there are 2,147,516,415 > 2,147,483,647."""
-    tell(bench, board, 0xB0, 0xFF, 0xFF, 0, 1)
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, opcode, *i32(counts))
+    send_all(bench, board, (0xB0, 0xFF, 0xFF, 0, 1), (0xA1, 1), (opcode, *i32(counts)))
     assert messages(bench, board) == (["a1 00"] if begins else [])
 
 
@@ -171,16 +159,16 @@ def test_resume_goes_to_the_last_commanded_position_as_that_move_did(bench, boar
     After n pulses the encoder is at 4n / 25, rounded down; what is left to 4,000 goes at 2,000 pps again, 0.5 ms each.
     """
     motor = board.axes["motor"]
-    tell(bench, board, 0xD4, 1, 0x00, *i32(2_000), *i32(AT_ONCE), *i32(4000))
+    send(bench, board, 0xD4, 1, 0x00, *i32(2_000), *i32(AT_ONCE), *i32(4000))
     start(bench, board, 0x40, 1)
     bench.run(1)
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     stopped = motor.position
     assert 2_000 <= stopped <= 2_010
     assert number(bench, board, 0x99) == 0
     start(bench, board, 0x37)
     began = bench.now
-    rest(bench, board)
+    until_idle(bench, board)
     left = (25 * (4000 - 4 * stopped // 25) + 2) // 4
     assert number(bench, board, 0x9A) == 4000
     assert motor.position == stopped + left
@@ -188,63 +176,52 @@ def test_resume_goes_to_the_last_commanded_position_as_that_move_did(bench, boar
 
 
 def test_resume_with_nothing_commanded_is_ignored(bench, board):
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
-    tell(bench, board, 0x37)
-    bench.run(1)
+    complete(bench, board, 0x33, *i32(100))
+    send(bench, board, 0x37, seconds=1)
     assert board.axes["motor"].position == 100
 
 
 def test_resume_goes_to_the_same_place_after_absolute_zero_has_been_redefined(bench, board):
     start(bench, board, 0x36, *i32(800))
     bench.run(0.3)
-    tell(bench, board, 0x78)
-    tell(bench, board, 0x30)
+    send_all(bench, board, (0x78,), (0x30,))
     assert (number(bench, board, 0x9A), position(bench, board)) == (0, 0)
-    tell(bench, board, 0x37)
-    rest(bench, board)
+    complete(bench, board, 0x37)
     assert board.axes["motor"].encoder.count == 800
 
 
 def test_2f_defines_the_closed_loop_position_only_and_there_is_no_error_then(bench, board):
-    tell(bench, board, 0x18, 1)
-    tell(bench, board, 0x2F, *i32(-1_000_000))
+    send_all(bench, board, (0x18, 1), (0x2F, *i32(-1_000_000)))
     assert (number(bench, board, 0x9A), position(bench, board), number(bench, board, 0x99)) == (-1_000_000, 0, 0)
-    tell(bench, board, 0x36, *i32(-999_900))
-    rest(bench, board)
+    complete(bench, board, 0x36, *i32(-999_900))
     assert (board.axes["motor"].position, number(bench, board, 0x9A)) == (625, -999_900)
 
 
 def test_2f_is_ignored_while_moving(bench, board):
     start(bench, board, 0x35, *i32(4000))
-    tell(bench, board, 0x2F, *i32(1_000_000))
-    rest(bench, board)
+    complete(bench, board, 0x2F, *i32(1_000_000))
     assert number(bench, board, 0x9A) == 4000
 
 
 def test_the_absolute_count_wraps_at_32_bits(bench, board):
-    tell(bench, board, 0x2F, *i32(0x7FFF_FFFF))
-    tell(bench, board, 0x35, *i32(16))
-    rest(bench, board)
+    send(bench, board, 0x2F, *i32(0x7FFF_FFFF))
+    complete(bench, board, 0x35, *i32(16))
     assert number(bench, board, 0x9A) == -0x8000_0000 + 15
     assert number(bench, board, 0x99) == 0
 
 
 def test_the_sense_of_direction_is_that_of_both_counts(bench, board):
     """14h: CCW is + from now on; counts keep their values."""
-    tell(bench, board, 0x35, *i32(16))
-    rest(bench, board)
-    tell(bench, board, 0x14, 1)
+    complete(bench, board, 0x35, *i32(16))
+    send(bench, board, 0x14, 1)
     assert number(bench, board, 0x9A) == 16
-    tell(bench, board, 0x35, *i32(16))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(16))
     assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (32, 0)
     assert (board.axes["motor"].position, board.axes["motor"].encoder.count) == (0, 0)
 
 
 def test_after_a_reset_counts_are_zero_and_nothing_is_defined(bench, board):
-    tell(bench, board, 0x35, *i32(16))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(16))
     board.bus.write(1, RESET)
     bench.run(1.01)
     assert [number(bench, board, opcode) for opcode in (0x98, 0x99, 0x9A)] == [0, 0, 0]
@@ -255,21 +232,18 @@ def test_after_a_reset_counts_are_zero_and_nothing_is_defined(bench, board):
 
 def test_an_1810_answers_the_requests_and_does_not_move(bench):
     board = tracked(bench, "1810")
-    tell(bench, board, 0x33, *i32(625))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(625))
     assert [number(bench, board, opcode) for opcode in (0x98, 0x99, 0x9A)] == [0, 0, 0]
     for opcode in (0x35, 0x36):
-        tell(bench, board, opcode, *i32(1000))
-    tell(bench, board, 0x37)
-    bench.run(1)
+        send(bench, board, opcode, *i32(1000))
+    send(bench, board, 0x37, seconds=1)
     assert (board.axes["motor"].position, number(bench, board, 0x9A)) == (625, 0)
 
 
 def test_an_1811_without_an_encoder_counts_nothing(bench):
     board = ready(bench)
     default(bench, board, 5_000, AT_ONCE)
-    tell(bench, board, 0x33, *i32(625))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(625))
     assert number(bench, board, 0x9A) == 0
     assert message(bench, board) == b""
 
@@ -281,9 +255,8 @@ def test_jumper_ju17_inverts_the_encoders_direction(bench, sense):
     counts = []
     for inverted in (False, True):
         board = ready(bench, motor={"encoder": encoder}, invert_encoder=inverted)
-        tell(bench, board, 0x14, sense)
+        send(bench, board, 0x14, sense)
         default(bench, board, 25_000, 250_000)
-        tell(bench, board, 0x33, *i32(25_000))
-        bench.run(2)
+        send(bench, board, 0x33, *i32(25_000), seconds=2)
         counts.append(number(bench, board, 0x9A))
     assert counts == [4000, -4000]

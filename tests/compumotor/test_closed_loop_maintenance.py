@@ -11,8 +11,8 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS
 
-from .talking import default, i32, messages, position, rest, tell
-from .tracking import AT_ONCE, number, start, tracked
+from .programs import AT_ONCE, number, start, tracked
+from .talking import complete, default, i32, messages, position, send, send_all
 
 USER_BIT = 0x01
 
@@ -20,7 +20,7 @@ USER_BIT = 0x01
 @pytest.fixture
 def board(bench: Bench) -> Controller:
     board = tracked(bench)
-    tell(bench, board, 0x18, 1)
+    send(bench, board, 0x18, 1)
     return board
 
 
@@ -44,7 +44,7 @@ def push(board: Controller, counts: int) -> None:
 )
 @pytest.mark.parametrize("sign", [+1, -1])
 def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
-    tell(bench, board, 0xB3, algorithm, gain, 0x00, *i32(50_000))
+    send(bench, board, 0xB3, algorithm, gain, 0x00, *i32(50_000))
     push(board, -sign * error)
     bench.run(0.0021)
     assert board.axes["motor"].velocity == pytest.approx(sign * rate)
@@ -52,12 +52,11 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
 
 def test_k_is_in_units_of_the_velocity_range(bench, board):
     """Range 1: 0.1 pps; 20 x 100 of them are 200 pps; the maximum of 1,500 is 150 pps."""
-    tell(bench, board, 0xB3, 1, 20, 0x10, *i32(50_000))
+    send(bench, board, 0xB3, 1, 20, 0x10, *i32(50_000))
     push(board, -100)
     bench.run(0.0021)
     assert board.axes["motor"].velocity == pytest.approx(200)
-    tell(bench, board, 0xB3, 1, 20, 0x1F, *i32(1_500))
-    bench.run(0.002)
+    send(bench, board, 0xB3, 1, 20, 0x1F, *i32(1_500), seconds=0.002)
     assert board.axes["motor"].velocity == pytest.approx(150)
 
 
@@ -65,7 +64,7 @@ def test_k_is_in_units_of_the_velocity_range(bench, board):
 @pytest.mark.parametrize("counts", [-100, 100])
 def test_a_pushed_motor_comes_back(bench, board, law, counts):
     """100 encoder pulses are 625 motor pulses; backwards the encoder has gone by one at the first of 6.25."""
-    tell(bench, board, 0xB3, *law, 0x00, *i32(50_000))
+    send(bench, board, 0xB3, *law, 0x00, *i32(50_000))
     push(board, counts)
     bench.run(40)
     assert number(bench, board, 0x99) == 0
@@ -77,7 +76,7 @@ def test_the_correction_in_time(bench, board):
 
     Of encoder pulses the seventh motor pulse makes one (7 x 0.16 = 1.12): 70 ms, and it is seen at once, at 72 ms.
     """
-    tell(bench, board, 0xB3, 1, 100, 0x00, *i32(50_000))
+    send(bench, board, 0xB3, 1, 100, 0x00, *i32(50_000))
     pushed = bench.now
     push(board, -1)
     bench.run(1)
@@ -93,14 +92,13 @@ def test_it_costs_nothing_while_there_is_no_error_and_no_motion(bench, board):
     assert bench.clock.next_event_ns() == bench.now + 2 * MS
     bench.run(20)
     assert bench.clock.next_event_ns() is None
-    tell(bench, board, 0x35, *i32(400))
-    bench.run(20)
+    send(bench, board, 0x35, *i32(400), seconds=20)
     assert bench.clock.next_event_ns() is None
 
 
 @pytest.mark.parametrize("law", [(1, 0, 0x00, *i32(50_000)), (1, 20, 0x00, *i32(0))])
 def test_no_correction_with_k_zero_or_without_any_velocity(bench, board, law):
-    tell(bench, board, 0xB3, *law)
+    send(bench, board, 0xB3, *law)
     push(board, -10)
     assert bench.clock.next_event_ns() is None
     bench.run(1)
@@ -112,10 +110,9 @@ def test_off_it_does_nothing_and_turned_on_it_makes_up_what_is_missing(bench):
     push(board, -10)
     bench.run(1)
     assert (number(bench, board, 0x99), board.axes["motor"].position) == (10, 0)
-    tell(bench, board, 0x18, 1)
-    bench.run(5)
+    send(bench, board, 0x18, 1, seconds=5)
     assert number(bench, board, 0x99) == 0
-    tell(bench, board, 0x18, 0)
+    send(bench, board, 0x18, 0)
     push(board, -10)
     bench.run(1)
     assert number(bench, board, 0x99) == 10
@@ -124,7 +121,7 @@ def test_off_it_does_nothing_and_turned_on_it_makes_up_what_is_missing(bench):
 def test_turned_off_in_a_correction_the_motor_stands(bench, board):
     push(board, -1000)
     bench.run(0.1)
-    tell(bench, board, 0x18, 0)
+    send(bench, board, 0x18, 0)
     assert board.axes["motor"].velocity == 0
     assert number(bench, board, 0x99) > 700
 
@@ -135,23 +132,19 @@ def test_a_closed_loop_move_makes_up_for_backlash(bench):
     -500 are 3,125 pulses, to 3,438 (550.08), where the load has come to 550 only; at 3,131 (500.96) it is 500.
     """
     board = tracked(bench, backlash=50)
-    tell(bench, board, 0x35, *i32(1000))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(1000))
     assert (position(bench, board), number(bench, board, 0x9A), number(bench, board, 0x99)) == (6250, 950, 50)
-    tell(bench, board, 0x18, 1)
-    bench.run(20)
+    send(bench, board, 0x18, 1, seconds=20)
     assert (position(bench, board), number(bench, board, 0x9A)) == (6563, 1000)
-    tell(bench, board, 0x35, *i32(-500))
-    bench.run(20)
+    send(bench, board, 0x35, *i32(-500), seconds=20)
     assert (position(bench, board), number(bench, board, 0x9A)) == (3131, 500)
 
 
 def test_a_correction_is_no_move(bench, board):
     """No messages of it, 98h tells of the move before, 80h of all its pulses and those of the correction."""
-    tell(bench, board, 0x35, *i32(16))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(16))
     for opcode in (0xA1, 0xA3, 0xA5):
-        tell(bench, board, opcode, 1)
+        send(bench, board, opcode, 1)
     push(board, -16)
     bench.run(0.01)
     assert board.axes["motor"].velocity > 0
@@ -165,8 +158,7 @@ def test_a_correction_is_no_move(bench, board):
 def test_stop_and_kill_do_not_end_maintenance(bench, board, stop):
     push(board, -100)
     bench.run(0.1)
-    tell(bench, board, stop)
-    bench.run(40)
+    send(bench, board, stop, seconds=40)
     assert number(bench, board, 0x99) == 0
 
 
@@ -174,12 +166,10 @@ def test_stop_and_kill_do_not_end_maintenance(bench, board, stop):
 def test_a_stopped_closed_loop_move_stays_where_it_stopped_until_it_is_resumed(bench, board, stop):
     start(bench, board, 0x35, *i32(4000))
     bench.run(1)
-    tell(bench, board, stop)
-    bench.run(1)
+    send(bench, board, stop, seconds=1)
     assert number(bench, board, 0x99) == 0
     assert number(bench, board, 0x9A) < 900
-    tell(bench, board, 0x37)
-    bench.run(10)
+    send(bench, board, 0x37, seconds=10)
     assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 4000)
 
 
@@ -188,9 +178,7 @@ def test_a_closed_loop_move_may_begin_in_a_correction(bench, board):
     push(board, -1000)
     bench.run(0.1)
     assert board.axes["motor"].velocity > 0
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0x35, *i32(100))
-    bench.run(0.02)
+    send_all(bench, board, (0xA1, 1), (0x35, *i32(100)), seconds=0.02)
     assert messages(bench, board) == ["a1 00"]
     bench.run(40)
     assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 100)
@@ -199,16 +187,14 @@ def test_a_closed_loop_move_may_begin_in_a_correction(bench, board):
 @pytest.mark.parametrize("command", [(0x33, *i32(100)), (0x34, *i32(100)), (0x40, 1), (0x40, 2)])
 def test_open_loop_preset_moves_are_refused(bench, board, command):
     for number_, opcode in ((1, 0xC8), (2, 0xCB)):
-        tell(bench, board, opcode, number_, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
-    tell(bench, board, *command)
-    bench.run(1)
+        send(bench, board, opcode, number_, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
+    send(bench, board, *command, seconds=1)
     assert board.axes["motor"].pulses == 0
 
 
 def test_a_continuous_move_is_not_and_where_it_ends_is_the_desired_position(bench, board):
-    tell(bench, board, 0x32, 0)
-    bench.run(1)
-    tell(bench, board, 0x78)
+    send(bench, board, 0x32, 0, seconds=1)
+    send(bench, board, 0x78)
     stopped = board.axes["motor"].position
     assert stopped > 4_000
     bench.run(1)
@@ -218,8 +204,7 @@ def test_a_continuous_move_is_not_and_where_it_ends_is_the_desired_position(benc
 def test_a_continuous_move_may_begin_in_a_correction(bench, board):
     push(board, -1000)
     bench.run(0.1)
-    tell(bench, board, 0x32, 1)
-    bench.run(1)
+    send(bench, board, 0x32, 1, seconds=1)
     assert board.axes["motor"].velocity == -5_000
 
 
@@ -252,31 +237,28 @@ def test_no_correction_into_a_limit_but_away_from_it(bench, board):
 
 
 def test_no_correction_while_shut_down(bench, board):
-    tell(bench, board, 0x12, 1)
+    send(bench, board, 0x12, 1)
     push(board, -10)
     bench.run(1)
     assert board.axes["motor"].pulses == 0
-    tell(bench, board, 0x12, 0)
-    bench.run(5)
+    send(bench, board, 0x12, 0, seconds=5)
     assert number(bench, board, 0x99) == 0
 
 
 def test_a_search_for_home_is_not_disturbed(bench, board):
     """Pushed while the processor calculates: the correction would be in the other direction, and waits."""
-    tell(bench, board, 0x38, 1, 0, 100, 0)
+    send(bench, board, 0x38, 1, 0, 100, 0)
     board.pins["home"].drive(False)
-    tell(bench, board, 0x39, 0)
+    send(bench, board, 0x39, 0)
     push(board, 100)
     bench.run(1)
     assert board.axes["motor"].velocity == 5_000
-    tell(bench, board, 0x78)
-    bench.run(1)
+    send(bench, board, 0x78, seconds=1)
     assert number(bench, board, 0x99) == 0
 
 
 def test_the_joystick_takes_the_motor_where_it_wants(bench, board):
-    tell(bench, board, 0x11)
-    bench.run(0.01)
+    send(bench, board, 0x11, seconds=0.01)
     step = board.pins["step_in"]
     board.pins["at_zero"].drive(False)
     for _ in range(100):
@@ -285,24 +267,23 @@ def test_the_joystick_takes_the_motor_where_it_wants(bench, board):
             bench.run(0.001)
     board.pins["at_zero"].drive(True)
     assert board.axes["motor"].position == 100
-    tell(bench, board, 0x10)
-    bench.run(1)
+    send(bench, board, 0x10, seconds=1)
     assert (board.axes["motor"].position, number(bench, board, 0x99), number(bench, board, 0x98)) == (100, 0, 16)
 
 
 def test_zero_here_is_the_desired_position(bench):
     board = tracked(bench)
     push(board, -10)
-    tell(bench, board, 0x30)
+    send(bench, board, 0x30)
     assert (number(bench, board, 0x99), number(bench, board, 0x9A)) == (0, 0)
 
 
 def test_the_deadband_is_shown(bench):
     """Five to each side; not before B5h says so."""
     board = tracked(bench)
-    tell(bench, board, 0x0F, 0, 0x80, 0xFF)
+    send(bench, board, 0x0F, 0, 0x80, 0xFF)
     seen = [board.bus.read(1) & USER_BIT]
-    tell(bench, board, 0xB5, 0xAB, 0xCD, 0, 5)
+    send(bench, board, 0xB5, 0xAB, 0xCD, 0, 5)
     for counts in (0, 5, 1, -11, -1):
         push(board, counts)
         seen.append(board.bus.read(1) & USER_BIT)
@@ -315,8 +296,7 @@ def test_the_deadband_is_left_by_a_move_and_reached_by_its_end(bench):
     That is pulse 969 at 193.8 ms, seen at 194 ms.
     """
     board = tracked(bench)
-    tell(bench, board, 0xB5, 0, 0, 0, 5)
-    tell(bench, board, 0x0F, 0, 0x80, 0xFF)
+    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF))
     start(bench, board, 0x35, *i32(160))
     began = bench.now
     assert bench.run_until(lambda: not board.bus.read(1) & USER_BIT, 1)
@@ -325,7 +305,7 @@ def test_the_deadband_is_left_by_a_move_and_reached_by_its_end(bench):
 
 
 def test_maintenance_goes_on_to_no_error_at_all_whatever_the_deadband(bench, board):
-    tell(bench, board, 0xB5, 0, 0, 0, 50)
+    send(bench, board, 0xB5, 0, 0, 0, 50)
     push(board, -20)
     bench.run(10)
     assert number(bench, board, 0x99) == 0
@@ -333,9 +313,7 @@ def test_maintenance_goes_on_to_no_error_at_all_whatever_the_deadband(bench, boa
 
 def test_an_1810_has_no_deadband(bench):
     board = tracked(bench, "1810")
-    tell(bench, board, 0xB5, 0, 0, 0, 5)
-    tell(bench, board, 0x0F, 0, 0x80, 0xFF)
-    bench.run(0.1)
+    send_all(bench, board, (0xB5, 0, 0, 0, 5), (0x0F, 0, 0x80, 0xFF), seconds=0.1)
     assert not board.bus.read(1) & USER_BIT
 
 
@@ -348,15 +326,14 @@ def test_whatever_happens_the_encoder_comes_to_the_sum_of_what_was_commanded(doi
     bench = Bench()
     board = tracked(bench, backlash=backlash)
     default(bench, board, 20_000, 100_000)
-    tell(bench, board, 0xB3, 1, 100, 0x00, *i32(50_000))
-    tell(bench, board, 0x18, 1)
+    send_all(bench, board, (0xB3, 1, 100, 0x00, *i32(50_000)), (0x18, 1))
     desired = 0
     for doing, counts in doings:
         if doing == "push":
             push(board, counts)
         else:
             desired = counts if doing == "to" else desired + counts
-            tell(bench, board, 0x36 if doing == "to" else 0x35, *i32(counts))
+            send(bench, board, 0x36 if doing == "to" else 0x35, *i32(counts))
         bench.run(5)
     assert bench.run_until(lambda: bench.clock.next_event_ns() is None, 200)
     assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (desired, 0)

@@ -7,8 +7,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import i32, messages, position, rest, tell
-from .tracking import ALL, number, start, tracked
+from .programs import ALL, number, start, tracked
+from .talking import complete, i32, messages, position, send, send_all, until_idle
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def board(bench):
 
 def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
     for command in ((0x19, 1), (0xA6, 1), (0xA7, 1)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     board.axes["motor"].jam()
     start(bench, board, 0x35, *i32(4000))
     began = bench.now
@@ -29,25 +29,22 @@ def test_a_jammed_motor_is_stopped_after_one_tooth(bench, board):
 
 
 def test_the_backlash_comes_on_top(bench, board):
-    tell(bench, board, 0xB2, *i32(250))
-    tell(bench, board, 0x19, 1)
+    send_all(bench, board, (0xB2, *i32(250)), (0x19, 1))
     board.axes["motor"].jam()
-    tell(bench, board, 0x33, *i32(25_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(25_000))
     assert position(bench, board) == 750
 
 
 def test_without_19_it_goes_on_stalling_and_that_is_told_once(bench, board):
-    tell(bench, board, 0xA7, 1)
+    send(bench, board, 0xA7, 1)
     board.axes["motor"].jam()
-    tell(bench, board, 0x33, *i32(-25_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(-25_000))
     assert messages(bench, board) == ["a7 00"]
     assert (position(bench, board), number(bench, board, 0x9B)) == (-25_000, 50)
 
 
 def test_continuous_moves_are_watched_too(bench, board):
-    tell(bench, board, 0x19, 1)
+    send(bench, board, 0x19, 1)
     start(bench, board, 0x32, 0)
     bench.run(3)
     board.axes["motor"].jam()
@@ -58,10 +55,9 @@ def test_continuous_moves_are_watched_too(bench, board):
 @pytest.mark.parametrize(("maintained", "error"), [(1, 0), (0, 4000)])
 def test_with_maintenance_the_place_of_the_stall_is_the_desired_position(bench, board, maintained, error):
     for command in ((0x18, maintained), (0x19, 1)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     board.axes["motor"].jam()
-    tell(bench, board, 0x35, *i32(4000))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(4000))
     bench.run(1)
     assert position(bench, board) == 500
     assert number(bench, board, 0x99) == error
@@ -70,13 +66,11 @@ def test_with_maintenance_the_place_of_the_stall_is_the_desired_position(bench, 
 def test_a_stalled_closed_loop_move_is_resumed(bench, board):
     """500 pulses are lost; the encoder gets where it was to be."""
     for command in ((0x18, 1), (0x19, 1)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     board.axes["motor"].jam()
-    tell(bench, board, 0x35, *i32(4000))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(4000))
     board.axes["motor"].jam(False)
-    tell(bench, board, 0x37)
-    bench.run(20)
+    send(bench, board, 0x37, seconds=20)
     assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (4000, 0)
     assert (position(bench, board), number(bench, board, 0x9B)) == (25_500, 1)
 
@@ -88,10 +82,9 @@ def test_after_a_whole_move_that_stalled_maintenance_makes_up_for_it(bench, boar
     board.axes["motor"].jam()
     bench.run(0.2)
     board.axes["motor"].jam(False)
-    rest(bench, board)
+    until_idle(bench, board)
     assert (number(bench, board, 0x99), number(bench, board, 0x9B)) == (160, 2)
-    tell(bench, board, 0x18, 1)
-    bench.run(20)
+    send(bench, board, 0x18, 1, seconds=20)
     assert (number(bench, board, 0x99), position(bench, board)) == (0, 26_000)
 
 
@@ -99,13 +92,13 @@ def test_a_load_that_the_motor_cannot_bear(bench):
     """1 N·m at any rate; 2 N·m against it from 1 s to 1.3 s are 1,500 pulses, three teeth."""
     motor = {"torque": ((0, 1), (10_000, 1)), "pull_in": 6_000, "pulses_per_rev": 25_000}
     board = tracked(bench, motor=motor)
-    tell(bench, board, 0xA7, 1)
+    send(bench, board, 0xA7, 1)
     start(bench, board, 0x33, *i32(25_000))
     bench.run(1)
     board.axes["motor"].load(-2.0)
     bench.run(0.3)
     board.axes["motor"].load(0.0)
-    rest(bench, board)
+    until_idle(bench, board)
     assert messages(bench, board) == ["a7 00"]
     assert (position(bench, board), board.axes["motor"].position) == (25_000, 23_500)
     assert (number(bench, board, 0x9A), number(bench, board, 0x9B)) == (3760, 3)
@@ -115,48 +108,42 @@ def test_too_fast_for_the_motor(bench):
     """Above 4,000 pps there is no torque: at 5,000 it stands, and after one tooth it is stopped."""
     motor = {"torque": ((0, 1), (4_000, 1), (4_001, 0)), "pull_in": 4_000, "pulses_per_rev": 25_000}
     board = tracked(bench, motor=motor, load={"torque": 0.5})
-    tell(bench, board, 0x19, 1)
-    tell(bench, board, 0x35, *i32(4000))
-    rest(bench, board)
+    send(bench, board, 0x19, 1)
+    complete(bench, board, 0x35, *i32(4000))
     assert (position(bench, board), number(bench, board, 0x9A)) == (500, 0)
 
 
 def test_each_move_is_watched_from_its_own_beginning(bench, board):
     """A slip of before stands in 9Bh until 30h, and stops no move."""
-    tell(bench, board, 0x19, 1)
-    tell(bench, board, 0xA7, 1)
+    send_all(bench, board, (0x19, 1), (0xA7, 1))
     board.axes["motor"].jam()
-    tell(bench, board, 0x33, *i32(1_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(1_000))
     board.axes["motor"].jam(False)
     assert messages(bench, board) == ["a7 00"]
-    tell(bench, board, 0x33, *i32(1_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(1_000))
     assert messages(bench, board) == []
     assert (position(bench, board), number(bench, board, 0x9B)) == (1_500, 1)
-    tell(bench, board, 0x30)
+    send(bench, board, 0x30)
     assert number(bench, board, 0x9B) == 0
 
 
 def test_backlash_is_no_stall_if_it_has_been_defined(bench):
     """Play of 100 encoder pulses is 625 motor pulses, more than a tooth."""
     board = tracked(bench, backlash=100)
-    tell(bench, board, 0xA7, 1)
+    send(bench, board, 0xA7, 1)
     for sigma, told in ((0, ["a7 00"]), (625, [])):
-        tell(bench, board, 0xB2, *i32(sigma))
+        send(bench, board, 0xB2, *i32(sigma))
         for distance in (2_000, -2_000):
-            tell(bench, board, 0x33, *i32(distance))
-            rest(bench, board)
+            complete(bench, board, 0x33, *i32(distance))
         assert messages(bench, board) == told * 2
 
 
 @pytest.mark.parametrize(("teeth", "slip"), [(50, 0), (51, 1), (100, 1), (101, 2), (500, 9)])
 def test_slip_is_truncated(bench, board, teeth, slip):
     """499 pulses of 25,000, with D/E = 500, 490.2, 250, 247.5, 50."""
-    tell(bench, board, 0xB4, 0, 0, *divmod(teeth, 256))
+    send(bench, board, 0xB4, 0, 0, *divmod(teeth, 256))
     board.axes["motor"].jam()
-    tell(bench, board, 0x33, *i32(499))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(499))
     assert number(bench, board, 0x9B) == slip
 
 
@@ -166,7 +153,7 @@ def test_a_push_is_slip_too_and_what_reports_it_wants_ratio_resolution_and_teeth
     board.axes["motor"].encoder.displace(-800)
     assert number(bench, board, 0x9B) == 10
     for resolution in (0, 25_000):
-        tell(bench, board, 0xB1, 0, 0, *divmod(resolution, 256))
+        send(bench, board, 0xB1, 0, 0, *divmod(resolution, 256))
         assert number(bench, board, 0x9B) == (10 if resolution else 0)
 
 
@@ -176,11 +163,10 @@ def test_there_is_no_watch_before_all_four_are_defined(bench, board, missing):
     bench.run(1.01)
     for command in ALL:
         if command[0] != missing:
-            tell(bench, board, *command)
+            send(bench, board, *command)
     for command in ((0x19, 1), (0xA7, 1), (0x31, 0, 0, *i32(5_000), *i32(0x7FFF_FFFF))):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     board.axes["motor"].jam()
-    tell(bench, board, 0x33, *i32(2_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(2_000))
     assert messages(bench, board) == []
     assert position(bench, board) == 2_000

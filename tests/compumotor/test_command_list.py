@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import product
 
-from .talking import RESET, ask, message, ready, tell
+from .talking import RESET, ask, message, ready, send
 
 LIST = Path(__file__).parents[1] / "manual" / "1811.txt"
 ROWS = [line.split() for line in LIST.read_text().splitlines() if not line.startswith("#")]
@@ -33,8 +33,8 @@ def test_every_command_names_its_chapter():
 def test_undefined_opcodes_are_ignored_without_a_trace(bench):
     board = ready(bench)
     for opcode in UNDEFINED:
-        tell(bench, board, opcode)
-        tell(bench, board, opcode, *range(1, 16))
+        send(bench, board, opcode)
+        send(bench, board, opcode, *range(1, 16))
     assert message(bench, board) == b""
     assert board.bus.read(1) == 0x50
     assert board.axes["motor"].position == 0
@@ -44,8 +44,7 @@ def test_undefined_opcodes_are_ignored_without_a_trace(bench):
 def test_any_opcode_is_survived_and_a_reset_makes_everything_as_it_was(bench, size):
     board = ready(bench)
     for opcode in range(0x100):
-        tell(bench, board, opcode, *(1,) * size)
-        bench.run(0.05)
+        send(bench, board, opcode, *(1,) * size, seconds=0.05)
         board.bus.write(1, RESET)
         bench.run(1.01)
         assert board.bus.read(1) == 0x50, f"{opcode:02X}h"
@@ -55,7 +54,7 @@ def test_any_opcode_is_survived_and_a_reset_makes_everything_as_it_was(bench, si
 @pytest.mark.parametrize(("opcode", "size"), [row for row in LISTED if row[1]])
 def test_a_command_that_lacks_a_parameter_byte_is_ignored(bench, opcode, size):
     board = ready(bench)
-    tell(bench, board, opcode, *(1,) * (size - 1))
+    send(bench, board, opcode, *(1,) * (size - 1))
     assert message(bench, board) == b""
     assert board.bus.read(1) == 0x50
 

@@ -2,10 +2,24 @@
 
 import pytest
 
-from .driving import continuous, cruise, listing, relative, rising, sequence
-from .streams import NEVER, enter, velocities, words
-from .talking import ask, default, i32, message, messages, position, ready, rest, tell, write
-from .tracking import ALL, AT_ONCE, number, start, tracked
+from .programs import (
+    ALL,
+    AT_ONCE,
+    NEVER,
+    continuous,
+    cruise,
+    enter,
+    listing,
+    number,
+    relative,
+    rising,
+    sequence,
+    start,
+    tracked,
+    velocities,
+    words,
+)
+from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, write
 
 STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz: 17,066.67 pulses/s
 
@@ -25,11 +39,9 @@ def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
     bench, board, velocity, acceleration, command
 ):
     """32h: "If the default move has not been defined no move will be performed"; acceleration 0 leads nowhere."""
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0x38, 1, 0, 50, 0)
+    send_all(bench, board, (0xA1, 1), (0x38, 1, 0, 50, 0))
     default(bench, board, velocity, acceleration)
-    tell(bench, board, *command)
-    bench.run(1)
+    send(bench, board, *command, seconds=1)
     assert messages(bench, board) == []
     assert board.axes["motor"].pulses == 0
     assert ask(bench, board, 0x91, 0)[4:12] == bytes((*i32(velocity), *i32(acceleration)))
@@ -38,10 +50,9 @@ def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
 @pytest.mark.parametrize("definition", [relative(1, 5_000, 0, 100), continuous(1, 5_000, 0)])
 def test_a_move_with_acceleration_0_is_kept_and_not_performed(bench, board, definition):
     """C8h allows 0; specifications: 0.00001 steps/s² "to infinity"."""
-    tell(bench, board, *definition)
+    send(bench, board, *definition)
     assert ask(bench, board, 0x91, 1) == bytes([0x91, *definition]).ljust(16, b"\0")
-    tell(bench, board, 0x40, 1)
-    bench.run(1)
+    send(bench, board, 0x40, 1, seconds=1)
     assert board.axes["motor"].pulses == 0
     assert ask(bench, board, 0x8C)[1] == 0
 
@@ -50,7 +61,7 @@ def test_a_move_with_acceleration_0_is_kept_and_not_performed(bench, board, defi
 def test_an_undefined_move_has_no_parameters_and_does_nothing(bench, board, number_):
     """91h: a response "match[es] the ... original define move command", of which there is none; 40h, D7h."""
     for command in ((0x91, number_), (0x40, number_), (0xD7, number_)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     bench.run(0.1)
     assert messages(bench, board) == []
     assert board.axes["motor"].pulses == 0
@@ -59,8 +70,7 @@ def test_an_undefined_move_has_no_parameters_and_does_nothing(bench, board, numb
 def test_the_highest_velocity_of_the_specifications(bench, board):
     """1,092,267 steps/s: at the resolution of 33.333 that is 1,092,266.67, the half of 4,369,066.67 / 2."""
     default(bench, board, 1_092_267, AT_ONCE, ranges=0x50)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
     assert board.axes["motor"].velocity == pytest.approx(13_107_200 / 12, rel=1e-12)
     assert ask(bench, board, 0x85)[1:6] == bytes((0x50, *i32(1_092_267)))
 
@@ -68,15 +78,14 @@ def test_the_highest_velocity_of_the_specifications(bench, board):
 def test_the_lowest_velocity_of_the_specifications(bench, board):
     """0.017 steps/s is 17 in range 3, at its resolution 0.016667: a step a minute."""
     default(bench, board, 17, AT_ONCE, ranges=0x30)
-    tell(bench, board, 0x32, 0)
-    bench.run(601)
+    send(bench, board, 0x32, 0, seconds=601)
     assert len(board.axes["motor"].pulse_times()) == 10
 
 
 def test_the_lowest_acceleration_of_the_specifications(bench, board):
     """0.00001 steps/s² is 1 in ranges 3 and 2: the first level, 1/60 steps/s, is that of 0.00833 to 0.025: 1,667 s."""
     default(bench, board, 1_000, 1, ranges=0x32)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     levels = []
     for seconds in (1, 1_665, 2):
         bench.run(seconds)
@@ -117,13 +126,13 @@ def test_requests_with_lost_lists_are_as_their_siblings(bench, board, request_):
     """83h, 88h, 89h, 8Ch, 90h, 91h, E2h: in both modes and beside a sequence; as 80h to 8Bh print it."""
     sequence(bench, board, 1, (0x28, 0))
     assert ask(bench, board, *request_)[0] == request_[0]
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert ask(bench, board, *request_)[0] == request_[0]
-    tell(bench, board, 0x79)
+    send(bench, board, 0x79)
     enter(bench, board, 0x52, 1, 4, rate=1_000)
     assert ask(bench, board, *request_)[0] == request_[0]
     velocities(bench, board, *(STREAMED,) * 7)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     answered = ask(bench, board, *request_)[:1] == bytes(request_[:1])
     assert answered is (request_[0] != 0x91)  # defined moves are out of reach there, and of its list nothing is left
 
@@ -139,14 +148,10 @@ def test_no_request_but_83h_stands_in_a_sequence(bench, board, request_):
 def test_trigger_commands_with_lost_lists_stand_in_sequences_and_beside_them(bench, board, opcode):
     """74h to 76h and 7Dh: as 77h, 7Ch and 7Eh print it."""
     sequence(bench, board, 1, (opcode, 6, 1, 1), (0x28, 0))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.05)
+    send(bench, board, 0x41, 1, seconds=0.05)
     rising(bench, board, 6)
     assert messages(bench, board) == [f"{opcode:02x} 06"]
-    tell(bench, board, 0x79)
-    tell(bench, board, opcode, 6, 0, 0)
-    tell(bench, board, 0x41, 1)
-    tell(bench, board, opcode, 6, 0, 0)
+    send_all(bench, board, (0x79,), (opcode, 6, 0, 0), (0x41, 1), (opcode, 6, 0, 0))
 
 
 @pytest.mark.parametrize("high", [True, False])
@@ -155,7 +160,7 @@ def test_8ah_before_38h_tells_the_ttl_level(bench, board, high):
     board.pins["home"].drive(high)
     assert ask(bench, board, 0x8A)[1] == (0xFF if high else 0)
     assert bool(ask(bench, board, 0x88)[1] & 4) is high
-    tell(bench, board, 0x38, 0, 0, 50, 0)
+    send(bench, board, 0x38, 0, 0, 50, 0)
     assert ask(bench, board, 0x8A)[1] == (0 if high else 0xFF)
 
 
@@ -165,9 +170,9 @@ def test_8ah_before_38h_tells_the_ttl_level(bench, board, high):
 def test_01h_stands_in_sequences_and_markers(bench, board):
     """01h: "to indicate a location within a sequence buffer"; its printed list ends where the page does."""
     sequence(bench, board, 1, (0x28, 0), (0x01, 9))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert ask(bench, board, 0x01, 1)[:2] == b"\x01\x01"
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 09"]
 
 
@@ -176,15 +181,15 @@ def test_01h_as_its_list_is_printed(bench):
     board = ready(bench, interrupt_command="printed")
     sequence(bench, board, 1, (0x28, 0), (0x01, 9))
     assert listing(bench, board, 1) == ["92 28", "92 00"]
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert ask(bench, board, 0x01, 1) == b""
-    tell(bench, board, 0x79)
+    send(bench, board, 0x79)
     assert ask(bench, board, 0x01, 2)[:2] == b"\x01\x02"
     enter(bench, board, 0x52, 1, 4, rate=10)
     assert ask(bench, board, 0x01, 3)[:2] == b"\x01\x03"
-    tell(bench, board, 0xEE, *words(0x7FFF), 0x01, 4, 0)
+    send(bench, board, 0xEE, *words(0x7FFF), 0x01, 4, 0)
     velocities(bench, board, 0x7FFF, 0x7FFF)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert ask(bench, board, 0x01, 5) == b""
     bench.run(1)
     assert messages(bench, board) == []
@@ -196,22 +201,20 @@ def test_01h_as_its_list_is_printed(bench):
 def run_dry(bench, board):
     enter(bench, board, 0x52, 1, 4, rate=10)
     velocities(bench, board, STREAMED)
-    tell(bench, board, 0x42)
-    bench.run(0.2)
+    send(bench, board, 0x42, seconds=0.2)
     assert board.axes["motor"].velocity == pytest.approx(17_066.67, abs=0.01)
 
 
 def moved(bench, board):
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(100))
 
 
 def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board):
     """70h: "at the most recent acceleration/deceleration rate": 17,066.67 at 100,000 pps² takes 0.17 s."""
     moved(bench, board)
     run_dry(bench, board)
-    tell(bench, board, 0x70)
+    send(bench, board, 0x70)
     began = bench.now
     assert bench.run_until(lambda: not board.axes["motor"].velocity, 1)
     assert 0.166 < (bench.now - began) / 1e9 <= 0.172
@@ -220,7 +223,7 @@ def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board)
 def test_70h_after_a_stream_without_any_move_since_reset_ends_the_pulses(bench, board):
     """There is no most recent acceleration."""
     run_dry(bench, board)
-    tell(bench, board, 0x70)
+    send(bench, board, 0x70)
     assert not board.axes["motor"].velocity
 
 
@@ -229,15 +232,13 @@ def test_70h_after_a_stream_may_be_ignored(bench):
     board = ready(bench, stop_after_stream="ignored")
     moved(bench, board)
     run_dry(bench, board)
-    tell(bench, board, 0x70)
-    bench.run(1)
+    send(bench, board, 0x70, seconds=1)
     assert board.axes["motor"].velocity == pytest.approx(17_066.67, abs=0.01)
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     assert not board.axes["motor"].velocity
-    tell(bench, board, 0x33, *i32(30_000))  # a move is stopped as ever
+    send(bench, board, 0x33, *i32(30_000))  # a move is stopped as ever
     bench.run(0.5)
-    tell(bench, board, 0x70)
-    rest(bench, board)
+    complete(bench, board, 0x70)
     assert position(bench, board, 0x81) > 0
 
 
@@ -247,11 +248,10 @@ def test_7bh_sends_an_alarm_that_is_on(bench, board, performed):
     enter(bench, board, 0x52, 1, 4, alarm=4, rate=1_000)
     velocities(bench, board, *(STREAMED,) * 7)
     if performed:
-        tell(bench, board, 0x42)
-        bench.run(0.5)
-    tell(bench, board, 0x7B)
+        send(bench, board, 0x42, seconds=0.5)
+    send(bench, board, 0x7B)
     assert messages(bench, board) == (["52 01 04 00 00 00 04 03 e8"] if performed else [])
-    tell(bench, board, 0x7B)
+    send(bench, board, 0x7B)
     assert messages(bench, board) == []
 
 
@@ -259,25 +259,23 @@ def test_7bh_after_the_alarm_sends_no_second_one(bench, board):
     """51h: "the alarm will only be sent once"."""
     enter(bench, board, 0x52, 1, 4, alarm=12, rate=1_000)
     velocities(bench, board, *(STREAMED,) * 7)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert messages(bench, board) == ["52 01 04 00 00 00 0c 03 e8"]
-    tell(bench, board, 0x7B)
+    send(bench, board, 0x7B)
     assert messages(bench, board) == []
 
 
 def test_a2h_and_a3h_tell_nothing_of_a_stream_and_a5h_each_end_of_motion(bench, board):
     """A2h: of a move; A4h: "when the motor arrives at zero velocity".  They are given before the mode is entered."""
     for code in (0xA1, 0xA2, 0xA3, 0xA5):
-        tell(bench, board, code, 1)
+        send(bench, board, code, 1)
     enter(bench, board, 0x52, 1, 4, alarm=NEVER, rate=10)
     velocities(bench, board, STREAMED, STREAMED, 0, STREAMED, STREAMED, STREAMED, 0)
-    tell(bench, board, 0x42)
-    bench.run(1)
+    send(bench, board, 0x42, seconds=1)
     assert messages(bench, board) == ["a5 00", "a5 00"]
-    tell(bench, board, 0xA5, 0)  # not valid in a streaming mode
+    send(bench, board, 0xA5, 0)  # not valid in a streaming mode
     velocities(bench, board, STREAMED, STREAMED, STREAMED, STREAMED, STREAMED, STREAMED, 0)
-    tell(bench, board, 0x42)
-    bench.run(1)
+    send(bench, board, 0x42, seconds=1)
     assert messages(bench, board) == ["a5 00"]
 
 
@@ -289,9 +287,8 @@ def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
     """X25: positive is short of the end.  Pushed on by 100 counts, the motor goes back by some 620 of 25,000 pulses."""
     board = tracked(bench)
     motor = board.axes["motor"]
-    tell(bench, board, 0x18, 1)
-    tell(bench, board, 0x35, *i32(way * 4_000))
-    rest(bench, board)
+    send(bench, board, 0x18, 1)
+    complete(bench, board, 0x35, *i32(way * 4_000))
     motor.encoder.displace(way * 100)
     bench.run(5)
     assert number(bench, board, 0x99) == 0
@@ -308,49 +305,42 @@ def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
 def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, ratio, target, begins):
     """D4h, D5h: the distance "must be less than or equal to 7FFFFFFFh divided by the ... ratio", from 0 here."""
     board = tracked(bench)
-    tell(bench, board, 0xB0, *words(*ratio))
-    tell(bench, board, opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(target))
+    send_all(bench, board, (0xB0, *words(*ratio)), (opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(target)))
     assert ask(bench, board, 0x91, 7)[12:16] == bytes(i32(target))
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0x40, 7)
+    send_all(bench, board, (0xA1, 1), (0x40, 7))
     assert messages(bench, board) == (["a1 00"] if begins else [])
 
 
 def test_d5h_is_measured_from_where_the_encoder_is(bench):
     """From -1 to 7FFFFFFFh it is 80000000h."""
     board = tracked(bench)
-    tell(bench, board, 0xB0, *words(1, 1))
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0xD5, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(0x7FFF_FFFF))
+    send_all(bench, board, (0xB0, *words(1, 1)), (0xA1, 1))
+    send(bench, board, 0xD5, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(0x7FFF_FFFF))
     for here in (-1, 0):
-        tell(bench, board, 0x2F, *i32(here))
-        tell(bench, board, 0x40, 7)
+        send_all(bench, board, (0x2F, *i32(here)), (0x40, 7))
         assert messages(bench, board) == ([] if here else ["a1 00"])
 
 
 def test_36h_and_9ah_agree_beyond_32_bits(bench):
     """9Ah is a 32-bit counter: 16 on from 7FFFFFFFh is -80000000h + 15, and 36h to there is no way to go."""
     board = tracked(bench)
-    tell(bench, board, 0x2F, *i32(0x7FFF_FFFF))
-    tell(bench, board, 0x35, *i32(16))
-    rest(bench, board)
+    send(bench, board, 0x2F, *i32(0x7FFF_FFFF))
+    complete(bench, board, 0x35, *i32(16))
     here = -0x8000_0000 + 15
     assert number(bench, board, 0x9A) == here
     for more, pulses in ((0, 100), (16, 200), (0, 100)):
-        tell(bench, board, 0x36, *i32(here + more))
-        rest(bench, board)
+        complete(bench, board, 0x36, *i32(here + more))
         assert (number(bench, board, 0x9A), number(bench, board, 0x99)) == (here + more, 0)
         assert board.axes["motor"].position == pulses
 
 
 def test_37h_beyond_32_bits_goes_where_the_move_was_to_end(bench):
     board = tracked(bench)
-    tell(bench, board, 0x2F, *i32(0x7FFF_FFFF))
+    send(bench, board, 0x2F, *i32(0x7FFF_FFFF))
     start(bench, board, 0x35, *i32(1_600))
     bench.run(1)
-    tell(bench, board, 0x78)
-    tell(bench, board, 0x37)
-    rest(bench, board)
+    send(bench, board, 0x78)
+    complete(bench, board, 0x37)
     assert number(bench, board, 0x9A) == -0x8000_0000 + 1_599
 
 
@@ -361,11 +351,10 @@ def test_an_absolute_closed_loop_move_stops_at_the_same_place_from_either_side(b
     for first in (0, 10 * (1 if target > 0 else -1)):
         board = ready(bench, motor={"encoder": {"counts_per_rev": 200, "pulses_per_rev": 100}})
         for command in (*ALL, (0xB0, *words(1, 2))):
-            tell(bench, board, *command)
+            send(bench, board, *command)
         default(bench, board, 5_000, AT_ONCE)
         for place in (first, target):
-            tell(bench, board, 0x36, *i32(place))
-            rest(bench, board)
+            complete(bench, board, 0x36, *i32(place))
         found.add(board.axes["motor"].position)
     assert found == {stops}
 
@@ -373,10 +362,9 @@ def test_an_absolute_closed_loop_move_stops_at_the_same_place_from_either_side(b
 def test_relative_closed_loop_moves_there_and_back_end_where_they_began(bench):
     """The same half pulse each way."""
     board = tracked(bench)
-    tell(bench, board, 0xB0, *words(1, 2))
+    send(bench, board, 0xB0, *words(1, 2))
     for distance, place in ((3, 2), (-3, 0), (-3, -2), (3, 0)):
-        tell(bench, board, 0x35, *i32(distance))
-        rest(bench, board)
+        complete(bench, board, 0x35, *i32(distance))
         assert board.axes["motor"].position == place
 
 
@@ -384,7 +372,7 @@ def test_relative_closed_loop_moves_there_and_back_end_where_they_began(bench):
 def test_a_ratio_is_of_two_positive_numbers(bench, ratio):
     """B0h: "interpreted as positive sixteen bit numbers"."""
     board = tracked(bench)
-    tell(bench, board, 0xB0, *words(*ratio))
+    send(bench, board, 0xB0, *words(*ratio))
     assert ask(bench, board, 0x9C)[1:5] == bytes.fromhex("61A8 0FA0")
 
 
@@ -396,9 +384,7 @@ def test_a_jammed_motor_in_a_correction_is_pushed_until_it_is_free(bench, end_on
     """
     board = tracked(bench)
     motor = board.axes["motor"]
-    tell(bench, board, 0x18, 1)
-    tell(bench, board, 0x19, end_on_stall)
-    tell(bench, board, 0xA7, 1)
+    send_all(bench, board, (0x18, 1), (0x19, end_on_stall), (0xA7, 1))
     motor.jam(True)
     motor.encoder.displace(100)
     bench.run(10)
@@ -413,11 +399,11 @@ def test_a_jammed_motor_in_a_correction_is_pushed_until_it_is_free(bench, end_on
 
 def test_18h_ends_the_correction_of_a_jammed_motor(bench):
     board = tracked(bench)
-    tell(bench, board, 0x18, 1)
+    send(bench, board, 0x18, 1)
     board.axes["motor"].jam(True)
     board.axes["motor"].encoder.displace(100)
     bench.run(1)
-    tell(bench, board, 0x18, 0)
+    send(bench, board, 0x18, 0)
     assert not board.axes["motor"].velocity
 
 
@@ -425,7 +411,7 @@ def test_18h_ends_the_correction_of_a_jammed_motor(bench):
 
 
 def closed_loop_move(bench, board, opcode=0xD4):
-    tell(bench, board, opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
+    send(bench, board, opcode, 7, 0x00, *i32(5_000), *i32(AT_ONCE), *i32(100))
 
 
 @pytest.mark.parametrize("opcode", [0xD4, 0xD5])
@@ -434,10 +420,9 @@ def test_an_1810_keeps_closed_loop_definitions_and_performs_none(bench, opcode):
     board = tracked(bench, "1810")
     closed_loop_move(bench, board, opcode)
     assert ask(bench, board, 0x91, 7)[1] == opcode
-    tell(bench, board, 0x40, 7)
-    bench.run(1)
+    send(bench, board, 0x40, 7, seconds=1)
     assert board.axes["motor"].pulses == 0
-    tell(bench, board, 0x2F, *i32(1_000))
+    send(bench, board, 0x2F, *i32(1_000))
     assert number(bench, board, 0x9A) == 1_000
 
 
@@ -445,19 +430,17 @@ def test_an_1810_may_perform_them_with_an_encoder_that_stays_at_0(bench):
     board = tracked(bench, "1810", options={"encoder_commands": "performed"})
     closed_loop_move(bench, board)
     for command in ((0x40, 7), (0x35, *i32(100)), (0x36, *i32(100))):
-        tell(bench, board, *command)
-        rest(bench, board)
+        complete(bench, board, *command)
     assert board.axes["motor"].position == 3 * 625
     assert number(bench, board, 0x9A) == 0
-    tell(bench, board, 0x0F, 3, 0x80, 1)
-    tell(bench, board, 0xB5, *i32(1_000))
+    send_all(bench, board, (0x0F, 3, 0x80, 1), (0xB5, *i32(1_000)))
     assert not board.pins["output1"].level
 
 
 def test_an_1810_may_ignore_them_all(bench):
     board = tracked(bench, "1810", options={"encoder_commands": "ignored"})
     closed_loop_move(bench, board)
-    tell(bench, board, 0x2F, *i32(1_000))
+    send(bench, board, 0x2F, *i32(1_000))
     assert ask(bench, board, 0x91, 7) == b""
     assert number(bench, board, 0x9A) == 0
 
@@ -465,13 +448,11 @@ def test_an_1810_may_ignore_them_all(bench):
 @pytest.mark.parametrize("reading", ["ignored", "kept", "performed"])
 def test_an_1811_obeys_them_whatever_an_1810_would(bench, reading):
     board = tracked(bench, options={"encoder_commands": reading})
-    tell(bench, board, 0x35, *i32(100))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(100))
     assert (board.axes["motor"].position, number(bench, board, 0x9A)) == (625, 100)
 
 
 def test_a_continuous_move_of_the_host_is_not_refused_by_its_own_end(bench, board):
     cruise(bench, board)
-    tell(bench, board, 0x32, 1)
-    bench.run(1)
+    send(bench, board, 0x32, 1, seconds=1)
     assert board.axes["motor"].velocity == -10_000

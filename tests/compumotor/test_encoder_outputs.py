@@ -6,7 +6,7 @@ from axistwin.bench.events import terminals
 from axistwin.errors import UsageError
 from axistwin.plant.switches import PositionSwitch, in_series
 
-from .talking import ask, default, i32, position, ready, rest, tell
+from .talking import ask, complete, default, i32, position, ready, send, send_all, until_idle
 
 ENCODER = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}  # 0.16 counts a pulse
 AT_ONCE = 0x7FFF_FFFF
@@ -19,8 +19,7 @@ def encoder_board(bench, model="1811", encoder=ENCODER, **options):
 
 
 def go(bench, board, pulses):
-    tell(bench, board, 0x33, *i32(pulses))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(pulses))
 
 
 # Channel Z
@@ -74,7 +73,7 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
             pin.subscribe(lambda pin, motor=motor, found=found: found.append((motor.position, pin.level)))
         for pulses in (way * 200, -way * 200):
             before = pin.level
-            tell(bench, board, 0x33, *i32(pulses))
+            send(bench, board, 0x33, *i32(pulses))
             while not motor.moving:
                 bench.run(0.000_1)
             for time_ns in [int(motor.train.move.start_ns + n * 1_000_000) for n in range(1, 201)]:
@@ -82,7 +81,7 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
                 if not watched and pin.level is not before:
                     before = pin.level
                     found.append((motor.position, before))
-            rest(bench, board)
+            until_idle(bench, board)
         edges.append(found)
     assert edges[0] == edges[1]
     assert len(edges[0]) >= 7
@@ -98,10 +97,7 @@ def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, fina
     board = ready(bench, motor={"encoder": ENCODER, "limits": (-1_000, 40_000)})
     in_series([PositionSwitch(board.axes["motor"], 24_000, 26_000)], board.pins["home_enable"])
     default(bench, board, 1_000, AT_ONCE)
-    tell(bench, board, 0x18, 1)
-    tell(bench, board, 0x38, 1, 0, 50, final_ccw)
-    tell(bench, board, 0x0F, 3, 2, 1)
-    tell(bench, board, 0x3A, minus)
+    send_all(bench, board, (0x18, 1), (0x38, 1, 0, 50, final_ccw), (0x0F, 3, 2, 1), (0x3A, minus))
     assert bench.run_until(lambda: not board.pins["output1"].level, 100)
     assert board.axes["motor"].position == found
     assert position(bench, board, 0x82) == 0
@@ -111,8 +107,7 @@ def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, fina
 def test_a_mark_that_nobody_waits_for_costs_nothing(bench):
     """A motor that runs for ever passes it again and again without an event."""
     board = encoder_board(bench)
-    tell(bench, board, 0x32, 0)
-    bench.run(1)
+    send(bench, board, 0x32, 0, seconds=1)
     assert bench.clock.next_event_ns() is None
     end = board.pins["channel_z"].subscribe(lambda pin: None)
     assert bench.clock.next_event_ns() is not None
@@ -169,7 +164,7 @@ def test_a_mark_is_at_least_a_count_and_less_than_a_revolution(bench, wrong):
 def test_step_out_gives_a_pulse_of_229_ns_for_each_count(bench):
     """ "Pulses are nominally 229 nanoseconds wide": the first count is that of pulse 7 (1.12), pulse 6 makes none."""
     board = encoder_board(bench)
-    tell(bench, board, 0x33, *i32(20))
+    send(bench, board, 0x33, *i32(20))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
     began, pin = board.axes["motor"].train.move.start_ns, board.pins["encoder_step"]
     levels = []
@@ -196,7 +191,6 @@ def test_direction_out_is_the_quadrature_detectors_direction(bench, inverted):
 def test_without_an_encoder_there_are_no_pulses(bench):
     board = ready(bench)
     default(bench, board, 1_000, AT_ONCE)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
     assert not any(board.pins["encoder_step"].level for _ in range(5))
     assert not board.pins["channel_z"].level

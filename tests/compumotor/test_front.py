@@ -6,15 +6,15 @@ from axistwin import Bench
 from axistwin.units import US
 
 from ..fronts import lamps, shown
-from .driving import cruise
-from .talking import CONTROL, ENABLE, ready, tell, write
+from .programs import cruise
+from .talking import CONTROL, ENABLE, ready, send, status_word, write
 
 STATUS, BOARD, MOVE, OUTPUTS = "Status byte", "Board", "Move status 88h", "Outputs"
 INPUTS, JOYSTICK, LINES, ENCODER = "Limits and triggers", "Joystick", "Interrupt lines", "Encoder"
 
 
 def command(*values):
-    return lambda bench, board: (tell(bench, board, *values), bench.run(0.01))
+    return lambda bench, board: (send(bench, board, *values), bench.run(0.01))
 
 
 def drive(pin, level):
@@ -30,8 +30,7 @@ def interrupted(bench, board):
 
 def failed(bench, board):
     """FFh: 5 s one way, 5 s the other, and then the board monitor alarm."""
-    tell(bench, board, 0xFF)
-    bench.run(10.1)
+    send(bench, board, 0xFF, seconds=10.1)
 
 
 def moving_minus(bench, board):
@@ -40,15 +39,13 @@ def moving_minus(bench, board):
 
 def decelerating(bench, board):
     cruise(bench, board)
-    tell(bench, board, 0x70)
-    bench.run(0.01)
+    send(bench, board, 0x70, seconds=0.01)
 
 
 def accelerating(bench, board):
     cruise(bench, board)
-    tell(bench, board, 0x31, 0, 0, *(20_000).to_bytes(4, "big"), *(10_000).to_bytes(4, "big"))
-    tell(bench, board, 0x32, 0)
-    bench.run(0.05)
+    send(bench, board, 0x31, 0, 0, *(20_000).to_bytes(4, "big"), *(10_000).to_bytes(4, "big"))
+    send(bench, board, 0x32, 0, seconds=0.05)
 
 
 def at_a_pulse(bench, board, minus=0):
@@ -145,7 +142,7 @@ def test_the_lamps_of_the_encoder(bench):
     assert shown(board, ENCODER, "STEP") is True
     bench.clock.run_to(bench.now + 229)
     assert shown(board, ENCODER, "STEP") is False
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     cruise(bench, board, velocity=5_000)
     assert shown(board, ENCODER, "DIR") is True
 
@@ -154,7 +151,7 @@ def test_the_status_byte_from_bit_7_to_bit_0_is_what_the_host_reads(bench, board
     for situation in (command(0x08, 5), interrupted):
         situation(bench, board)
         byte = "".join(str(int(shown(board, STATUS, f"{bit}"))) for bit in range(7, -1, -1))
-        assert int(byte, 2) == board.bus.read(CONTROL)
+        assert int(byte, 2) == status_word(bench, board)
 
 
 @pytest.mark.parametrize(
@@ -181,8 +178,7 @@ def test_what_the_board_says_in_words(bench, board, act, label, word):
 def test_no_joystick_requests_nothing(bench, board):
     """95h: "no Joystick is attached ... there will be no Joystick request"; Joystick: REMOTE ENABLE is active low."""
     assert shown(board, JOYSTICK, "REQ") is False
-    tell(bench, board, 0x95)
-    bench.run(0.01)
+    send(bench, board, 0x95, seconds=0.01)
     assert [board.bus.read(0), board.bus.read(0)] == [0x95, 0xFF]
 
 
@@ -211,5 +207,5 @@ def test_commands_that_wait_are_counted(bench):
     """While it waits for its reply (4 ms by default, here 1 s) three more commands are taken."""
     board = ready(bench, reply_ms=1000.0)
     for _ in range(4):
-        tell(bench, board, 0x84)
+        send(bench, board, 0x84)
     assert shown(board, BOARD, "commands waiting") == "3"

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.plant.switches import PositionSwitch, in_series
 
-from .talking import ask, default, i32, messages, position, ready, tell
+from .talking import ask, default, i32, messages, position, ready, send, send_all
 
 CW, CCW = +1, -1
 WIDTH = 400  # half of the active region, in pulses
@@ -23,7 +23,7 @@ def machine(bench, place, active_high=True, **options):
 
 
 def define(bench, board, edge, final, active_high=True, percent=5):
-    tell(bench, board, 0x38, int(active_high), int(edge == CCW), percent, int(final == CCW))
+    send(bench, board, 0x38, int(active_high), int(edge == CCW), percent, int(final == CCW))
 
 
 def done(bench, board):
@@ -32,8 +32,8 @@ def done(bench, board):
 
 
 def search(bench, board, minus, opcode=0x39):
-    tell(bench, board, 0x0F, 3, 2, 1)  # output 1 while a SINGULAR command is performed
-    tell(bench, board, opcode, minus)
+    send(bench, board, 0x0F, 3, 2, 1)  # output 1 while a SINGULAR command is performed
+    send(bench, board, opcode, minus)
     done(bench, board)
     bench.run(0.01)
 
@@ -69,7 +69,7 @@ def test_every_edge_final_direction_start_and_place(bench, edge, final, start, p
 @pytest.mark.parametrize("edge", [CW, CCW])
 def test_edges_are_physical_and_the_start_is_in_plus_and_minus(bench, edge, sense, active_high):
     board, centre = machine(bench, -2_000, active_high)
-    tell(bench, board, 0x14, sense)
+    send(bench, board, 0x14, sense)
     define(bench, board, edge, CW, active_high)
     assert ask(bench, board, 0x8A)[1] == 0x00
     search(bench, board, minus=0)
@@ -91,7 +91,7 @@ def test_the_legs_of_a_search(bench):
     board, centre = machine(bench, 3_000, home_ms=0)
     define(bench, board, CW, CW)
     search(bench, board, minus=1)
-    legs = [(stroke.direction, stroke.profile.pulses) for stroke in list(board.axes["motor"].train.moves)[1:]]
+    legs = [(move.direction, move.profile.pulses) for move in list(board.axes["motor"].train.moves)[1:]]
     assert legs == [(CCW, 2_600 + 240), (CW, 240), (CW, 1)]
     assert board.axes["motor"].position == centre + WIDTH + 1
 
@@ -101,7 +101,7 @@ def test_an_edge_found_while_still_accelerating(bench):
     define(bench, board, CW, CCW)
     search(bench, board, minus=1)
     assert board.axes["motor"].position == centre + WIDTH
-    assert max(s.rate for stroke in board.axes["motor"].train.moves for s in stroke.profile.segments) < 10_000
+    assert max(s.rate for move in board.axes["motor"].train.moves for s in move.profile.segments) < 10_000
 
 
 def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
@@ -109,13 +109,10 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
     board.pins["home"].drive(False)
     default(bench, board, 10_000, 200_000)
     define(bench, board, CW, CW)
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0xA5, 1)
-    tell(bench, board, 0xA9, 1)
-    tell(bench, board, 0xAB, 1)
+    send_all(bench, board, (0xA1, 1), (0xA5, 1), (0xA9, 1), (0xAB, 1))
     search(bench, board, minus=0)
     axis = board.axes["motor"]
-    assert [stroke.direction for stroke in list(axis.train.moves)[1:]] == [CW, CCW]
+    assert [move.direction for move in list(axis.train.moves)[1:]] == [CW, CCW]
     assert axis.position == -3_001  # within 75 us at 10,000 pps there is no further pulse
     assert messages(bench, board) == ["a1 00", "a5 00", "a9 00", "a5 00", "ab 00"]
     assert position(bench, board, 0x82) == -3_001
@@ -136,40 +133,35 @@ def test_a_search_without_room_in_either_direction(bench):
 def test_a_percentage_out_of_range_leaves_home_undefined(bench, percent):
     board, _ = machine(bench, 3_000)
     define(bench, board, CW, CW, percent=percent)
-    tell(bench, board, 0x39, 1)
-    bench.run(2)
+    send(bench, board, 0x39, 1, seconds=2)
     assert board.axes["motor"].position == 0
 
 
 def test_without_default_velocity_or_definition_nothing_happens(bench):
     board = ready(bench)
     define(bench, board, CW, CW)
-    tell(bench, board, 0x39, 0)
-    bench.run(1)
+    send(bench, board, 0x39, 0, seconds=1)
     assert len(board.axes["motor"].train.moves) == 1
 
 
 def test_not_while_moving(bench):
     board, _ = machine(bench, 3_000)
     define(bench, board, CW, CW)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
-    tell(bench, board, 0x39, 1)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
+    send(bench, board, 0x39, 1, seconds=0.1)
     assert board.axes["motor"].velocity == 10_000
 
 
 def test_in_a_streaming_mode_and_in_a_sequence(bench):
     board, centre = machine(bench, 3_000)
-    tell(bench, board, 0x51, 1, 1, 0, 0, 0, 0)
+    send(bench, board, 0x51, 1, 1, 0, 0, 0, 0)
     define(bench, board, CW, CCW)
     search(bench, board, minus=1)
     assert board.axes["motor"].position == centre + WIDTH - 1
-    tell(bench, board, 0x50)
+    send(bench, board, 0x50)
     for command in ((0xD9, 1), (0x38, 1, 1, 5, 0), (0x39, 1), (0x33, *i32(100)), (0xD8,)):
-        tell(bench, board, *command)
-    tell(bench, board, 0x0F, 3, 3, 1)
-    tell(bench, board, 0x41, 1)
+        send(bench, board, *command)
+    send_all(bench, board, (0x0F, 3, 3, 1), (0x41, 1))
     done(bench, board)
     assert board.axes["motor"].position == centre - WIDTH + 1 + 100
     assert position(bench, board, 0x82) == 100
@@ -179,14 +171,11 @@ def test_in_a_streaming_mode_and_in_a_sequence(bench):
 def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
     board, _ = machine(bench, 3_000)
     define(bench, board, CW, CW)
-    tell(bench, board, 0x0F, 3, 2, 1)
-    tell(bench, board, 0x39, 1)
-    bench.run(0.15)
-    tell(bench, board, opcode)
-    bench.run(0.1)
+    send_all(bench, board, (0x0F, 3, 2, 1), (0x39, 1), seconds=0.15)
+    send(bench, board, opcode, seconds=0.1)
     assert board.axes["motor"].velocity == velocity
     assert not board.pins["output1"].level
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     assert position(bench, board, 0x82) == position(bench, board, 0x83)
     assert len(board.axes["motor"].train.moves) == 2
 
@@ -195,11 +184,8 @@ def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
 def test_a_kill_in_a_later_leg_ends_the_search_too(bench, delay_s):
     board, _ = machine(bench, 3_000)
     define(bench, board, CW, CW)
-    tell(bench, board, 0x0F, 3, 2, 1)
-    tell(bench, board, 0x39, 1)
-    bench.run(delay_s)
-    tell(bench, board, 0x78)
-    bench.run(0.1)
+    send_all(bench, board, (0x0F, 3, 2, 1), (0x39, 1), seconds=delay_s)
+    send(bench, board, 0x78, seconds=0.1)
     assert board.axes["motor"].velocity == 0
     assert not board.pins["output1"].level
     assert position(bench, board, 0x82) == position(bench, board, 0x83)
@@ -224,7 +210,7 @@ def encoder_machine(bench, z_high=True, enable_high=True, **options):
     update()
     in_series([PositionSwitch(axis, 2_300, 2_700)], board.pins["home_enable"], closed=enable_high)
     default(bench, board, 10_000, 200_000)
-    tell(bench, board, 0x18, 1)
+    send(bench, board, 0x18, 1)
     return board
 
 
@@ -254,9 +240,7 @@ def test_the_mark_of_channel_z_while_home_enable_is_active(bench, z_high, invert
 def test_not_unless_position_is_maintained(bench):
     board = encoder_machine(bench)
     define(bench, board, CW, CW)
-    tell(bench, board, 0x18, 0)
-    tell(bench, board, 0x3A, 0)
-    bench.run(1)
+    send_all(bench, board, (0x18, 0), (0x3A, 0), seconds=1)
     assert board.axes["motor"].position == 0
 
 
@@ -264,7 +248,5 @@ def test_an_1810_has_no_encoder_home(bench):
     board = ready(bench, "1810")
     default(bench, board, 10_000, 200_000)
     define(bench, board, CW, CW)
-    tell(bench, board, 0x18, 1)
-    tell(bench, board, 0x3A, 0)
-    bench.run(1)
+    send_all(bench, board, (0x18, 1), (0x3A, 0), seconds=1)
     assert board.axes["motor"].position == 0

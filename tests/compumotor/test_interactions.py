@@ -2,9 +2,22 @@
 
 import pytest
 
-from .driving import continuous, cruise, listing, sequence
-from .streams import distances, enter, velocities
-from .talking import CONTROL, FAIL, ask, default, i32, messages, position, ready, rest, tell, write
+from .programs import continuous, cruise, distances, enter, listing, sequence, velocities
+from .talking import (
+    FAIL,
+    ask,
+    complete,
+    default,
+    i32,
+    messages,
+    position,
+    ready,
+    send,
+    send_all,
+    status_word,
+    until_idle,
+    write,
+)
 
 # Limits
 
@@ -24,29 +37,27 @@ def levels(bench, board, seconds):
 @pytest.mark.parametrize("sense", [0, 1])
 def test_the_test_function_needs_limits_that_are_connected_or_bypassed(bench, board, limit, turned, sense):
     """Functional check: "the limit switches are not connected and not bypassed": it does not rotate as predicted."""
-    tell(bench, board, 0x14, sense)
+    send(bench, board, 0x14, sense)
     board.pins[limit].drive(True)
-    tell(bench, board, 0xFF)
+    send(bench, board, 0xFF)
     bench.run(5.1)  # one revolution instead of two
     assert board.axes["motor"].position == turned
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
 
 
 def test_the_test_function_at_both_limits_fails_at_once(bench, board):
     for limit in ("cw_limit", "ccw_limit"):
         board.pins[limit].drive(True)
-    tell(bench, board, 0xFF)
-    bench.run(0.01)
+    send(bench, board, 0xFF, seconds=0.01)
     assert board.axes["motor"].position == 0
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
 
 
 @pytest.mark.parametrize(("minus", "limit"), [(0, "cw_limit"), (1, "ccw_limit")])
 def test_a_limit_during_a_reversal_is_the_end_of_it(bench, board, minus, limit):
     """78h: "equivalent to hitting a limit switch"; a move killed on its way to the other direction is over."""
     cruise(bench, board, minus=minus)
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0x32, 1 - minus)
+    send_all(bench, board, (0xA1, 1), (0x32, 1 - minus))
     bench.run(0.05)  # half of the ramp down
     board.pins[limit].drive(True)
     bench.run(0.000_2)
@@ -62,8 +73,7 @@ def test_a_limit_at_the_end_of_an_earlier_move_does_not_end_a_later_reversal(ben
     bench.run(0.01)
     board.pins["cw_limit"].drive(False)
     cruise(bench, board)
-    tell(bench, board, 0x32, 1)
-    bench.run(1)
+    send(bench, board, 0x32, 1, seconds=1)
     assert board.axes["motor"].velocity == -10_000
 
 
@@ -74,10 +84,7 @@ def test_no_search_goes_on_while_shut_down(bench):
     """12h: "after remote power shutdown is turned on no moves may be performed", the legs of a search neither."""
     board = ready(bench, motor={"home": (2000, 6000)})
     default(bench, board, 5000, 20_000)
-    tell(bench, board, 0x13, 1)
-    tell(bench, board, 0x38, 1, 1, 20, 0)
-    tell(bench, board, 0x39, 0)
-    bench.run(0.3)
+    send_all(bench, board, (0x13, 1), (0x38, 1, 1, 20, 0), (0x39, 0), seconds=0.3)
     board.pins["shutdown_in"].drive(False)
     assert bench.run_until(lambda: board.pins["shutdown"].level, 2)  # as soon as the motor rests
     stands = board.axes["motor"].position
@@ -89,27 +96,25 @@ def test_no_search_goes_on_while_shut_down(bench):
 
 def test_no_reversal_goes_on_while_shut_down(bench, board):
     """Shutdown: not "if the motor is moving"; at zero velocity it is not, and no move begins after that."""
-    tell(bench, board, 0x13, 1)
+    send(bench, board, 0x13, 1)
     cruise(bench, board)
     board.pins["shutdown_in"].drive(False)
     bench.run(0.01)
     assert not board.pins["shutdown"].level
-    tell(bench, board, 0x32, 1)
-    bench.run(0.5)
+    send(bench, board, 0x32, 1, seconds=0.5)
     assert board.pins["shutdown"].level
     assert board.axes["motor"].velocity == 0
 
 
 def test_a_move_that_is_being_calculated_is_not_begun_when_the_motor_is_shut_down(bench, board):
-    tell(bench, board, 0x13, 1)
+    send(bench, board, 0x13, 1)
     default(bench, board, 5000, 100_000)
-    tell(bench, board, 0x33, *i32(100))
+    send(bench, board, 0x33, *i32(100))
     board.pins["shutdown_in"].drive(False)
     bench.run(1)
     assert board.axes["motor"].position == 0
     board.pins["shutdown_in"].drive(True)
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].position == 100
 
 
@@ -117,10 +122,9 @@ def test_a_move_that_is_being_calculated_is_not_begun_when_the_motor_is_shut_dow
 def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, limit):
     """12h: lowest priority; 13h: "no effect" of 12h while it is enabled, whatever the input's level."""
     board.pins["shutdown_in"].drive(limit)
-    tell(bench, board, 0x13, 1)
-    tell(bench, board, 0x12, int(limit))
+    send_all(bench, board, (0x13, 1), (0x12, int(limit)))
     assert board.pins["shutdown"].level is not limit
-    tell(bench, board, 0x13, 0)
+    send(bench, board, 0x13, 0)
     assert not board.pins["shutdown"].level  # 12h was ignored
 
 
@@ -132,18 +136,18 @@ def test_stop_while_a_search_ramps_down_is_the_end_of_it(bench, opcode):
     """70h: "deceleration of any motion due to the performance of a move": the overshoot is part of the search."""
     board = ready(bench, motor={"home": (2000, 6000)})
     default(bench, board, 5000, 20_000)
-    tell(bench, board, 0x38, 1, 1, 20, 0)
-    tell(bench, board, 0x0F, 0, 6, 1)  # user bit 0: decelerating
+    send(bench, board, 0x38, 1, 1, 20, 0)
+    send(bench, board, 0x0F, 0, 6, 1)  # user bit 0: decelerating
     if opcode == 0x74:
         board.pins["trigger1"].drive(False)
-        tell(bench, board, 0x74, 1, 1, 0)
-    tell(bench, board, 0x39, 0)
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & 1, 5)
+        send(bench, board, 0x74, 1, 1, 0)
+    send(bench, board, 0x39, 0)
+    assert bench.run_until(lambda: status_word(bench, board) & 1, 5)
     if opcode == 0x74:
         board.pins["trigger1"].drive(True)
     else:
         write(board, 0x70)
-    rest(bench, board)
+    until_idle(bench, board)
     stands = board.axes["motor"].position
     assert 2600 < stands < 2700  # 2,000 and the ramp of 5,000²/40,000 = 625 pulses
     bench.run(2)
@@ -156,9 +160,8 @@ def test_stop_in_a_ramp_between_two_velocities_ends_at_zero(bench, board, veloci
     """70h: "the deceleration to zero is at the most recent acceleration", in a ramp down to another velocity too."""
     cruise(bench, board)
     default(bench, board, velocity, 100_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.02)
-    tell(bench, board, 0x70)
+    send(bench, board, 0x32, 0, seconds=0.02)
+    send(bench, board, 0x70)
     assert ask(bench, board, 0x8F)[1] == 0xFF
     bench.run(0.2)
     assert board.axes["motor"].velocity == 0
@@ -167,10 +170,9 @@ def test_stop_in_a_ramp_between_two_velocities_ends_at_zero(bench, board, veloci
 def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
     """Indexer mode: a preset move ends on the pulse; what is already a deceleration to zero is not another one."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(3_000))
+    send(bench, board, 0x33, *i32(3_000))
     assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 1)
-    tell(bench, board, 0x70)
-    rest(bench, board)
+    complete(bench, board, 0x70)
     assert board.axes["motor"].position == 3_000
     assert position(bench, board, 0x81) == 0
 
@@ -184,15 +186,15 @@ def test_stop_while_a_move_comes_to_its_end_changes_nothing(bench, board):
 def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode, velocity, minus, seconds, held):
     """73h: "the velocity being output at the time the command is issued is the last velocity output"; from 10,000."""
     cruise(bench, board)
-    tell(bench, board, 0x0F, 0, 2, 1)  # user bit 0: performing a SINGULAR command
+    send(bench, board, 0x0F, 0, 2, 1)  # user bit 0: performing a SINGULAR command
     if opcode == 0x77:
         board.pins["trigger1"].drive(False)
-        tell(bench, board, 0x77, 1, 1, 0)
+        send(bench, board, 0x77, 1, 1, 0)
     default(bench, board, velocity, 100_000)
-    tell(bench, board, 0x32, minus)
+    send(bench, board, 0x32, minus)
     assert bench.run_until(lambda: ask(bench, board, 0x8D)[1] == 0, 1)  # the ramp has begun
     bench.run(seconds - 0.005)
-    assert board.bus.read(CONTROL) & 1
+    assert status_word(bench, board) & 1
     if opcode == 0x77:
         board.pins["trigger1"].drive(True)
     else:
@@ -200,7 +202,7 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
     bench.run(0.001_5)
     kept = board.axes["motor"].velocity
     assert kept == pytest.approx(held, abs=700)
-    assert not board.bus.read(CONTROL) & 1
+    assert not status_word(bench, board) & 1
     bench.run(1)
     assert board.axes["motor"].velocity == kept
 
@@ -210,56 +212,51 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
 
 def test_a_faster_continuous_move_ramps_from_the_start_stop_velocity(bench, board):
     """D6h: "acceleration … is begun at the start/stop velocity", which is 1,000; 200 more every 2 ms."""
-    tell(bench, board, 0xD6, *i32(1000))
+    send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 500, 100_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
     default(bench, board, 2000, 100_000)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     assert levels(bench, board, 0.05) == [500, 1000, 1200, 1400, 1600, 1800, 2000]
 
 
 def test_a_continuous_move_below_the_start_stop_velocity_ramps_down_to_it(bench, board):
     """D6h: "deceleration ends at the start/stop velocity", below it the indexer will "jump"."""
-    tell(bench, board, 0xD6, *i32(1000))
+    send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 2000, 100_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
     default(bench, board, 500, 100_000)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     assert levels(bench, board, 0.05) == [2000, 1800, 1600, 1400, 1200, 1000, 500]
     default(bench, board, 800, 100_000)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     assert levels(bench, board, 0.05) == [500, 800]
 
 
 @pytest.mark.parametrize("start_stop", [0, 1000])
 def test_a_continuous_move_above_the_start_stop_velocity_takes_no_other_level(bench, board, start_stop):
     """Indexer mode: the ramp is "updated every two milliseconds", here by 200; from 2,000 to 3,000 and back."""
-    tell(bench, board, 0xD6, *i32(start_stop))
+    send(bench, board, 0xD6, *i32(start_stop))
     default(bench, board, 2000, 100_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
     default(bench, board, 3000, 100_000)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     assert levels(bench, board, 0.05) == [2000, 2200, 2400, 2600, 2800, 3000]
     default(bench, board, 2000, 100_000)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     assert levels(bench, board, 0.05) == [3000, 2800, 2600, 2400, 2200, 2000]
 
 
 def test_stop_ramps_down_to_the_start_stop_velocity(bench, board):
     """D6h: "deceleration ends at the start/stop velocity"; at or below it, STOP is at once."""
-    tell(bench, board, 0xD6, *i32(1000))
+    send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 2000, 100_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
+    send(bench, board, 0x32, 0, seconds=0.1)
     write(board, 0x70)
     assert levels(bench, board, 0.05) == [1800, 1600, 1400, 1200, 1000, 0]
     for velocity in (1000, 500):
         default(bench, board, velocity, 100_000)
-        tell(bench, board, 0x32, 0)
-        bench.run(0.1)
+        send(bench, board, 0x32, 0, seconds=0.1)
         assert board.axes["motor"].velocity == velocity
         write(board, 0x70)
         assert levels(bench, board, 0.05) == [0]
@@ -267,7 +264,7 @@ def test_stop_ramps_down_to_the_start_stop_velocity(bench, board):
 
 def test_a_preset_move_between_start_stop_velocities(bench, board):
     """D6h: a ramp of 2 ms each at 1,000, 1,200 … 1,800 is 14 pulses up and 14 down; the rest runs at 2,000."""
-    tell(bench, board, 0xD6, *i32(1000))
+    send(bench, board, 0xD6, *i32(1000))
     default(bench, board, 2000, 100_000)
     write(board, 0x33, *i32(228))
     assert levels(bench, board, 0.15)[:13] == [0, 1000, 1200, 1400, 1600, 1800, 2000, 1800, 1600, 1400, 1200, 1000, 0]
@@ -281,11 +278,10 @@ def test_the_velocity_that_a_stream_has_left_is_told_in_indexer_mode(bench, boar
     """85h: "indicating the current velocity"; 1000h of 4.369 MHz/16 is 17,066.67 pulses/s; no move has been defined."""
     enter(bench, board, 0x52, 1, 16, rate=2)
     velocities(bench, board, *[0x1000] * 7)
-    tell(bench, board, 0x42)
-    bench.run(0.1)
-    tell(bench, board, 0x50)
+    send(bench, board, 0x42, seconds=0.1)
+    send(bench, board, 0x50)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0x00, *i32(17_067)])
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0x00, *i32(0)])
 
 
@@ -305,23 +301,18 @@ def test_a_listing_that_waits_for_the_host_is_a_singular_command(bench):
     board = ready(bench, message_queue=2)
     default(bench, board, 5000, 100_000)
     sequence(bench, board, 1, *[(0x01, 1)] * 5)
-    tell(bench, board, 0x92, 1)
-    tell(bench, board, 0x33, *i32(100))
-    bench.run(1)
+    send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
     assert board.axes["motor"].position == 0
-    tell(bench, board, 0x73)
+    send(bench, board, 0x73)
     assert messages(bench, board) == ["92 01 01"] * 3  # one in the ODB, two in the queue
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].position == 100
 
 
 def test_a_short_listing_is_over_at_once(bench, board):
     default(bench, board, 5000, 100_000)
     sequence(bench, board, 1, *[(0x01, 1)] * 5)
-    tell(bench, board, 0x92, 1)
-    tell(bench, board, 0x33, *i32(100))
-    bench.run(1)
+    send_all(bench, board, (0x92, 1), (0x33, *i32(100)), seconds=1)
     assert board.axes["motor"].position == 100
 
 
@@ -331,11 +322,10 @@ def test_a_short_listing_is_over_at_once(bench, board):
 def test_one_continue_ends_a_28h_within_a_loop_and_the_next_one_what_waits_then(bench, board):
     """48h: what waits is continued; a 28h in a 21h loop waits first, and the loop goes round until a 48h is its own."""
     sequence(bench, board, 1, (0x21, 2), (0x28, 1), (0x29, 0, 0, 0, 100), (0x01, 9))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["28 00"]
-    tell(bench, board, 0x48)
-    bench.run(0.01)
-    tell(bench, board, 0x48)  # during the 29h: this one is the loop's
+    send(bench, board, 0x48, seconds=0.01)
+    send(bench, board, 0x48)  # during the 29h: this one is the loop's
     assert messages(bench, board) == ["01 09"]
 
 
@@ -345,13 +335,11 @@ def test_one_continue_ends_a_28h_within_a_loop_and_the_next_one_what_waits_then(
 def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
     """C8h, range 0: "velocity resolution is 16.667 Hertz"; 8 pulses/s is nearer to 0, 9 nearer to 16.667."""
     for number, velocity in ((1, 8), (2, 9)):
-        tell(bench, board, *continuous(number, velocity, 100_000))
-    tell(bench, board, 0x40, 1)
-    bench.run(0.5)
+        send(bench, board, *continuous(number, velocity, 100_000))
+    send(bench, board, 0x40, 1, seconds=0.5)
     assert board.axes["motor"].velocity == 0
     assert ask(bench, board, 0x91, 1)[4:8] == bytes(i32(8))
-    tell(bench, board, 0x40, 2)
-    bench.run(0.5)
+    send(bench, board, 0x40, 2, seconds=0.5)
     assert board.axes["motor"].velocity == pytest.approx(16.667, abs=0.001)
 
 
@@ -361,17 +349,16 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
 @pytest.mark.parametrize("bits", [0, 5])
 def test_a_listing_leaves_the_user_bits_alone(bench, board, bits):
     """08h to 0Ah set the user bits, nothing else does; 92h only makes waiting messages "be lost"."""
-    tell(bench, board, 0x08, bits)
-    tell(bench, board, 0x01, 1)
+    send_all(bench, board, (0x08, bits), (0x01, 1))
     bench.run(0.01)  # the message is in the ODB
     assert listing(bench, board, 1) == ["92 00"]
-    assert board.bus.read(CONTROL) & 7 == bits
+    assert status_word(bench, board) & 7 == bits
 
 
 def test_a_loop_over_more_commands_than_follow_repeats_those_that_follow(bench, board):
     """20h: "repeat the following X commands Y times", where fewer than X follow."""
     sequence(bench, board, 1, (0x01, 1), (0x20, 5, 0, 3), (0x01, 2))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["01 01", "01 02", "01 02", "01 02"]
 
 
@@ -379,10 +366,9 @@ def test_a_marker_of_another_mode_does_not_hide_the_end_of_distances(bench, boar
     """E3h: 8001h is "a special signal … to go to zero velocity"; EEh: 8000h is excluded in distance-time streaming."""
     enter(bench, board, 0x52, 1, 4, rate=10)
     for word in (0x8000, 0x8001):
-        tell(bench, board, 0xEE, *word.to_bytes(2, "big"), 0x09, 2, 0)
+        send(bench, board, 0xEE, *word.to_bytes(2, "big"), 0x09, 2, 0)
     enter(bench, board, 0x53, 1, 4, rate=100)
     distances(bench, board, 100, -0x8000, -0x7FFF)
-    tell(bench, board, 0x42)
-    bench.run(0.5)
-    assert board.bus.read(CONTROL) & 7 == 0
+    send(bench, board, 0x42, seconds=0.5)
+    assert status_word(bench, board) & 7 == 0
     assert board.axes["motor"].position == 100 - 0x8000

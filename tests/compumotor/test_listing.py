@@ -6,16 +6,16 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.units import MS
 
-from .talking import default, i32, tell
+from .talking import default, i32, send, send_all
 
 NO_TIME = 0x7FFF_FFFF
 
 
 def define(bench: Bench, board: Controller, number: int, *commands: tuple[int, ...]) -> None:
-    tell(bench, board, 0xD9, number)
+    send(bench, board, 0xD9, number)
     for command in commands:
-        tell(bench, board, *command)
-    tell(bench, board, 0xD8)
+        send(bench, board, *command)
+    send(bench, board, 0xD8)
 
 
 def perform(bench: Bench, board: Controller, number: int, seconds: float = 1.0) -> list[tuple[int, str, int]]:
@@ -28,8 +28,7 @@ def perform(bench: Bench, board: Controller, number: int, seconds: float = 1.0) 
         found.append((began_ns, program, index + 1))
 
     look_away = board.subscribe_lines(watch)
-    tell(bench, board, 0x41, number)
-    bench.run(seconds)
+    send(bench, board, 0x41, number, seconds=seconds)
     look_away()
     return [(0, *found[0][1:]), *found[1:]] if found else []
 
@@ -79,7 +78,7 @@ def test_only_what_has_a_definition_is_there(bench, board):
     define(bench, board, 7, (0x0B, 1))
     define(bench, board, 2)
     define(bench, board, 11, (0x0C, 1))
-    tell(bench, board, 0xDA, 11)
+    send(bench, board, 0xDA, 11)
     assert list(board.programs) == ["sequence 2", "sequence 7"]
     assert board.programs["sequence 2"].lines == ()
 
@@ -87,12 +86,10 @@ def test_only_what_has_a_definition_is_there(bench, board):
 def test_what_is_being_defined_is_marked(bench, board):
     """D9h to D8h: what was in the buffer is gone, what may not stand there is not stored."""
     define(bench, board, 4, (0x0B, 1))
-    tell(bench, board, 0xD9, 4)
-    tell(bench, board, 0x0C, 2)
-    tell(bench, board, 0x70)
+    send_all(bench, board, (0xD9, 4), (0x0C, 2), (0x70,))
     listing = board.programs["sequence 4"]
     assert (listing.title, listing.lines) == ("sequence 4, being defined", ("0C 02 ; clear output: output 2",))
-    tell(bench, board, 0xD8)
+    send(bench, board, 0xD8)
     assert board.programs["sequence 4"].title == "sequence 4"
 
 
@@ -107,8 +104,7 @@ def test_a_command_for_which_there_was_no_room_is_not_there(bench):
 def test_a_streaming_mode_has_no_sequences_and_its_buffer_is_no_program(bench, board):
     """51h "destroys" the sequences; no command tells what is in the streaming buffer."""
     define(bench, board, 1, (0x0B, 1))
-    tell(bench, board, 0x51, 1, 1, 0, 0, 0, 0)
-    tell(bench, board, 0xE0, *(0x10, 0, 0, 10) * 3)
+    send_all(bench, board, (0x51, 1, 1, 0, 0, 0, 0), (0xE0, *(0x10, 0, 0, 10) * 3))
     assert board.programs == {}
 
 
@@ -134,8 +130,7 @@ def test_a_loop_until_continue_goes_round(bench, board):
     define(bench, board, 1, (0x21, 1), (0x29, 0, 0, 0, 99), (0x0C, 1))
     assert begun(bench, board, 1, 0.45) == [(0, 1), (1, 2), (101, 2), (201, 2), (301, 2), (401, 2)]
     assert (running(board), registers(board)) == ({"sequence 1": 2}, (1, 2))
-    tell(bench, board, 0x48)
-    bench.run(0.07)
+    send(bench, board, 0x48, seconds=0.07)
     assert running(board) == {}
 
 
@@ -148,8 +143,7 @@ def test_the_running_command_is_that_of_now(bench, board):
     assert running(board) == {"sequence 9": 2}
     bench.run(3600)
     assert running(board) == {"sequence 9": 2}
-    tell(bench, board, 0x48)
-    bench.run(0.002)
+    send(bench, board, 0x48, seconds=0.002)
     assert running(board) == {}
 
 
@@ -161,8 +155,7 @@ def test_a_move_runs_until_it_has_ended(bench, board):
     ends: list[tuple[int, int]] = []
     times: list[int] = []
     board.subscribe_lines(lambda program, index: times.append(bench.now))
-    tell(bench, board, 0x41, 1)
-    bench.run(1)
+    send(bench, board, 0x41, 1, seconds=1)
     assert ends == [(times[1] + 1 * MS, 5000)], "the second command is carried out 1 ms after it has begun"
 
 
@@ -170,11 +163,9 @@ def test_a_suspended_sequence_stands_at_the_command_that_is_finished(bench, boar
     """72h: finish the present command, wait for CONTINUE."""
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x29, 0, 0, 1, 0))
     perform(bench, board, 1, 0.01)
-    tell(bench, board, 0x72)
-    bench.run(10)
+    send(bench, board, 0x72, seconds=10)
     assert running(board) == {"sequence 1": 1}
-    tell(bench, board, 0x48)
-    bench.run(0.01)
+    send(bench, board, 0x48, seconds=0.01)
     assert running(board) == {"sequence 1": 2}
 
 
@@ -182,10 +173,10 @@ def test_kill_and_discontinue_end_it(bench, board):
     """79h at once; 71h when the present command is finished."""
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x0C, 1))
     perform(bench, board, 1, 0.01)
-    tell(bench, board, 0x79)
+    send(bench, board, 0x79)
     assert running(board) == {}
     assert begun(bench, board, 1, 0.01) == [(0, 1)]
-    tell(bench, board, 0x71)
+    send(bench, board, 0x71)
     assert running(board) == {"sequence 1": 1}
     bench.run(0.3)
     assert running(board) == {}
@@ -199,7 +190,7 @@ def test_sequences_do_not_nest_and_stay_as_they_are_while_one_is_performed(bench
     before = board.programs
     found = perform(bench, board, 1, 0.1)
     for command in ((0x41, 2), (0xDA, 1), (0xD9, 1), (0xDA, 2)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     assert running(board) == {"sequence 1": 1}
     bench.run(0.3)
     assert board.programs == before
@@ -233,6 +224,5 @@ def test_a_watcher_stays_through_a_reset(bench, board):
     board.power_cycle()
     bench.run(1.1)
     define(bench, board, 1, (0x0B, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.1)
+    send(bench, board, 0x41, 1, seconds=0.1)
     assert found == [("sequence 1", 0)]

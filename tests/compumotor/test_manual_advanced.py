@@ -6,8 +6,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .driving import about, continuous, cruise, listing, relative, sequence, steps
-from .talking import ask, default, i32, messages, position, rest, tell
+from .programs import about, continuous, cruise, listing, relative, sequence, steps
+from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
 """G.1: move 12h, ranges 00, 262,144 pulses/second; the acceleration and the distance are lost in print."""
@@ -16,12 +16,11 @@ EXAMPLE = (0xC8, 0x12, 0x00, 0x00, 0x04, 0x00, 0x00)
 def test_the_move_of_the_example(bench, board):
     """G.1: `00 04 00 00` is 262,144 pulses/second.  With 2,621,440 pps² and 50,000 pulses: 0.1 s each way, 13,107
     pulses; the rest, 23,786, in 0.0907 s: 0.2907 s in all."""
-    tell(bench, board, *EXAMPLE, *i32(2_621_440), *i32(50_000))
-    tell(bench, board, 0x40, 0x12)
+    send_all(bench, board, (*EXAMPLE, *i32(2_621_440), *i32(50_000)), (0x40, 0x12))
     assert bench.run_until(lambda: ask(bench, board, 0x8D)[1] == 0xFF, 1)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, 0, 0, 4, 0, 0])
     assert board.axes["motor"].velocity == pytest.approx(262_144, rel=1e-4)  # "+/- 0.01% of set rate"
-    rest(bench, board)
+    until_idle(bench, board)
     times = steps(board)
     assert len(times) == 50_000 == board.axes["motor"].position
     assert about(0.2907, times[-1] - times[0])
@@ -29,40 +28,33 @@ def test_the_move_of_the_example(bench, board):
 
 def test_a_predefined_move_is_under_way_within_five_milliseconds(bench, board):
     """G.1: "motor motion will begin within five milliseconds of receipt of the command"."""
-    tell(bench, board, *relative(1, 10_000, 0x7FFF_FFFF, 100))
-    bench.run(0.1)
+    send(bench, board, *relative(1, 10_000, 0x7FFF_FFFF, 100), seconds=0.1)
     assert ask(bench, board, 0x93)[1] == 0xFF
     asked = bench.now
-    tell(bench, board, 0x40, 1)
-    rest(bench, board)
+    complete(bench, board, 0x40, 1)
     # the first pulse is one period, 0.1 ms, after the beginning
     assert steps(board)[0] - asked <= 5 * MS + 100_000
 
 
 def test_a_move_that_is_not_calculated_is_under_way_within_half_of_thirty_milliseconds(bench, board):
     """G.1: "it can do it in less than half that time" of 30 ms."""
-    tell(bench, board, *relative(1, 10_000, 0x7FFF_FFFF, 100))
+    send(bench, board, *relative(1, 10_000, 0x7FFF_FFFF, 100))
     asked = bench.now
-    tell(bench, board, 0x40, 1)
-    rest(bench, board)
+    complete(bench, board, 0x40, 1)
     assert steps(board)[0] - asked <= 15 * MS + 100_000
 
 
 def test_moves_are_still_there_after_streaming_mode(bench, board):
     """G.1: "They will still be there when the indexer is returned to indexer mode"; E.1.b: sequences are destroyed."""
-    tell(bench, board, *relative(9, 10_000, 100_000, 700))
+    send(bench, board, *relative(9, 10_000, 100_000, 700))
     sequence(bench, board, 1, (0x40, 9))
-    tell(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
+    send(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
     assert ask(bench, board, 0x90)[:8] == bytes([0x90, 0x51, 1, 4, 0, 0, 0, 0])
-    tell(bench, board, 0x40, 9)
-    bench.run(0.5)
+    send(bench, board, 0x40, 9, seconds=0.5)
     assert board.axes["motor"].pulses == 0, "inaccessible in that mode"
-    tell(bench, board, 0x50)
-    tell(bench, board, 0x41, 1)
-    bench.run(0.5)
+    send_all(bench, board, (0x50,), (0x41, 1), seconds=0.5)
     assert board.axes["motor"].pulses == 0, "the sequence is lost"
-    tell(bench, board, 0x40, 9)
-    rest(bench, board)
+    complete(bench, board, 0x40, 9)
     assert board.axes["motor"].position == 700
 
 
@@ -71,10 +63,8 @@ def test_the_sequence_of_the_example(bench, board):
 
     Positions: 1,000 + 500, then 100 more before each report: 1,600 to 3,000.
     """
-    tell(bench, board, *relative(0x12, 10_000, 100_000, 1_000))
-    tell(bench, board, *relative(0x05, 10_000, 100_000, 500))
-    tell(bench, board, *relative(0x08, 10_000, 100_000, 100))
-    tell(bench, board, 0x0C, 1)
+    send_all(bench, board, relative(0x12, 10_000, 100_000, 1_000), relative(0x05, 10_000, 100_000, 500))
+    send_all(bench, board, relative(0x08, 10_000, 100_000, 100), (0x0C, 1))
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
     sequence(
@@ -84,8 +74,7 @@ def test_the_sequence_of_the_example(bench, board):
     assert listing(bench, board, 8) == [
         "92 40 12", "92 0b 01", "92 40 05", "92 0c 01", "92 20 03 00 0f", "92 40 08", "92 2a 00 02", "92 83", "92 00",
     ]  # fmt: skip
-    tell(bench, board, 0x41, 8)
-    bench.run(15 * 2.2 + 2)
+    send(bench, board, 0x41, 8, seconds=15 * 2.2 + 2)
     assert edges == [(True, 1_000), (False, 1_500)]
     found = messages(bench, board)
     assert [int.from_bytes(bytes.fromhex(m)[1:7].ljust(6, b"\0"), "big") for m in found] == list(
@@ -116,7 +105,7 @@ def test_fifteen_sequences_share_about_six_hundred_bytes(bench, board):
     for number in range(1, 16):
         assert listing(bench, board, number) == [f"92 0b {1 + number % 2:02x}", "92 00"]
     for number in range(1, 16):
-        tell(bench, board, 0xDA, number)
+        send(bench, board, 0xDA, number)
     assert free() == empty
     sequence(bench, board, 16, (0x09, 0))
     assert free() == empty
@@ -125,25 +114,20 @@ def test_fifteen_sequences_share_about_six_hundred_bytes(bench, board):
 def test_move_zero_is_called_by_33_and_34_and_not_by_40(bench, board):
     """G.3: "Unfortunately, move zero cannot be called by the "Perform move X" command"."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x40, 0)
-    bench.run(0.5)
+    send(bench, board, 0x40, 0, seconds=0.5)
     assert board.axes["motor"].pulses == 0
-    tell(bench, board, 0x33, *i32(400))
-    rest(bench, board)
-    tell(bench, board, 0x34, *i32(-100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(400))
+    complete(bench, board, 0x34, *i32(-100))
     assert (board.axes["motor"].position, len(steps(board))) == (-100, 900)
 
 
 def test_move_zero_in_streaming_mode(bench, board):
     """G.3: 33 and 34 "are the only preset moves which may be executed while in velocity streaming mode"."""
-    tell(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
+    send(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(-400))
-    rest(bench, board)
-    tell(bench, board, 0x34, *i32(50))
-    rest(bench, board)
-    tell(bench, board, 0x32, 0)  # continuous: not valid there
+    complete(bench, board, 0x33, *i32(-400))
+    complete(bench, board, 0x34, *i32(50))
+    send(bench, board, 0x32, 0)  # continuous: not valid there
     bench.run(0.5)
     assert board.axes["motor"].position == 50
 
@@ -153,8 +137,7 @@ def test_trapezoids_and_triangles(bench, board, distance, seconds):
     """E.1.a: three parts; no constant part if it does not get there.  At 100,000 pps and 1,000,000 pps²: a ramp takes
     0.1 s and 5,000 pulses, so 10,000 pulses are the last triangle; 4,000 take 2·√(4,000/1,000,000) = 0.1265 s."""
     default(bench, board, 100_000, 1_000_000)
-    tell(bench, board, 0x33, *i32(distance))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(distance))
     times = steps(board)
     assert len(times) == abs(distance)
     assert board.axes["motor"].position == distance, "no overshoot or creeping"
@@ -165,7 +148,7 @@ def test_trapezoids_and_triangles(bench, board, distance, seconds):
 def test_the_ramp_is_updated_every_two_milliseconds(bench, board):
     """E.1.a: at 100,000 pps² a step of the ramp is 200 pps; each lasts 2 ms."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x32, 0)
+    send(bench, board, 0x32, 0)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
     began = bench.now
     seen = []
@@ -186,20 +169,18 @@ def test_a_continuous_move_goes_on_until_killed_stopped_or_at_a_limit(bench, boa
     if end == "limit":
         board.pins["cw_limit"].drive(True)
     else:
-        tell(bench, board, *end)
+        send(bench, board, *end)
     bench.run(0.2)
     assert board.axes["motor"].velocity == 0
 
 
 def test_each_change_of_a_constant_velocity_has_its_own_acceleration(bench, board):
     """E.1.a: ramps "may be respecified for each change in velocity of a constant velocity move"."""
-    tell(bench, board, *continuous(1, 10_000, 100_000))
-    tell(bench, board, *continuous(2, 20_000, 1_000_000))
-    tell(bench, board, *continuous(3, 5_000, 50_000))
-    bench.run(0.2)
+    send_all(bench, board, continuous(1, 10_000, 100_000), continuous(2, 20_000, 1_000_000))
+    send(bench, board, *continuous(3, 5_000, 50_000), seconds=0.2)
     motor = board.axes["motor"]
     for number, velocity, seconds in ((1, 10_000, 0.1), (2, 20_000, 0.01), (3, 5_000, 0.3)):
-        tell(bench, board, 0x40, number)
+        send(bench, board, 0x40, number)
         began = bench.now
         assert bench.run_until(lambda velocity=velocity: motor.velocity == velocity, 1)
         assert about(seconds, bench.now - began, 8)
@@ -208,19 +189,17 @@ def test_each_change_of_a_constant_velocity_has_its_own_acceleration(bench, boar
 
 def test_the_start_stop_velocity(bench, board):
     """Command D6h: a slower move jumps to its velocity, a faster one ramps from there and back to there."""
-    tell(bench, board, 0xD6, *i32(5_000))
+    send(bench, board, 0xD6, *i32(5_000))
     motor = board.axes["motor"]
     seen = set()
     motor.on_motion.subscribe(lambda *_: seen.add(motor.velocity))
     default(bench, board, 3_000, 100)
-    tell(bench, board, 0x33, *i32(300))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(300))
     times = steps(board)
     assert {b - a for a, b in pairwise(times)} <= {333_333, 333_334}
     start = bench.now
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(2_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(2_000))
     times = steps(board, start)
     periods = [b - a for a, b in pairwise(times)]
     assert max(periods) <= 200_001, "never slower than 5,000 pps"

@@ -9,8 +9,8 @@ from axistwin.bench.actions import action
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 
-from .driving import about, cruise, rising, sequence, steps
-from .talking import CONTROL, FAIL, ask, default, i32, messages, position, ready, rest, tell
+from .programs import about, cruise, rising, sequence, steps
+from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, ready, send, send_all, status_word
 
 
 def levels(board):
@@ -19,9 +19,9 @@ def levels(board):
 
 def test_null_does_nothing(bench, board):
     """00h: "If this command is sent to the indexer nothing will happen!"."""
-    tell(bench, board, 0x00)
+    send(bench, board, 0x00)
     assert messages(bench, board) == []
-    assert (board.bus.read(CONTROL), board.axes["motor"].pulses, levels(board)) == (0x50, 0, (True, True))
+    assert (status_word(bench, board), board.axes["motor"].pulses, levels(board)) == (0x50, 0, (True, True))
 
 
 @pytest.mark.parametrize("identifier", [0x00, 0x01, 0x80, 0xFF])
@@ -33,8 +33,7 @@ def test_interrupt_x_is_echoed(bench, board, identifier):
 def test_interrupt_x_marks_a_place_in_a_sequence(bench, board):
     """01h: "may be used to indicate a location within a sequence buffer"."""
     sequence(bench, board, 1, (0x01, 0xA1), (0x2A, 0, 1), (0x01, 0xA2))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.5)
+    send(bench, board, 0x41, 1, seconds=0.5)
     assert messages(bench, board) == ["01 a1"]
     bench.run(1)
     assert messages(bench, board) == ["01 a2"]
@@ -47,9 +46,8 @@ def test_write_set_and_clear_user_bits(bench, board):
         ((0x08, 2), 2), ((0x08, 5), 5), ((0x08, 8), 5), ((0x08, 0xFF), 5), ((0x09, 1), 7), ((0x0A, 2), 3),
         ((0x09, 3), 3), ((0x0A, 3), 3), ((0x0A, 0), 2), ((0x08, 0), 0),
     ):  # fmt: skip
-        tell(bench, board, *command)
-        bench.run(0.01)
-        assert board.bus.read(CONTROL) == 0x50 | bits
+        send(bench, board, *command, seconds=0.01)
+        assert status_word(bench, board) == 0x50 | bits
 
 
 def test_programmable_outputs(bench, board):
@@ -59,33 +57,29 @@ def test_programmable_outputs(bench, board):
         ((0x0D, 0x04), (False, True)), ((0x0D, 0xF9), (False, False)), ((0x0D, 0x02), (True, False)),
         ((0x0B, 2), (True, True)), ((0x0D, 0x00), (False, False)), ((0x0B, 1), (True, False)),
     ):  # fmt: skip
-        tell(bench, board, *command)
-        bench.run(0.01)
+        send(bench, board, *command, seconds=0.01)
         assert levels(board) == both
         assert ask(bench, board, 0x97) == bytes([0x97, 2 * both[0] + 4 * both[1]]).ljust(16, b"\0")
 
 
 def test_user_bit_one_shows_the_motor_moving(bench, board):
     """0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; undone by the null code."""
-    tell(bench, board, 0x0F, 0x01, 0x01, 0xFF)
+    send(bench, board, 0x0F, 0x01, 0x01, 0xFF)
     cruise(bench, board)
-    assert board.bus.read(CONTROL) & 7 == 2
-    tell(bench, board, 0x0F, 0x01, 0x00, 0x00)
-    tell(bench, board, 0x78)
-    bench.run(0.1)
-    assert board.bus.read(CONTROL) & 7 == 2, "leave the bit in its previous state"
+    assert status_word(bench, board) & 7 == 2
+    send_all(bench, board, (0x0F, 0x01, 0x00, 0x00), (0x78,), seconds=0.1)
+    assert status_word(bench, board) & 7 == 2, "leave the bit in its previous state"
 
 
 def test_more_than_one_bit_may_show_the_same_state(bench, board):
     """0Fh: the joystick request input "by both a programmable output bit and a user-definable bit"."""
-    tell(bench, board, 0x0F, 4, 0x81, 1)
-    tell(bench, board, 0x0F, 2, 0x81, 0)
+    send_all(bench, board, (0x0F, 4, 0x81, 1), (0x0F, 2, 0x81, 0))
     for level in (True, False, True):
         board.pins["remote_enable"].drive(level)
         bench.run(0.02)
         assert ask(bench, board, 0x95)[:3] == bytes([0x95, 0xFF if level else 0, 0])
         assert board.pins["output2"].level is level
-        assert bool(board.bus.read(CONTROL) & 4) is not level
+        assert bool(status_word(bench, board) & 4) is not level
 
 
 @pytest.mark.parametrize(
@@ -95,25 +89,24 @@ def test_more_than_one_bit_may_show_the_same_state(bench, board):
 )
 def test_states_of_a_preset_move(bench, board, state, expected):
     """0Fh: a trapezoid of 0.1 s, 0.2 s and 0.1 s, looked at every 80 ms."""
-    tell(bench, board, 0x0F, 0, state, 1)
+    send(bench, board, 0x0F, 0, state, 1)
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(3_000))
+    send(bench, board, 0x33, *i32(3_000))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
     seen = ""
     for wait in (0.02, 0.06, 0.12, 0.12, 0.06, 0.06):
         bench.run(wait)
-        seen += str(board.bus.read(CONTROL) & 1)
+        seen += str(status_word(bench, board) & 1)
     assert seen == expected
 
 
 def test_the_state_of_performing_a_sequence(bench, board):
     """0Fh, state 03; active low on an output."""
-    tell(bench, board, 0x0F, 3, 3, 0)
+    send(bench, board, 0x0F, 3, 3, 0)
     sequence(bench, board, 1, (0x2A, 0, 1))
     bench.run(0.01)
     assert board.pins["output1"].level
-    tell(bench, board, 0x41, 1)
-    bench.run(0.5)
+    send(bench, board, 0x41, 1, seconds=0.5)
     assert not board.pins["output1"].level
     bench.run(0.6)
     assert board.pins["output1"].level
@@ -141,15 +134,13 @@ def test_the_joystick_is_tracked(bench, board):
     board.pins["step_in"].drive(False)
     stick(bench, board, 3, True)
     assert board.axes["motor"].pulses == 0, "disabled after power on"
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send(bench, board, 0x11, seconds=0.02)
     assert board.pins["remote_acknowledge"].level
     stick(bench, board, 40, True)
     stick(bench, board, 15, False)
     assert [position(bench, board, opcode) for opcode in (0x80, 0x82, 0x83)] == [-15, 25, 25]
     assert ask(bench, board, 0x84)[1] == 0xFF
-    tell(bench, board, 0x10)
-    bench.run(0.02)
+    send(bench, board, 0x10, seconds=0.02)
     assert not board.pins["remote_acknowledge"].level
     stick(bench, board, 5, True)
     assert board.axes["motor"].position == 25
@@ -158,32 +149,24 @@ def test_the_joystick_is_tracked(bench, board):
 def test_an_enabled_joystick_is_a_move(bench, board):
     """11h: "any command that cannot be performed when the motor is moving can also not be performed"."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(70))
-    rest(bench, board)
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    complete(bench, board, 0x33, *i32(70))
+    send(bench, board, 0x11, seconds=0.02)
     for command in ((0x30,), (0x33, *i32(100)), (0x12, 1), (0x13, 1), (0x14, 1), (0x2E, *i32(5))):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     bench.run(0.2)
     assert position(bench, board) == 70
     assert not board.pins["shutdown"].level
-    tell(bench, board, 0x10)
-    bench.run(0.02)
-    tell(bench, board, 0x33, *i32(1))
-    rest(bench, board)
+    send(bench, board, 0x10, seconds=0.02)
+    complete(bench, board, 0x33, *i32(1))
     assert (position(bench, board), board.axes["motor"].position) == (71, 71), "CW is still +"
 
 
 def test_no_joystick_in_motion_nor_in_shutdown(bench, board):
     """11h: "may not be enabled if the remote power shutdown is active or if motion is occuring"."""
     cruise(bench, board)
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send(bench, board, 0x11, seconds=0.02)
     assert not board.pins["remote_acknowledge"].level
-    tell(bench, board, 0x78)
-    tell(bench, board, 0x12, 1)
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send_all(bench, board, (0x78,), (0x12, 1), (0x11,), seconds=0.02)
     assert not board.pins["remote_acknowledge"].level
 
 
@@ -192,20 +175,17 @@ def test_remote_power_shutdown(bench, board):
     default(bench, board, 10_000, 100_000)
     assert not board.pins["shutdown"].level
     cruise(bench, board)
-    tell(bench, board, 0x12, 1)
+    send(bench, board, 0x12, 1)
     assert not board.pins["shutdown"].level
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     before = board.axes["motor"].pulses
-    tell(bench, board, 0x12, 0x80)
-    bench.run(0.01)
+    send(bench, board, 0x12, 0x80, seconds=0.01)
     assert board.pins["shutdown"].level
     for command in ((0x33, *i32(100)), (0x34, *i32(100)), (0x32, 0)):
-        tell(bench, board, *command)
-        bench.run(0.2)
+        send(bench, board, *command, seconds=0.2)
     assert board.axes["motor"].pulses == before
-    tell(bench, board, 0x12, 0)
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    send(bench, board, 0x12, 0)
+    complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].pulses == before + 100
 
 
@@ -215,33 +195,27 @@ def test_the_shutdown_input(bench, board):
     pin.drive(False)
     bench.run(0.02)
     assert not shutdown.level
-    tell(bench, board, 0x13, 1)
-    bench.run(0.02)
+    send(bench, board, 0x13, 1, seconds=0.02)
     assert shutdown.level
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(100))
-    bench.run(0.2)
+    send(bench, board, 0x33, *i32(100), seconds=0.2)
     assert board.axes["motor"].pulses == 0
     pin.drive(True)
     bench.run(0.02)
     assert not shutdown.level
-    tell(bench, board, 0x12, 1)
-    bench.run(0.02)
+    send(bench, board, 0x12, 1, seconds=0.02)
     assert not shutdown.level
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].pulses == 100
 
 
 def test_the_sense_of_direction(bench, board):
     """14h: "After the direction redefinition move number one is still a + move", but it is CCW now."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(60))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(60))
     assert board.pins["direction"].level, "the direction line is high for CW"
-    tell(bench, board, 0x14, 1)
-    tell(bench, board, 0x33, *i32(50))
-    rest(bench, board)
+    send(bench, board, 0x14, 1)
+    complete(bench, board, 0x33, *i32(50))
     assert not board.pins["direction"].level
     assert board.axes["motor"].position == 10
     assert ask(bench, board, 0x84)[1] == 0
@@ -250,11 +224,9 @@ def test_the_sense_of_direction(bench, board):
 
 def test_the_sense_of_direction_stays_while_moving(bench, board):
     cruise(bench, board)
-    tell(bench, board, 0x14, 1)
-    tell(bench, board, 0x78)
+    send_all(bench, board, (0x14, 1), (0x78,))
     before = board.axes["motor"].position
-    tell(bench, board, 0x33, *i32(50))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(50))
     assert board.axes["motor"].position == before + 50
 
 
@@ -263,7 +235,7 @@ def test_a_limit_is_found_by_its_sign(bench, board):
     board.pins["ccw_limit"].drive(True)
     bench.run(0.01)
     assert ask(bench, board, 0x89)[1] == 0x0F
-    tell(bench, board, 0x14, 1)
+    send(bench, board, 0x14, 1)
     assert ask(bench, board, 0x89)[1] == 0xF0
 
 
@@ -278,21 +250,21 @@ def test_part_number(bench, board):
 @pytest.mark.parametrize("by", ["command", "switch", "command while a sequence is defined"])
 def test_the_test_switch_function(bench, board, by):
     """FFh, Functional check: 25,000 pulses at 5,000 Hertz CCW, the same CW, then the board monitor alarm: 10 s."""
-    tell(bench, board, 0x0D, 0)
+    send(bench, board, 0x0D, 0)
     if by == "switch":
         board.pins["test_switch"].drive(True)
     else:
         if "sequence" in by:
-            tell(bench, board, 0xD9, 1)
-        tell(bench, board, 0xFF)
+            send(bench, board, 0xD9, 1)
+        send(bench, board, 0xFF)
     bench.run(4.9)
-    assert not board.bus.read(CONTROL) & FAIL
+    assert not status_word(bench, board) & FAIL
     assert not board.pins["direction"].level
     assert board.axes["motor"].position == pytest.approx(-24_500, abs=100)
     bench.run(4.9)
     assert board.pins["direction"].level
     bench.run(0.4)
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
     assert board.pins["led"].level
     times = steps(board)
     assert (len(times), board.axes["motor"].position) == (50_000, 0)
@@ -304,7 +276,7 @@ def test_the_test_switch_function(bench, board, by):
     tell_nothing(bench, board)
     board.bus.write(CONTROL, 0x20)
     bench.run(1.01)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     assert not board.pins["led"].level
 
 
@@ -316,7 +288,7 @@ def tell_nothing(bench, board):
             board.bus.write(0, value)
         board.bus.write(CONTROL, 0x10)
         bench.run(0.1)
-    assert board.bus.read(CONTROL) & FAIL
+    assert status_word(bench, board) & FAIL
     assert board.axes["motor"].position == 0
 
 
@@ -328,7 +300,7 @@ def test_the_failure_interrupts(bench):
     board.bus.write(CONTROL, 0x50)
     bench.run(10.5)
     assert board.bus.interrupt
-    assert board.bus.read(CONTROL) & 0xA0 == 0xA0
+    assert status_word(bench, board) & 0xA0 == 0xA0
     board.bus.write(CONTROL, 0xD0)
     bench.run(0.1)
     assert board.bus.interrupt
@@ -349,8 +321,7 @@ def test_triggers_are_read(bench, board):
 
 def test_the_stick_moves_the_motor_both_ways_once_the_joystick_is_enabled(bench, board):
     """11h with one axis of an 852: 5,000 pulses/s clockwise, then 1,000 counter-clockwise; 80h tells of the latter."""
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send(bench, board, 0x11, seconds=0.02)
     board.joystick.deflect(5000)
     bench.run(0.104)
     board.joystick.deflect(0)
@@ -368,8 +339,7 @@ def test_the_stick_moves_the_motor_both_ways_once_the_joystick_is_enabled(bench,
 @pytest.mark.parametrize("rate", [1000, -400])
 def test_the_axis_is_as_fast_as_the_joystick_has_it(bench, board, rate):
     """11h: "the pulse frequency out of the 1810/11 ... is identical to the pulse frequency in from the Joystick"."""
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send(bench, board, 0x11, seconds=0.02)
     motor = board.axes["motor"]
     board.joystick.deflect(rate)
     bench.run(0.05)

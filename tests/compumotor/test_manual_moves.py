@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .driving import about, continuous, cruise, relative, steps
-from .talking import ask, default, i32, messages, position, rest, tell
+from .programs import about, continuous, cruise, relative, steps
+from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 AT_ONCE = 0x7FFF_FFFF
 
@@ -16,8 +16,7 @@ def absolute(number, velocity, acceleration, place):
 
 def go(bench, board, *command):
     """Where it is, from absolute zero, after a command."""
-    tell(bench, board, *command)
-    rest(bench, board)
+    complete(bench, board, *command)
     return position(bench, board)
 
 
@@ -25,14 +24,13 @@ def test_define_the_absolute_position(bench, board):
     """2Eh: "the absolute position is set to the known offset of the sensor"; two's complement; not while moving."""
     default(bench, board, 100_000, AT_ONCE)
     for place in (-5, 0x7FFF_FFFF, -0x8000_0000, 1_234):
-        tell(bench, board, 0x2E, *i32(place))
+        send(bench, board, 0x2E, *i32(place))
         assert position(bench, board) == place
     assert go(bench, board, 0x34, *i32(1_000)) == 1_000
     assert board.axes["motor"].position == -234
     assert position(bench, board, 0x82) == -234, "the home reference is another matter"
-    tell(bench, board, 0x33, *i32(100_000))
-    tell(bench, board, 0x2E, *i32(0))
-    rest(bench, board)
+    send(bench, board, 0x33, *i32(100_000))
+    complete(bench, board, 0x2E, *i32(0))
     assert position(bench, board) == 101_000
 
 
@@ -40,18 +38,16 @@ def test_absolute_zero_is_here(bench, board):
     """30h: "the absolute zero position and the position of the HOME limit switch are two independent locations"."""
     default(bench, board, 10_000, AT_ONCE)
     go(bench, board, 0x33, *i32(-77))
-    tell(bench, board, 0x30)
+    send(bench, board, 0x30)
     assert (position(bench, board), position(bench, board, 0x82)) == (0, -77)
-    tell(bench, board, 0x33, *i32(5_000))
-    bench.run(0.1)
-    tell(bench, board, 0x30)
-    rest(bench, board)
+    send(bench, board, 0x33, *i32(5_000), seconds=0.1)
+    complete(bench, board, 0x30)
     assert position(bench, board) == 5_000, "ignored while moving"
 
 
 def test_the_default_move_is_move_zero(bench, board):
     """31h: reported by 91h with 00 as type CE; "set to zero" after power up; parameter one is don't care."""
-    tell(bench, board, 0x31, 0xAB, 0x21, *i32(0x0001_0203), *i32(0x0405_0607))
+    send(bench, board, 0x31, 0xAB, 0x21, *i32(0x0001_0203), *i32(0x0405_0607))
     data = ask(bench, board, 0x91, 0)
     assert data[:12] == bytes([0x91, 0xCE, 0, 0x21, 0, 1, 2, 3, 4, 5, 6, 7])
     assert len(data) == 16
@@ -70,15 +66,14 @@ def test_the_default_move_is_move_zero(bench, board):
 def test_a_default_out_of_range_is_ignored(bench, board, wrong):
     """31h: "negative velocity and a negative acceleration are invalid parameters"."""
     default(bench, board, 500, 600)
-    tell(bench, board, *wrong)
+    send(bench, board, *wrong)
     assert ask(bench, board, 0x91, 0)[3:12] == bytes([0, *i32(500), *i32(600)])
 
 
 @pytest.mark.parametrize("command", [(0x32, 0), (0x33, *i32(50)), (0x34, *i32(50)), (0x40, 1), (0x40, 51), (0x40, 0)])
 def test_without_a_definition_there_is_no_move(bench, board, command):
     """32h: "If the default move has not been defined no move will be performed"; 40h."""
-    tell(bench, board, *command)
-    bench.run(0.5)
+    send(bench, board, *command, seconds=0.5)
     assert board.axes["motor"].pulses == 0
     assert ask(bench, board, 0x8C)[1] == 0
 
@@ -87,8 +82,7 @@ def test_without_a_definition_there_is_no_move(bench, board, command):
 def test_the_default_move_continuous(bench, board, parameter, velocity):
     """32h: "in the + direction if the parameter byte is 00, otherwise, in the - direction"."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x32, parameter)
-    bench.run(5)
+    send(bench, board, 0x32, parameter, seconds=5)
     assert board.axes["motor"].velocity == velocity
     # 0.1 s of ramp with 500 pulses and 4.9 s at speed, less the time it takes to begin
     assert abs(board.axes["motor"].position) == pytest.approx(49_500, abs=200)
@@ -108,8 +102,7 @@ def test_go_relative(bench, board, distance):
 def test_distances_that_are_invalid(bench, board, string):
     """33h: "A distance of 80000000h is invalid"; 34h: only C0000001h through 3FFFFFFFh."""
     default(bench, board, 10_000, AT_ONCE)
-    tell(bench, board, *string)
-    bench.run(0.5)
+    send(bench, board, *string, seconds=0.5)
     assert board.axes["motor"].pulses == 0
 
 
@@ -119,11 +112,10 @@ def test_distances_that_are_invalid(bench, board, string):
 def test_the_longest_distances(bench, board, string):
     """33h, 34h: the bounds themselves are valid."""
     default(bench, board, 10_000, AT_ONCE)
-    tell(bench, board, *string)
-    bench.run(0.5)
+    send(bench, board, *string, seconds=0.5)
     minus = string[1] >= 0x80
     assert board.axes["motor"].velocity == (-10_000 if minus else 10_000)
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     done = board.axes["motor"].position
     assert position(bench, board, 0x81) == abs(int.from_bytes(bytes(string[1:]), "big", signed=True)) - abs(done)
 
@@ -139,9 +131,7 @@ def test_go_absolute(bench, board):
 def test_no_absolute_move_from_outside_the_range(bench, board):
     """34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"."""
     default(bench, board, 100_000, AT_ONCE)
-    tell(bench, board, 0x2E, *i32(0x4000_0009))
-    tell(bench, board, 0x34, *i32(0x3FFF_FFFF))
-    bench.run(0.2)
+    send_all(bench, board, (0x2E, *i32(0x4000_0009)), (0x34, *i32(0x3FFF_FFFF)), seconds=0.2)
     assert board.axes["motor"].pulses == 0
     assert go(bench, board, 0x33, *i32(-10)) == 0x3FFF_FFFF
     assert go(bench, board, 0x34, *i32(0x3FFF_FFF0)) == 0x3FFF_FFF0
@@ -149,43 +139,33 @@ def test_no_absolute_move_from_outside_the_range(bench, board):
 
 def test_a_preset_move_needs_the_motor_to_stand(bench, board):
     """C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored"."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 2_000))
+    send(bench, board, *relative(1, 10_000, 100_000, 2_000))
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.05)
+    send(bench, board, 0x40, 1, seconds=0.05)
     for command in ((0x40, 1), (0x33, *i32(9)), (0x34, *i32(9)), (0x32, 0)):
-        tell(bench, board, *command)
-    rest(bench, board)
+        send(bench, board, *command)
+    until_idle(bench, board)
     assert board.axes["motor"].position == 2_000
     bench.run(1)
     assert board.axes["motor"].position == 2_000
     cruise(bench, board)
-    tell(bench, board, 0x40, 1)
-    tell(bench, board, 0x33, *i32(9))
-    bench.run(1)
+    send_all(bench, board, (0x40, 1), (0x33, *i32(9)), seconds=1)
     assert board.axes["motor"].velocity == 10_000
 
 
 def test_a_continuous_move_needs_the_ramp_to_be_over(bench, board):
     """CEh: "can only be performed if the motor is not accelerating or decelerating"."""
-    tell(bench, board, *continuous(1, 10_000, 50_000))
-    tell(bench, board, *continuous(2, 20_000, 100_000))
-    bench.run(0.1)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.1)
-    tell(bench, board, 0x40, 2)
-    bench.run(1)
+    send_all(bench, board, continuous(1, 10_000, 50_000), continuous(2, 20_000, 100_000), seconds=0.1)
+    send(bench, board, 0x40, 1, seconds=0.1)
+    send(bench, board, 0x40, 2, seconds=1)
     assert board.axes["motor"].velocity == 10_000
-    tell(bench, board, 0x40, 2)
-    bench.run(1)
+    send(bench, board, 0x40, 2, seconds=1)
     assert board.axes["motor"].velocity == pytest.approx(20_000, rel=1e-3)
 
 
 def test_a_continuous_move_may_be_slower(bench, board):
     cruise(bench, board)
-    tell(bench, board, *continuous(2, 5_000, 50_000))
-    tell(bench, board, 0x40, 2)
-    bench.run(0.05)
+    send_all(bench, board, continuous(2, 5_000, 50_000), (0x40, 2), seconds=0.05)
     assert ask(bench, board, 0x8F)[1] == 0xFF
     bench.run(0.2)
     assert board.axes["motor"].velocity == 5_000
@@ -199,10 +179,8 @@ RANGES = [(0, 1, 16.667), (1, 10, 1.6667), (2, 100, 0.16667), (3, 1000, 0.016667
 def test_velocity_ranges(bench, board, x, unit, resolution):
     """C8h, the six ranges: one number means 1, 0.1, 0.01, 0.001 and 1/60 pulses per second."""
     number = 500 * unit
-    tell(bench, board, *continuous(1, number, AT_ONCE, ranges=x << 4))
-    bench.run(0.05)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.1)
+    send(bench, board, *continuous(1, number, AT_ONCE, ranges=x << 4), seconds=0.05)
+    send(bench, board, 0x40, 1, seconds=0.1)
     assert board.axes["motor"].velocity == pytest.approx(500, abs=resolution / 2 + 1e-9)
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
 
@@ -213,19 +191,16 @@ def test_velocity_ranges(bench, board, x, unit, resolution):
 def test_the_fastest_of_each_range(bench, board, x, maximum):
     """C8h: 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222, 1,092,266.67 Hertz, all in numbers of their units."""
     hertz = {0: 546_133.3, 1: 54_613.33, 2: 5_461.333, 3: 546.1333, 4: 9_102.222, 5: 1_092_266.67}[x]
-    tell(bench, board, *continuous(1, maximum, AT_ONCE, ranges=x << 4))
-    bench.run(0.05)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.1)
+    send(bench, board, *continuous(1, maximum, AT_ONCE, ranges=x << 4), seconds=0.05)
+    send(bench, board, 0x40, 1, seconds=0.1)
     assert board.axes["motor"].velocity == pytest.approx(hertz, rel=1e-4)
 
 
 @pytest.mark.parametrize(("y", "number"), [(0, 10_000), (1, 100_000), (2, 1_000_000)])
 def test_acceleration_ranges(bench, board, y, number):
     """C8h: velocity units per second, per ten and per hundred seconds: all of these are 10,000 pps², 0.5 s to 5,000."""
-    tell(bench, board, *continuous(1, 5_000, number, ranges=y))
-    bench.run(0.05)
-    tell(bench, board, 0x40, 1)
+    send(bench, board, *continuous(1, 5_000, number, ranges=y), seconds=0.05)
+    send(bench, board, 0x40, 1)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 0.1)
     began = bench.now
     assert bench.run_until(lambda: board.axes["motor"].velocity == 5_000, 2)
@@ -238,7 +213,7 @@ def test_a_definition_comes_back_as_it_was_sent(bench, board):
     for definition in (
         relative(9, 1_000, 2_000, -3_000, ranges=0x11), absolute(9, 4_000, 5_000, 6_000), continuous(9, 7, 8, 1),
     ):  # fmt: skip
-        tell(bench, board, *definition)
+        send(bench, board, *definition)
         assert ask(bench, board, 0x91, 9) == bytes([0x91, *definition]).ljust(16, b"\0")
 
 
@@ -254,35 +229,27 @@ def test_a_definition_comes_back_as_it_was_sent(bench, board):
 def test_definitions_out_of_range_are_ignored(bench, board, wrong):
     """C8h: "If one fails to specify a defined range the move definition is invalid"; the old one stays."""
     old = relative(4, 10_000, 100_000, 25)
-    tell(bench, board, *old)
-    tell(bench, board, *wrong)
+    send_all(bench, board, old, wrong)
     assert ask(bench, board, 0x91, 4) == bytes([0x91, *old])
-    tell(bench, board, 0x40, 4)
-    rest(bench, board)
+    complete(bench, board, 0x40, 4)
     assert board.axes["motor"].position == 25
 
 
 def test_delete_a_move(bench, board):
     """D7h; a deleted one is not performed."""
-    tell(bench, board, *relative(4, 10_000, 100_000, 25))
-    tell(bench, board, 0xD7, 5)
-    tell(bench, board, 0xD7, 4)
-    tell(bench, board, 0x40, 4)
-    bench.run(0.2)
+    send_all(bench, board, relative(4, 10_000, 100_000, 25), (0xD7, 5), (0xD7, 4), (0x40, 4), seconds=0.2)
     assert board.axes["motor"].pulses == 0
 
 
 def test_an_absolute_move_by_number(bench, board):
     """CBh: relative to absolute zero; not from outside the range."""
-    tell(bench, board, *absolute(2, 100_000, AT_ONCE, -500))
+    send(bench, board, *absolute(2, 100_000, AT_ONCE, -500))
     for _ in range(2):
         assert go(bench, board, 0x40, 2) == -500
-    tell(bench, board, 0x2E, *i32(600))
+    send(bench, board, 0x2E, *i32(600))
     assert go(bench, board, 0x40, 2) == -500
     assert board.axes["motor"].position == -1_600
-    tell(bench, board, 0x2E, *i32(-0x4000_0001))
-    tell(bench, board, 0x40, 2)
-    bench.run(0.2)
+    send_all(bench, board, (0x2E, *i32(-0x4000_0001)), (0x40, 2), seconds=0.2)
     assert board.axes["motor"].position == -1_600
 
 
@@ -295,16 +262,13 @@ def test_limits(bench, board, pin, sign):
     bench.run(1)
     assert max(steps(board)) <= hit + 0.2 * MS
     stopped = board.axes["motor"].position
-    tell(bench, board, 0x33, *i32(sign * 10))
-    bench.run(0.2)
+    send(bench, board, 0x33, *i32(sign * 10), seconds=0.2)
     assert board.axes["motor"].position == stopped
-    tell(bench, board, 0x33, *i32(-sign * 10))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(-sign * 10))
     assert board.axes["motor"].position == stopped - sign * 10
     board.pins[pin].drive(False)
     bench.run(0.01)
-    tell(bench, board, 0x33, *i32(sign * 10))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(sign * 10))
     assert board.axes["motor"].position == stopped
     assert messages(bench, board) == []
 

@@ -9,39 +9,52 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS
 
-from .driving import relative, sequence
-from .talking import CONTROL, DATA, ENABLE, INPUT_READY, MESSAGE, TAKEN, ask, message, messages, ready, tell, write
+from .programs import relative, sequence
+from .talking import (
+    CONTROL,
+    DATA,
+    ENABLE,
+    INPUT_READY,
+    MESSAGE,
+    TAKEN,
+    ask,
+    message,
+    messages,
+    ready,
+    send,
+    send_all,
+    status_word,
+    write,
+)
 
 
 def test_writing_in_three_steps(bench, board):
     """B.1: "1) read the SB and check bit four; 2) write the command string into the IDB; 3) write to the CB, bit 4"."""
-    assert board.bus.read(CONTROL) & INPUT_READY
+    assert status_word(bench, board) & INPUT_READY
     board.bus.write(DATA, 0x09)
     board.bus.write(DATA, 0x02)
     bench.run(0.1)
-    assert board.bus.read(CONTROL) == 0x50, "nothing happens before bit four says so"
+    assert status_word(bench, board) == 0x50, "nothing happens before bit four says so"
     board.bus.write(CONTROL, 0x10)
-    assert board.bus.read(CONTROL) == 0x40
+    assert status_word(bench, board) == 0x40
     bench.run(0.1)
-    assert board.bus.read(CONTROL) == 0x54
+    assert status_word(bench, board) == 0x54
 
 
 def test_reading_in_six_steps(bench, board):
     """B.2, steps four to six: SB bit three, the message of the ODB, CB bit seven."""
     write(board, 0x97)
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & MESSAGE, 0.1)
+    assert bench.run_until(lambda: status_word(bench, board) & MESSAGE, 0.1)
     assert bytes(board.bus.read(DATA) for _ in range(16)) == bytes([0x97, 0x06]).ljust(16, b"\0")
-    assert board.bus.read(CONTROL) & MESSAGE, "the board can not know before it is told"
+    assert status_word(bench, board) & MESSAGE, "the board can not know before it is told"
     board.bus.write(CONTROL, TAKEN)
     bench.run(0.01)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
 
 
 def test_a_message_that_waits_comes_when_the_first_is_taken(bench, board):
     """B.2: "If the Motor Controller has been waiting to send additional messages ... it will do so then"."""
-    tell(bench, board, 0x01, 0x11)
-    tell(bench, board, 0x01, 0x22)
-    bench.run(0.1)
+    send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.1)
     assert board.bus.read(DATA) == 0x01  # of sixteen bytes only two are read
     assert board.bus.read(DATA) == 0x11
     board.bus.write(CONTROL, TAKEN)
@@ -59,26 +72,24 @@ def test_status_after_power_up(bench):
     """C.2, the table: all bits cleared but 4 and 6; "power-up initialization takes about one second"."""
     board = bench.add("1811")
     bench.run(0.5)
-    assert not board.bus.read(CONTROL) & INPUT_READY
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & INPUT_READY, 1)
-    assert board.bus.read(CONTROL) == 0x50
+    assert not status_word(bench, board) & INPUT_READY
+    assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 1)
+    assert status_word(bench, board) == 0x50
 
 
 @pytest.mark.parametrize("value", [0x00, 0x40, 0x80, 0xC0, 0x0F, 0x4F])
 def test_bit_six_of_the_status_is_the_inverse_of_the_one_written(bench, board, value):
     """C.2: "Bit 6 of the SB reflects the inverse of bit 6 of the CB"; bits 0 to 3 of the CB are unused."""
     board.bus.write(CONTROL, value)
-    assert board.bus.read(CONTROL) & 0x40 == ~value & 0x40
+    assert status_word(bench, board) & 0x40 == ~value & 0x40
     bench.run(0.1)
-    assert board.bus.read(CONTROL) == 0x10 | ~value & 0x40
+    assert status_word(bench, board) == 0x10 | ~value & 0x40
 
 
 @pytest.mark.parametrize("how", ["bit five", "bus", "power"])
 def test_the_three_resets_are_equivalent(bench, board, how):
     """C.1: "equivalent to cycling power to the board or activating the Multibus reset line"."""
-    tell(bench, board, *relative(3, 1000, 1000, 100))
-    tell(bench, board, 0x08, 5)
-    tell(bench, board, 0x0D, 0)
+    send_all(bench, board, relative(3, 1000, 1000, 100), (0x08, 5), (0x0D, 0))
     sequence(bench, board, 2, (0x40, 3))
     if how == "bit five":
         board.bus.write(CONTROL, 0x20)
@@ -87,13 +98,11 @@ def test_the_three_resets_are_equivalent(bench, board, how):
     else:
         board.power_cycle()
     bench.run(0.5)
-    assert not board.bus.read(CONTROL) & INPUT_READY
+    assert not status_word(bench, board) & INPUT_READY
     bench.run(0.6)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     assert ask(bench, board, 0x97)[1] == 6
-    tell(bench, board, 0x40, 3)
-    tell(bench, board, 0x41, 2)
-    bench.run(0.5)
+    send_all(bench, board, (0x40, 3), (0x41, 2), seconds=0.5)
     assert board.axes["motor"].pulses == 0
 
 
@@ -102,10 +111,10 @@ def test_the_masked_interrupt(bench, board):
     write(board, 0x90, control=ENABLE)
     bench.run(0.05)
     assert board.bus.interrupt
-    assert board.bus.read(CONTROL) == 0x98
+    assert status_word(bench, board) == 0x98
     board.bus.write(CONTROL, ENABLE | TAKEN)
     bench.run(0.05)
-    assert (board.bus.interrupt, board.bus.read(CONTROL)) == (False, 0x10)
+    assert (board.bus.interrupt, status_word(bench, board)) == (False, 0x10)
     write(board, 0x90)
     bench.run(0.05)
     assert not board.bus.interrupt
@@ -128,33 +137,30 @@ def test_input_ready_interrupts_whenever_the_idb_is_empty(bench):
     assert not board.bus.interrupt
     bench.run(0.01)
     assert board.bus.interrupt
-    assert board.bus.read(CONTROL) & 7 == 1
+    assert status_word(bench, board) & 7 == 1
 
 
 def test_the_input_buffer_is_ready_again_in_about_a_millisecond(bench, board):
     """D, the listing's comment: "In about one millisecond the buffer will become available"."""
     write(board, 0x00)
     began = bench.now
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & INPUT_READY, 0.1)
+    assert bench.run_until(lambda: status_word(bench, board) & INPUT_READY, 0.1)
     assert 0.5 * MS <= bench.now - began <= 2 * MS
 
 
 def test_both_strings_accomplish_the_same(bench, board):
     """F: "perform move number 5" as `40 05` and as `40 05` with zeros to the end."""
-    tell(bench, board, *relative(5, 10_000, 100_000, 1_000))
+    send(bench, board, *relative(5, 10_000, 100_000, 1_000))
     for string in ((0x40, 5), (0x40, 5, *(0,) * 14)):
         before = board.axes["motor"].position
-        tell(bench, board, *string)
-        bench.run(1)
+        send(bench, board, *string, seconds=1)
         assert board.axes["motor"].position - before == 1_000
 
 
 @pytest.mark.parametrize("string", [(0x40, 5, 0, 7), (0x40,), (0x40, 5, *(0,) * 13, 1)])
 def test_missing_or_surplus_bytes_are_no_command(bench, board, string):
     """F: "Using any other character will cause the command to be ignored"; B: "missing parameter bytes"."""
-    tell(bench, board, *relative(5, 10_000, 100_000, 1_000))
-    tell(bench, board, *string)
-    bench.run(1)
+    send_all(bench, board, relative(5, 10_000, 100_000, 1_000), string, seconds=1)
     assert board.axes["motor"].pulses == 0
     assert messages(bench, board) == []
 
@@ -166,23 +172,20 @@ def test_a_command_without_its_attribute_stays_out_of_the_sequence(bench, board)
     """
     alien = [(0x30,), (0x41, 1), (0x48,), (0x70,), (0x71,), (0x78,), (0x80,), (0xD6, 0, 0, 0, 1)]
     sequence(bench, board, 1, *alien, (0x09, 1), *alien)
-    tell(bench, board, 0x92, 1)
+    send(bench, board, 0x92, 1)
     assert messages(bench, board) == ["92 09 01", "92 00"]
 
 
 def test_a_singular_command_is_not_for_the_host_while_a_sequence_is_performed(bench, board):
     """E.2: "a SINGULAR command cannot be performed outside of a sequence buffer during sequence buffer execution"."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 500))
+    send(bench, board, *relative(1, 10_000, 100_000, 500))
     sequence(bench, board, 1, (0x28, 0), (0x09, 0))
-    tell(bench, board, 0x41, 1)
-    tell(bench, board, 0x40, 1)
-    tell(bench, board, 0x0C, 1)  # concurrent with a sequence
+    send_all(bench, board, (0x41, 1), (0x40, 1))
+    send(bench, board, 0x0C, 1)  # concurrent with a sequence
     bench.run(0.5)
     assert board.axes["motor"].pulses == 0
     assert not board.pins["output1"].level
-    tell(bench, board, 0x48)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.5)
+    send_all(bench, board, (0x48,), (0x40, 1), seconds=0.5)
     assert board.axes["motor"].pulses == 500
 
 
@@ -211,7 +214,7 @@ def hear(commands, gaps):
         if data := message(bench, board, 0.01):
             heard.append((bench.now, data))
     bench.run(1)
-    return heard, messages(bench, board), board.bus.read(CONTROL), [int(t) for t in board.axes["motor"].pulse_times()]
+    return heard, messages(bench, board), status_word(bench, board), [int(t) for t in board.axes["motor"].pulse_times()]
 
 
 @settings(max_examples=20, deadline=None)
@@ -240,9 +243,9 @@ def test_whatever_is_written_or_read_whenever(acts):
         board.bus.write(offset, value)
         if look:
             assert 0 <= board.bus.read(DATA) <= 255
-            assert 0 <= board.bus.read(CONTROL) <= 255
+            assert 0 <= status_word(bench, board) <= 255
         bench.run(wait_us / 1_000_000)
     board.bus.write(CONTROL, 0x20)
     bench.run(1.01)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     assert ask(bench, board, 0x83) == bytes([0x83]).ljust(16, b"\0")

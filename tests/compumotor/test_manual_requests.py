@@ -2,8 +2,23 @@
 
 import pytest
 
-from .driving import continuous, cruise, relative, rising
-from .talking import CONTROL, ENABLE, TAKEN, ask, default, i32, messages, position, ready, rest, tell
+from .programs import continuous, cruise, relative, rising
+from .talking import (
+    CONTROL,
+    ENABLE,
+    TAKEN,
+    ask,
+    complete,
+    default,
+    i32,
+    messages,
+    position,
+    ready,
+    send,
+    send_all,
+    status_word,
+    until_idle,
+)
 
 
 def byte(bench, board, *command):
@@ -18,8 +33,7 @@ def test_positions_of_an_excursion(bench, board):
     """80h to 83h: after 300 and -500: -500 from the start, 0 to the end, -200 from home and zero."""
     default(bench, board, 10_000, 1_000_000)
     for distance in (300, -500):
-        tell(bench, board, 0x33, *i32(distance))
-        rest(bench, board)
+        complete(bench, board, 0x33, *i32(distance))
     assert ask(bench, board, 0x80) == bytes([0x80, *i32(-500)]).ljust(16, b"\0")
     assert ask(bench, board, 0x81) == bytes([0x81]).ljust(16, b"\0")
     assert ask(bench, board, 0x82) == bytes([0x82, *(-200).to_bytes(6, "big", signed=True)]).ljust(16, b"\0")
@@ -29,8 +43,7 @@ def test_positions_of_an_excursion(bench, board):
 def test_positions_on_the_way(bench, board):
     """80h, 81h during a move: what is done and what is missing add up to the whole."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(-5_000))
-    bench.run(0.2)
+    send(bench, board, 0x33, *i32(-5_000), seconds=0.2)
     early = board.axes["motor"].position
     done = position(bench, board, 0x80)
     missing = position(bench, board, 0x81)
@@ -42,20 +55,16 @@ def test_positions_on_the_way(bench, board):
 def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
     """80h: "from zero velocity, to nonzero velocity, and back to zero velocity"."""
     cruise(bench, board)
-    tell(bench, board, *continuous(2, 5_000, 100_000))
-    tell(bench, board, 0x40, 2)
-    bench.run(0.2)
-    tell(bench, board, 0x70)
-    rest(bench, board)
+    send_all(bench, board, continuous(2, 5_000, 100_000), (0x40, 2), seconds=0.2)
+    complete(bench, board, 0x70)
     assert position(bench, board, 0x80) == board.axes["motor"].position
 
 
 def test_positions_have_six_bytes(bench, board):
     """83h: from 7FFFFFFFh ten pulses further: 80000009h in six bytes."""
     default(bench, board, 10_000, 1_000_000)
-    tell(bench, board, 0x2E, *i32(0x7FFF_FFFF))
-    tell(bench, board, 0x33, *i32(10))
-    rest(bench, board)
+    send(bench, board, 0x2E, *i32(0x7FFF_FFFF))
+    complete(bench, board, 0x33, *i32(10))
     assert position(bench, board) == 0x8000_0009
 
 
@@ -65,36 +74,33 @@ def test_direction(bench, board, minus):
     cruise(bench, board, minus=minus)
     for _ in range(2):
         assert byte(bench, board, 0x84) == byte(bench, board, 0x8B) == (0xFF if minus else 0)
-        tell(bench, board, 0x78)
+        send(bench, board, 0x78)
 
 
 def test_velocity_on_a_ramp(bench, board):
     """85h: a positive number in units of the range, in either direction; zero at rest."""
-    tell(bench, board, *continuous(1, 100_000, 50_000, minus=1, ranges=0x10))  # 10,000 pps at 5,000 pps²
+    send(bench, board, *continuous(1, 100_000, 50_000, minus=1, ranges=0x10))  # 10,000 pps at 5,000 pps²
     bench.run(0.05)
-    tell(bench, board, 0x40, 1)
-    bench.run(1)
+    send(bench, board, 0x40, 1, seconds=1)
     early = -board.axes["motor"].velocity * 10
     data = ask(bench, board, 0x85)
     late = -board.axes["motor"].velocity * 10
     assert data[:2] == b"\x85\x10"
     assert early - 17 <= int.from_bytes(data[2:6], "big") <= late + 17
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     assert ask(bench, board, 0x85)[2:6] == bytes(4)
 
 
 def phases(bench, board, minus=0):
     """88h and 8C to 8F at rest, on both ramps and between."""
-    tell(bench, board, *continuous(1, 10_000, 20_000, minus))
-    bench.run(0.05)
+    send(bench, board, *continuous(1, 10_000, 20_000, minus), seconds=0.05)
 
     def look():
         return byte(bench, board, 0x88), *(byte(bench, board, opcode) for opcode in (0x8C, 0x8D, 0x8E, 0x8F))
 
     rows = [look()]
     for command, wait in (((0x40, 1), 0.2), ((0x00,), 0.6), ((0x70,), 0.1), ((0x00,), 1)):
-        tell(bench, board, *command)
-        bench.run(wait)
+        send(bench, board, *command, seconds=wait)
         rows.append(look())
     return rows
 
@@ -127,7 +133,7 @@ def test_limits(bench, board, cw, ccw, answer):
 @pytest.mark.parametrize("active", [0, 1])
 def test_the_home_switch(bench, board, active):
     """8Ah with 38h: active as defined; 88h: bit 2."""
-    tell(bench, board, 0x38, active, 0, 10, 0)
+    send(bench, board, 0x38, active, 0, 10, 0)
     for level in (True, False, True):
         board.pins["home"].drive(level)
         bench.run(0.01)
@@ -142,7 +148,7 @@ def test_modes(bench, board):
     for command in (
         (0x51, 9, 16, 0, 0, 0, 100), (0x52, 1, 4, 1, 2, 3, 4, 0, 2), (0x53, 3, 1, 0, 0, 0, 0, 0xFF, 0xFF), (0x50,),
     ):  # fmt: skip
-        tell(bench, board, *command)
+        send(bench, board, *command)
         assert ask(bench, board, 0x90) == bytes([0x90, *command]).ljust(16, b"\0")
 
 
@@ -150,7 +156,7 @@ def test_crunching(bench, board):
     """93h: 00 until all definitions are "crunched"."""
     assert byte(bench, board, 0x93) == 0xFF
     for number in range(1, 51):
-        tell(bench, board, *relative(number, 10_000, 100_000, 10))
+        send(bench, board, *relative(number, 10_000, 100_000, 10))
     assert byte(bench, board, 0x93) == 0
     bench.run(1)
     assert byte(bench, board, 0x93) == 0xFF
@@ -160,8 +166,7 @@ def events(bench, board):
     """Every event in its order: a trapezoid, a triangle, a stopped continuous move."""
     default(bench, board, 10_000, 100_000)
     for command in ((0x33, *i32(3_000)), (0x33, *i32(-200)), (0x32, 0), (0x70,)):
-        tell(bench, board, *command)
-        bench.run(1)
+        send(bench, board, *command, seconds=1)
     return messages(bench, board)
 
 
@@ -171,23 +176,20 @@ def events(bench, board):
 )
 def test_events_of_moves(bench, board, opcode, expected):
     """A0 to A5: "this command followed by fifteen zeroes"; the triangle reaches no constant velocity."""
-    tell(bench, board, opcode, 0xFF)
+    send(bench, board, opcode, 0xFF)
     assert events(bench, board) == [f"{opcode:02x} 00"] * expected
     assert events(bench, board) == ([f"{opcode:02x} 00"] * expected if opcode & 1 else [])
-    tell(bench, board, opcode, 1)
-    tell(bench, board, opcode, 0)
+    send_all(bench, board, (opcode, 1), (opcode, 0))
     assert events(bench, board) == []
-    tell(bench, board, opcode, 1)
-    tell(bench, board, 0xAF)
+    send_all(bench, board, (opcode, 1), (0xAF,))
     assert events(bench, board) == []
 
 
 def test_the_order_of_events(bench, board):
     for opcode in (0xA1, 0xA3, 0xA5):
-        tell(bench, board, opcode, 1)
+        send(bench, board, opcode, 1)
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(3_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(3_000))
     assert messages(bench, board) == ["a1 00", "a3 00", "a5 00"]
 
 
@@ -195,14 +197,11 @@ def test_the_order_of_events(bench, board):
 def test_an_event_asked_for_during_a_move(bench, board, opcode):
     """A0 to A3: "the current move will not cause an interrupt"; A4 and A5 know no such exception."""
     default(bench, board, 10_000, 20_000)
-    tell(bench, board, 0x33, *i32(8_000))
-    bench.run(0.2)
-    tell(bench, board, opcode, 1)
-    rest(bench, board)
+    send(bench, board, 0x33, *i32(8_000), seconds=0.2)
+    complete(bench, board, opcode, 1)
     assert messages(bench, board) == ([f"{opcode:02x} 00"] if opcode >= 0xA4 else [])
     if opcode < 0xA4:
-        tell(bench, board, 0x33, *i32(8_000))
-        rest(bench, board)
+        complete(bench, board, 0x33, *i32(8_000))
         assert messages(bench, board) == [f"{opcode:02x} 00"]
 
 
@@ -221,32 +220,30 @@ def test_hitting_a_limit(bench, board, next_, every, pin):
         bench.run(0.01)
         return found
 
-    tell(bench, board, next_, 1)
+    send(bench, board, next_, 1)
     assert [hit(), hit()] == [[f"{next_:02x} 00"], []]
-    tell(bench, board, every, 1)
+    send(bench, board, every, 1)
     assert [hit(), hit()] == [[f"{every:02x} 00"], [f"{every:02x} 00"]]
-    tell(bench, board, 0xAF)
+    send(bench, board, 0xAF)
     assert hit() == []
     board.pins[pin].drive(True)
     bench.run(0.01)
-    tell(bench, board, every, 1)
-    bench.run(0.1)
+    send(bench, board, every, 1, seconds=0.1)
     assert messages(bench, board) == []
 
 
 @pytest.mark.parametrize("trigger", [1, 6])
 def test_interrupt_on_a_trigger(bench, board, trigger):
     """ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays until it is turned off."""
-    tell(bench, board, 0xAC, trigger, 1)
+    send(bench, board, 0xAC, trigger, 1)
     for _ in range(2):
         rising(bench, board, trigger)
         rising(bench, board, 7 - trigger)
         assert messages(bench, board) == [f"ac {trigger:02x}"]
-    tell(bench, board, 0xAC, trigger, 0)
+    send(bench, board, 0xAC, trigger, 0)
     rising(bench, board, trigger)
     assert messages(bench, board) == []
-    tell(bench, board, 0xAC, trigger, 1)
-    tell(bench, board, 0xAF)
+    send_all(bench, board, (0xAC, trigger, 1), (0xAF,))
     rising(bench, board, trigger)
     assert messages(bench, board) == []
 
@@ -255,14 +252,13 @@ def test_an_event_interrupts_the_bus(bench):
     """A5h: the "message ready" interrupt; cleared with CB bit seven."""
     board = ready(bench)
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0xA5, 1)
-    tell(bench, board, 0x33, *i32(100))
+    send_all(bench, board, (0xA5, 1), (0x33, *i32(100)))
     board.bus.write(CONTROL, ENABLE)
     assert not board.bus.interrupt
-    rest(bench, board)
+    until_idle(bench, board)
     bench.run(0.01)
     assert board.bus.interrupt
-    assert board.bus.read(CONTROL) & 0xC8 == 0x88
+    assert status_word(bench, board) & 0xC8 == 0x88
     assert board.bus.read(0) == 0xA5
     board.bus.write(CONTROL, ENABLE | TAKEN)
     assert not board.bus.interrupt
@@ -274,18 +270,17 @@ def test_an_event_interrupts_the_bus(bench):
 def test_requests_while_a_sequence_is_performed_and_while_streaming(bench, board, opcode):
     """Their attributes: valid in both modes and concurrent with a sequence."""
     for command in ((0xD9, 1), (0x2B, 0, 1), (0xD8,), (0x41, 1)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
-    tell(bench, board, 0x79)
-    tell(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
+    send_all(bench, board, (0x79,), (0x52, 1, 4, 0, 0, 0, 0, 0, 2))
     assert ask(bench, board, opcode)[:1] == bytes([opcode])
 
 
 def test_requests_that_streaming_modes_do_not_know(bench, board):
     """92h, 93h have no such attribute; 91h answers for move 00 only."""
-    tell(bench, board, *relative(3, 10, 10, 10))
+    send(bench, board, *relative(3, 10, 10, 10))
     default(bench, board, 10, 10)
-    tell(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
+    send(bench, board, 0x51, 1, 4, 0, 0, 0, 0)
     for command in ((0x92, 1), (0x93,), (0x91, 3)):
         assert ask(bench, board, *command) == b""
     assert ask(bench, board, 0x91, 0)[:3] == b"\x91\xce\x00"

@@ -4,19 +4,19 @@ import pytest
 
 from axistwin.units import MS
 
-from .driving import about, listing, relative, rising, sequence
-from .talking import ask, messages, rest, tell
+from .programs import about, listing, relative, rising, sequence
+from .talking import ask, complete, messages, send, send_all
 
 
 def perform(bench, board, *commands):
     sequence(bench, board, 1, *commands)
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
 
 
 @pytest.mark.parametrize("times", [1, 2, 255, 256, 1000])
 def test_repeat_x_commands_y_times(bench, board, times):
     """20h: the following X commands, Y times, most significant byte first."""
-    tell(bench, board, *relative(1, 500_000, 0x7FFF_FFFF, 3))
+    send(bench, board, *relative(1, 500_000, 0x7FFF_FFFF, 3))
     perform(bench, board, (0x20, 1, *divmod(times, 256)), (0x40, 1), (0x01, 9))
     bench.run(10)
     assert messages(bench, board) == ["01 09"]
@@ -43,12 +43,11 @@ def test_the_inner_loop_is_ignored(bench, board):
 
 def test_a_loop_until_continue(bench, board):
     """21h: "the current loop iteration will be completed and the next command ... following the loop is performed"."""
-    tell(bench, board, *relative(1, 10_000, 1_000_000, 100))
+    send(bench, board, *relative(1, 10_000, 1_000_000, 100))
     perform(bench, board, (0x21, 2), (0x40, 1), (0x29, *(0, 0, 0, 100)), (0x01, 7))
     bench.run(1)
     assert messages(bench, board) == []
-    tell(bench, board, 0x48)
-    bench.run(0.3)
+    send(bench, board, 0x48, seconds=0.3)
     assert messages(bench, board) == ["01 07"]
     rounds = board.axes["motor"].position
     assert rounds % 100 == 0
@@ -64,8 +63,7 @@ def test_wait_for_a_continue(bench, board, parameter):
     bench.run(1)
     assert messages(bench, board) == (["28 00"] if parameter else [])
     assert ask(bench, board, 0x97)[1] == 6
-    tell(bench, board, 0x48)
-    bench.run(0.1)
+    send(bench, board, 0x48, seconds=0.1)
     assert messages(bench, board) == ["01 01"]
 
 
@@ -135,14 +133,14 @@ def test_sequence_commands_have_no_meaning_outside(bench, board):
         (0x2B, 0, 9),
         (0x2C, 2, 1),
     ):
-        tell(bench, board, *command)
-    tell(bench, board, 0x01, 1)
+        send(bench, board, *command)
+    send(bench, board, 0x01, 1)
     assert messages(bench, board) == ["01 01"]
 
 
 def test_continue_without_anything_that_waits_is_ignored(bench, board):
     """48h: it is not kept for later."""
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     perform(bench, board, (0x28, 0), (0x01, 1))
     bench.run(0.5)
     assert messages(bench, board) == []
@@ -152,22 +150,19 @@ def test_continue_without_anything_that_waits_is_ignored(bench, board):
 def test_no_such_sequence(bench, board, wrong):
     """41h: "If a sequence buffer has not been defined this command is ignored"."""
     sequence(bench, board, 1, (0x01, 1))
-    tell(bench, board, *wrong)
-    bench.run(0.1)
+    send(bench, board, *wrong, seconds=0.1)
     assert messages(bench, board) == []
 
 
 def test_nothing_is_performed_between_d9_and_d8(bench, board):
     """D9h: "no commands are performed after this command ... they are considered for insertion"."""
-    tell(bench, board, 0xD9, 3)
-    tell(bench, board, 0x0C, 1)
-    tell(bench, board, 0x83)
-    tell(bench, board, 0x0A, 9)  # out of range: no command
+    send_all(bench, board, (0xD9, 3), (0x0C, 1), (0x83,))
+    send(bench, board, 0x0A, 9)  # out of range: no command
     bench.run(0.1)
     assert (messages(bench, board), board.pins["output1"].level) == ([], True)
-    tell(bench, board, 0xD8)
+    send(bench, board, 0xD8)
     assert listing(bench, board, 3) == ["92 0c 01", "92 83", "92 00"]
-    tell(bench, board, 0x41, 3)
+    send(bench, board, 0x41, 3)
     assert messages(bench, board) == ["83 00"]
     assert not board.pins["output1"].level
 
@@ -176,7 +171,7 @@ def test_listing_pads_with_zeros_and_ends_with_the_null_command(bench, board):
     """92h: "padded with zeroes to make it sixteen bytes long"; "92h followed by fifteen zeroes"."""
     definition = relative(7, 1_000, 2_000, -3)
     sequence(bench, board, 15, definition, (0x09, 2))
-    tell(bench, board, 0x92, 15)
+    send(bench, board, 0x92, 15)
     rows = messages(bench, board)
     assert rows == ["92 " + bytes(definition).hex(" "), "92 09 02", "92 00"]
 
@@ -184,10 +179,9 @@ def test_listing_pads_with_zeros_and_ends_with_the_null_command(bench, board):
 def test_listing_loses_the_messages_that_wait(bench, board):
     """92h: "If there are any messages waiting in the message queue ... they will be lost"."""
     for identifier in range(1, 6):
-        tell(bench, board, 0x01, identifier)
+        send(bench, board, 0x01, identifier)
     sequence(bench, board, 1, (0x09, 2))
-    tell(bench, board, 0x92, 1)
-    bench.run(0.1)
+    send(bench, board, 0x92, 1, seconds=0.1)
     rows = messages(bench, board)
     assert rows[-2:] == ["92 09 02", "92 00"]
     assert set(rows[:-2]) <= {"01 01"}, "what is in the ODB already may be read"
@@ -196,18 +190,15 @@ def test_listing_loses_the_messages_that_wait(bench, board):
 def test_a_definition_in_a_sequence_defines_when_it_is_performed(bench, board):
     """C8h is valid within a sequence."""
     sequence(bench, board, 1, relative(7, 10_000, 1_000_000, 40), (0x40, 7))
-    tell(bench, board, 0x40, 7)
-    bench.run(0.2)
+    send(bench, board, 0x40, 7, seconds=0.2)
     assert board.axes["motor"].pulses == 0
-    tell(bench, board, 0x41, 1)
-    bench.run(0.2)
+    send(bench, board, 0x41, 1, seconds=0.2)
     assert board.axes["motor"].pulses == 40
 
 
 def test_moves_of_a_sequence_wait_for_one_another(bench, board):
     """E.2: the next command waits for a singular one: 1,000 there, 1,000 back, a message at the end."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 1_000))
-    tell(bench, board, *relative(2, 10_000, 100_000, -1_000))
+    send_all(bench, board, relative(1, 10_000, 100_000, 1_000), relative(2, 10_000, 100_000, -1_000))
     perform(bench, board, (0x40, 1), (0x40, 2), (0x01, 1))
     bench.run(0.3)
     assert messages(bench, board) == []
@@ -222,17 +213,15 @@ def test_redefining_replaces_and_deleting_removes(bench, board):
     sequence(bench, board, 1, (0x01, 1))
     sequence(bench, board, 1, (0x01, 2))
     assert listing(bench, board, 1) == ["92 01 02", "92 00"]
-    tell(bench, board, 0xDA, 1)
-    tell(bench, board, 0x41, 1)
+    send_all(bench, board, (0xDA, 1), (0x41, 1))
     assert messages(bench, board) == []
 
 
 def test_a_sequence_performs_a_move_that_is_defined_afterwards(bench, board):
     """G.2: "any sequence can call on any pre-defined move"."""
     sequence(bench, board, 4, (0x40, 0x20))
-    tell(bench, board, *relative(0x20, 10_000, 100_000, -33))
-    tell(bench, board, 0x41, 4)
-    rest(bench, board)
+    send(bench, board, *relative(0x20, 10_000, 100_000, -33))
+    complete(bench, board, 0x41, 4)
     assert board.axes["motor"].position == -33
 
 

@@ -4,16 +4,16 @@ import pytest
 
 from axistwin.units import MS
 
-from .driving import about, cruise, relative, rising, sequence, steps
-from .talking import ask, default, i32, messages, position, rest, tell
+from .programs import about, cruise, relative, rising, sequence, steps
+from .talking import ask, complete, default, i32, messages, position, send, send_all, until_idle
 
 
 def by(bench, board, opcode, trigger):
     """The command 70h ... 7Bh itself, or the one four further on with a trigger's edge and a message."""
     if trigger is None:
-        tell(bench, board, opcode)
+        send(bench, board, opcode)
         return
-    tell(bench, board, opcode + 4, trigger, 1, 1)
+    send(bench, board, opcode + 4, trigger, 1, 1)
     rising(bench, board, trigger)
     assert messages(bench, board) == [f"{opcode + 4:02x} {trigger:02x}"]
 
@@ -27,7 +27,7 @@ def test_stop(bench, board, trigger):
     cruise(bench, board)
     before, began = board.axes["motor"].position, bench.now
     by(bench, board, 0x70, trigger)
-    rest(bench, board)
+    until_idle(bench, board)
     last = steps(board)[-1]
     # the trigger's edge comes after 3 ms and a command's time, the command itself in 1 ms
     assert about(0.1, last - began, 12)
@@ -38,11 +38,10 @@ def test_stop_uses_the_most_recent_acceleration(bench, board):
     """70h: that of the last continuous move, 50,000 pps², not the first's 100,000: 0.2 s, 1,000 pulses."""
     cruise(bench, board)
     default(bench, board, 10_000, 50_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.1)
-    tell(bench, board, 0x70)
+    send(bench, board, 0x32, 0, seconds=0.1)
+    send(bench, board, 0x70)
     before = board.axes["motor"].position
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position - before == pytest.approx(1_000, abs=15)
 
 
@@ -51,7 +50,7 @@ def test_kill(bench, board, trigger):
     """78h, 7Ch: "Pulses are stopped immediately, there is no deceleration"; 200 and 400 µs by trigger."""
     cruise(bench, board)
     if trigger:
-        tell(bench, board, 0x7C, trigger, 1, 1)
+        send(bench, board, 0x7C, trigger, 1, 1)
         board.pins[f"trigger{trigger}"].drive(False)
         bench.run(0.005)
         board.pins[f"trigger{trigger}"].drive(True)
@@ -60,7 +59,7 @@ def test_kill(bench, board, trigger):
         assert max(steps(board)) <= edge + {1: 0.2, 6: 0.4}[trigger] * MS
         assert messages(bench, board) == [f"7c {trigger:02x}"]
     else:
-        tell(bench, board, 0x78)
+        send(bench, board, 0x78)
         assert board.axes["motor"].velocity == 0
     assert ask(bench, board, 0x88)[1] & 0xF0 == 0
 
@@ -69,9 +68,8 @@ def test_a_killed_move_is_short_of_its_end(bench, board):
     """81h: "if an undershoot occurs ... the position returned is a positive number"."""
     default(bench, board, 10_000, 100_000)
     for distance in (5_000, -5_000):
-        tell(bench, board, 0x33, *i32(distance))
-        bench.run(0.2)
-        tell(bench, board, 0x78)
+        send(bench, board, 0x33, *i32(distance), seconds=0.2)
+        send(bench, board, 0x78)
         done = abs(position(bench, board, 0x80))
         assert 0 < done < 5_000
         assert position(bench, board, 0x81) == 5_000 - done
@@ -81,14 +79,13 @@ def test_a_killed_move_is_short_of_its_end(bench, board):
 def test_discontinue_a_singular_command(bench, board, trigger):
     """73h, 77h: "neither STOPPED, KILLED, nor finished"; 81h: "If an overshoot occurs ... a negative number"."""
     default(bench, board, 10_000, 20_000)
-    tell(bench, board, 0x33, *i32(-8_000))
-    bench.run(0.25)
+    send(bench, board, 0x33, *i32(-8_000), seconds=0.25)
     by(bench, board, 0x73, trigger)
     velocity = board.axes["motor"].velocity
     assert -6_500 < velocity < -4_500
     bench.run(3)
     assert board.axes["motor"].velocity == velocity
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     done = -board.axes["motor"].position
     assert done > 8_000
     assert position(bench, board, 0x81) == 8_000 - done
@@ -99,18 +96,17 @@ def test_discontinue_a_singular_command(bench, board, trigger):
 @pytest.mark.parametrize("opcode", [0x71, 0x72])
 def test_the_current_command_is_completed(bench, board, opcode, trigger):
     """71h, 72h, 75h, 76h: the move ends properly; then nothing; 48h goes on only after "suspend"."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 3_000))
+    send(bench, board, *relative(1, 10_000, 100_000, 3_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.2)
+    send(bench, board, 0x41, 1, seconds=0.2)
     by(bench, board, opcode, trigger)
-    rest(bench, board)
+    until_idle(bench, board)
     bench.run(1)
     assert (board.axes["motor"].position, messages(bench, board)) == (3_000, [])
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == (["01 01"] if opcode == 0x72 else [])
-    tell(bench, board, 0x41, 1)  # "The contents of the sequence buffer are not lost"
-    rest(bench, board)
+    send(bench, board, 0x41, 1)  # "The contents of the sequence buffer are not lost"
+    until_idle(bench, board)
     assert messages(bench, board) == ["01 01"]
 
 
@@ -119,24 +115,22 @@ def test_the_current_command_is_completed(bench, board, opcode, trigger):
 def test_the_current_command_is_ended_prematurely(bench, board, opcode, trigger):
     """79h, 7Ah, 7Dh, 7Eh: a wait of an hour ends; the sequence too, or after a CONTINUE it goes on."""
     sequence(bench, board, 1, (0x2B, 0, 60), (0x01, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.1)
+    send(bench, board, 0x41, 1, seconds=0.1)
     by(bench, board, opcode, trigger)
     bench.run(0.1)
     assert messages(bench, board) == []
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == (["01 01"] if opcode == 0x7A else [])
-    tell(bench, board, 0x48)
-    bench.run(7_200)
+    send(bench, board, 0x48, seconds=7_200)
     assert messages(bench, board) == []
 
 
 @pytest.mark.parametrize("opcode", [0x71, 0x72, 0x79, 0x7A, 0x73, 0x70, 0x78])
 def test_without_anything_to_end_they_are_ignored(bench, board, opcode):
     """71h: "If the sequence buffer is not being performed this command has no effect"."""
-    tell(bench, board, opcode)
+    send(bench, board, opcode)
     sequence(bench, board, 1, (0x01, 1), (0x01, 2))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["01 01", "01 02"]
 
 
@@ -144,10 +138,10 @@ def test_without_anything_to_end_they_are_ignored(bench, board, opcode):
 @pytest.mark.parametrize("trigger", [1, 6])
 def test_a_trigger_without_a_sequence_spoils_no_later_one(bench, board, opcode, trigger):
     """7Dh: "if TRIGGER 1 or 6 goes active when there is no sequence buffer being performed it has no effect"."""
-    tell(bench, board, opcode, trigger, 1, 0)
+    send(bench, board, opcode, trigger, 1, 0)
     rising(bench, board, trigger)
     sequence(bench, board, 1, (0x01, 1), (0x01, 2))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["01 01", "01 02"]
 
 
@@ -167,12 +161,9 @@ def test_messages_of_triggers(bench, board, opcode, trigger):
         ((trigger, 1, 1), [f"{opcode:02x} {trigger:02x}"]), ((trigger, 0xFF, 0), []), ((trigger, 0, 1), []),
         ((trigger, 0x80, 0x80), [f"{opcode:02x} {trigger:02x}"]),
     ):  # fmt: skip
-        tell(bench, board, 0x79)
-        tell(bench, board, 0x78)
-        tell(bench, board, 0x41, 1)
+        send_all(bench, board, (0x79,), (0x78,), (0x41, 1))
         default(bench, board, 10_000, 100_000)
-        tell(bench, board, opcode, trigger, 0, 0)
-        tell(bench, board, opcode, *parameters)
+        send_all(bench, board, (opcode, trigger, 0, 0), (opcode, *parameters))
         rising(bench, board, other)
         assert messages(bench, board) == []
         rising(bench, board, trigger)
@@ -183,7 +174,7 @@ def test_messages_of_triggers(bench, board, opcode, trigger):
 @pytest.mark.parametrize("trigger", [0, 2, 3, 4, 5, 7, 0x81])
 def test_only_triggers_one_and_six(bench, board, opcode, trigger):
     """74h: "01 or 06"."""
-    tell(bench, board, opcode, trigger, 1, 1)
+    send(bench, board, opcode, trigger, 1, 1)
     for number in range(1, 7):
         rising(bench, board, number)
     assert messages(bench, board) == []
@@ -193,28 +184,25 @@ def test_only_triggers_one_and_six(bench, board, opcode, trigger):
 def test_one_function_at_a_time(bench, board, second):
     """74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled"."""
     more = (1, 1) if second == 0xAC else (1, 1, 1)
-    tell(bench, board, 0x74, 1, 1, 1)
-    tell(bench, board, second, *more)
+    send_all(bench, board, (0x74, 1, 1, 1), (second, *more))
     cruise(bench, board)
     rising(bench, board, 1)
     assert messages(bench, board) == ["74 01"]
-    rest(bench, board)
-    tell(bench, board, second, 1, 0, *more[2:])  # not its own to disable
+    until_idle(bench, board)
+    send(bench, board, second, 1, 0, *more[2:])  # not its own to disable
     cruise(bench, board)
     rising(bench, board, 1)
     assert messages(bench, board) == ["74 01"]
-    tell(bench, board, 0x74, 1, 0, 0)
-    tell(bench, board, second, *more)
+    send_all(bench, board, (0x74, 1, 0, 0), (second, *more))
     sequence(bench, board, 1, (0x2B, 0, 1))
-    rest(bench, board)
-    tell(bench, board, 0x41, 1)
+    until_idle(bench, board)
+    send(bench, board, 0x41, 1)
     rising(bench, board, 1)
     assert messages(bench, board) == [f"{second:02x} 01"]
 
 
 def test_each_trigger_has_its_own_function(bench, board):
-    tell(bench, board, 0x74, 1, 1, 1)
-    tell(bench, board, 0x7C, 6, 1, 1)
+    send_all(bench, board, (0x74, 1, 1, 1), (0x7C, 6, 1, 1))
     cruise(bench, board)
     rising(bench, board, 6)
     assert board.axes["motor"].velocity == 0
@@ -226,7 +214,7 @@ def test_each_trigger_has_its_own_function(bench, board):
 
 def test_a_falling_edge_is_nothing(bench, board):
     """Trigger inputs: 1 and 6 "must make a low to high transition to be considered active"."""
-    tell(bench, board, 0x7C, 1, 1, 1)
+    send(bench, board, 0x7C, 1, 1, 1)
     cruise(bench, board)
     board.pins["trigger1"].drive(True)
     bench.run(0.01)
@@ -238,26 +226,21 @@ def test_a_falling_edge_is_nothing(bench, board):
 
 def test_a_killed_sequence_leaves_a_move_at_its_velocity(bench, board):
     """79h ends the singular command as 73h does: "prematurely ended", not killed; 70h brings it to rest."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 5_000))
+    send(bench, board, *relative(1, 10_000, 100_000, 5_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.3)
-    tell(bench, board, 0x79)
-    bench.run(1)
+    send(bench, board, 0x41, 1, seconds=0.3)
+    send(bench, board, 0x79, seconds=1)
     assert board.axes["motor"].velocity == 10_000
-    tell(bench, board, 0x70)
-    rest(bench, board)
+    complete(bench, board, 0x70)
     assert position(bench, board, 0x81) < 0
     assert messages(bench, board) == []
 
 
 def test_a_kill_of_motion_does_not_end_the_sequence(bench, board):
     """78h stops motion alone: the move is over, the sequence goes on."""
-    tell(bench, board, *relative(1, 10_000, 100_000, 5_000))
+    send(bench, board, *relative(1, 10_000, 100_000, 5_000))
     sequence(bench, board, 1, (0x40, 1), (0x01, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.2)
-    tell(bench, board, 0x78)
-    bench.run(0.1)
+    send(bench, board, 0x41, 1, seconds=0.2)
+    send(bench, board, 0x78, seconds=0.1)
     assert messages(bench, board) == ["01 01"]
     assert 0 < board.axes["motor"].position < 5_000

@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS, US
 
-from .talking import ask, default, i32, message, messages, position, ready, rest, tell
+from .talking import ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
 
 NO_TIME = 0x7FFF_FFFF  # an acceleration that is over in one update
 
 
-def pulse_times(board):
+def steps(board):
     return [int(t) for t in board.axes["motor"].pulse_times()]
 
 
 def define(bench, board, opcode, number, velocity, acceleration, target, ranges=0):
-    tell(bench, board, opcode, number, ranges, *i32(velocity), *i32(acceleration), *target)
+    send(bench, board, opcode, number, ranges, *i32(velocity), *i32(acceleration), *target)
 
 
 def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
@@ -28,10 +28,9 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
     They give 2 ms x 2,000 x (1 + ... + 49) = 4,900 pulses in 98 ms each way; 15,200 remain for 152 ms: 348 ms in all.
     """
     default(bench, board, 100_000, 1_000_000)
-    tell(bench, board, 0x33, *i32(25_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(25_000))
 
-    times = pulse_times(board)
+    times = steps(board)
     motor = board.axes["motor"]
     assert motor.position == len(times) == 25_000
     began = motor.train.move.start_ns
@@ -43,11 +42,10 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
 def test_a_short_move_is_a_triangle(bench, board):
     """1,000 pulses: 15 levels fit twice (2 x 4 x 120 = 960 pulses); 40 remain at the 16th, 32,000 pps: 61.25 ms."""
     default(bench, board, 100_000, 1_000_000)
-    tell(bench, board, 0xA3, 1)
-    tell(bench, board, 0x33, *i32(-1_000))
-    rest(bench, board)
+    send(bench, board, 0xA3, 1)
+    complete(bench, board, 0x33, *i32(-1_000))
 
-    times = pulse_times(board)
+    times = steps(board)
     assert board.axes["motor"].position == -1_000
     assert times[-1] - board.axes["motor"].train.move.start_ns == 61_250 * US
     assert messages(bench, board) == []  # "no interrupt will be received"
@@ -67,12 +65,10 @@ RESOLUTIONS = [
 def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_asked(bench, board, x, resolution, units):
     number = 12_345 * units if x in (0, 5) else 123 * units + 1
     asked = Fraction(number, units)
-    tell(bench, board, 0x31, 0, x << 4, *i32(number), *i32(NO_TIME))
-    tell(bench, board, 0x32, 0)
-    bench.run(1)
+    send_all(bench, board, (0x31, 0, x << 4, *i32(number), *i32(NO_TIME)), (0x32, 0), seconds=1)
 
-    stroke = board.axes["motor"].train.move
-    rate = stroke.profile.rate_at(bench.now - stroke.start_ns)
+    move = board.axes["motor"].train.move
+    rate = move.profile.rate_at(bench.now - move.start_ns)
     assert rate % resolution == 0
     assert abs(rate - asked) <= resolution / 2
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
@@ -88,16 +84,13 @@ def test_a_velocity_beyond_the_range_is_no_definition(bench, board, x, maximum):
         define(bench, board, 0xC8, 1, velocity, 1, i32(1), ranges=x << 4)
         data = ask(bench, board, 0x91, 1)
         assert (data[0] if data else None) == reply
-        tell(bench, board, 0xD7, 1)
+        send(bench, board, 0xD7, 1)
 
 
 @pytest.mark.parametrize(("y", "divisor"), [(0, 1), (1, 10), (2, 100)])
 def test_acceleration_ranges(bench, board, y, divisor):
     """50,000 pps reached after 0.1 s at 500,000 pps²: 49 updates of 2 ms before the last one."""
-    tell(bench, board, 0x31, 0, y, *i32(50_000), *i32(500_000 * divisor))
-    tell(bench, board, 0xA3, 1)
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0x32, 0)
+    send_all(bench, board, (0x31, 0, y, *i32(50_000), *i32(500_000 * divisor)), (0xA3, 1), (0xA1, 1), (0x32, 0))
     assert message(bench, board, 1)[0] == 0xA1
     began = board.axes["motor"].train.move.start_ns
     assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
@@ -107,32 +100,29 @@ def test_acceleration_ranges(bench, board, y, divisor):
 def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
     """1,000 pps² in range 0: 2 pps per update against 16.667 pps; never more than half a resolution off."""
     default(bench, board, 1_000, 1_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(2)
-    stroke = board.axes["motor"].train.move
-    rates = [segment.rate for segment in stroke.profile.segments]
+    send(bench, board, 0x32, 0, seconds=2)
+    move = board.axes["motor"].train.move
+    rates = [segment.rate for segment in move.profile.segments]
     assert rates == sorted(rates)
     assert all(rate % Fraction(50, 3) == 0 for rate in rates)
     for ns in range(0, 1000 * MS, 10 * MS):
-        assert abs(stroke.profile.rate_at(ns) - ns / MS) <= Fraction(50, 6) + 12
+        assert abs(move.profile.rate_at(ns) - ns / MS) <= Fraction(50, 6) + 12
 
 
 def test_the_start_stop_velocity(bench, board):
     """Begun at 1,000 pps: the first pulse after 1 ms; a move below it has no ramp at all."""
-    tell(bench, board, 0xD6, *i32(1_000))
+    send(bench, board, 0xD6, *i32(1_000))
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(5_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(5_000))
     motor = board.axes["motor"]
-    times = pulse_times(board)
+    times = steps(board)
     assert times[0] - motor.train.move.start_ns == 1 * MS
     assert times[-1] - times[-2] == 1 * MS
     assert motor.position == 5_000
 
     default(bench, board, 500, 1)
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
-    assert pulse_times(board)[-1] - motor.train.move.start_ns == 200 * MS
+    complete(bench, board, 0x33, *i32(100))
+    assert steps(board)[-1] - motor.train.move.start_ns == 200 * MS
 
 
 def test_a_move_is_under_way_within_5_ms_when_calculated_and_within_15_when_not(bench, board):
@@ -142,10 +132,10 @@ def test_a_move_is_under_way_within_5_ms_when_calculated_and_within_15_when_not(
         define(bench, board, 0xC8, 1, 100_000, 1_000_000, i32(1_000))
         bench.run(0.1)
         asked = bench.now
-        tell(bench, board, *command)
+        send(bench, board, *command)
         bench.run_until(lambda: motor.velocity, 1)
         assert 0 < bench.now - asked < most * MS
-        rest(bench, board)
+        until_idle(bench, board)
 
 
 def test_moves_are_crunched_one_after_the_other(bench, board):
@@ -200,19 +190,17 @@ def test_fifty_moves_are_kept(bench, board):
 
 def test_absolute_moves_and_positions(bench, board):
     default(bench, board, 500_000, NO_TIME)
-    tell(bench, board, 0x33, *i32(3_000))
-    rest(bench, board)
-    tell(bench, board, 0x30)
-    tell(bench, board, 0x34, *i32(-1_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(3_000))
+    send(bench, board, 0x30)
+    complete(bench, board, 0x34, *i32(-1_000))
     assert position(bench, board, 0x83) == -1_000
     assert position(bench, board, 0x82) == 2_000
     assert position(bench, board, 0x80) == -1_000
     assert position(bench, board, 0x81) == 0
     assert board.axes["motor"].position == 2_000
-    tell(bench, board, 0x2E, *i32(-0x8000_0000))
+    send(bench, board, 0x2E, *i32(-0x8000_0000))
     assert position(bench, board, 0x83) == -0x8000_0000
-    tell(bench, board, 0x34, *i32(0))  # "one must perform a relative move"
+    send(bench, board, 0x34, *i32(0))  # "one must perform a relative move"
     bench.run(0.1)
     assert board.axes["motor"].position == 2_000
 
@@ -224,14 +212,12 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
     define(bench, board, 0xCE, 3, 20_000, 1_000_000, (1,))
     bench.run(0.1)
     for number, velocity in ((1, 10_000), (2, 40_000), (1, 10_000), (3, -20_000)):
-        tell(bench, board, 0x40, number)
-        bench.run(0.2)
+        send(bench, board, 0x40, number, seconds=0.2)
         assert motor.velocity == velocity
-    tell(bench, board, 0x33, *i32(5))  # a preset move needs the motor at rest
+    send(bench, board, 0x33, *i32(5))  # a preset move needs the motor at rest
     bench.run(0.2)
     assert motor.velocity == -20_000
-    tell(bench, board, 0x70)
-    bench.run(0.1)
+    send(bench, board, 0x70, seconds=0.1)
     assert motor.velocity == 0
     assert position(bench, board) == motor.position == motor.pulses
 
@@ -240,13 +226,9 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
 def test_a_stop_during_a_reversal_is_the_end_of_it(bench, board, opcode):
     define(bench, board, 0xCE, 1, 50_000, 100_000, (0,))
     define(bench, board, 0xCE, 2, 50_000, 100_000, (1,))
-    tell(bench, board, 0xA1, 1)
-    tell(bench, board, 0x40, 1)
-    bench.run(1)
-    tell(bench, board, 0x40, 2)
-    bench.run(0.2)
-    tell(bench, board, opcode)
-    bench.run(2)
+    send_all(bench, board, (0xA1, 1), (0x40, 1), seconds=1)
+    send(bench, board, 0x40, 2, seconds=0.2)
+    send(bench, board, opcode, seconds=2)
     assert board.axes["motor"].velocity == 0
     assert messages(bench, board) == ["a1 00", "a1 00"]
 
@@ -256,28 +238,21 @@ def test_a_continuous_move_is_refused_during_a_ramp_and_during_a_preset_move(ben
     define(bench, board, 0xCE, 2, 10_000, 50_000, (1,))
     define(bench, board, 0xC8, 3, 10_000, 1_000_000, i32(10_000))
     bench.run(0.1)
-    tell(bench, board, 0x40, 1)
-    bench.run(0.5)
-    tell(bench, board, 0x40, 2)
-    bench.run(1)
+    send(bench, board, 0x40, 1, seconds=0.5)
+    send(bench, board, 0x40, 2, seconds=1)
     assert board.axes["motor"].velocity == 50_000
-    tell(bench, board, 0x78)
-    tell(bench, board, 0x40, 3)
-    bench.run(0.5)
-    tell(bench, board, 0x40, 2)
-    rest(bench, board)
+    send_all(bench, board, (0x78,), (0x40, 3), seconds=0.5)
+    complete(bench, board, 0x40, 2)
     assert position(bench, board, 0x80) == 10_000
 
 
 def test_the_sense_of_direction(bench, board):
     """After 14h the same + move runs CCW; CW is positive at the motor."""
     default(bench, board, 10_000, NO_TIME)
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(100))
     assert board.pins["direction"].level
-    tell(bench, board, 0x14, 1)
-    tell(bench, board, 0x33, *i32(30))
-    rest(bench, board)
+    send(bench, board, 0x14, 1)
+    complete(bench, board, 0x33, *i32(30))
     assert not board.pins["direction"].level
     assert board.axes["motor"].position == 70
     assert position(bench, board) == 130
@@ -288,8 +263,7 @@ def test_the_sense_of_direction(bench, board):
 def test_a_limit_ends_the_pulses_within_200_us_and_lets_none_begin_in_its_direction(bench, board, sign, pin):
     motor = board.axes["motor"]
     default(bench, board, 100_000, NO_TIME)
-    tell(bench, board, 0x33, *i32(sign * 50_000))
-    bench.run(0.1)
+    send(bench, board, 0x33, *i32(sign * 50_000), seconds=0.1)
     board.pins[pin].drive(True)
     bench.run(0.00007)
     assert motor.velocity
@@ -297,19 +271,16 @@ def test_a_limit_ends_the_pulses_within_200_us_and_lets_none_begin_in_its_direct
     assert motor.velocity == 0
     stopped = motor.position
     assert ask(bench, board, 0x89)[1] == (0xF0 if sign > 0 else 0x0F)
-    tell(bench, board, 0x33, *i32(sign * 100))
-    bench.run(0.1)
+    send(bench, board, 0x33, *i32(sign * 100), seconds=0.1)
     assert motor.position == stopped
-    tell(bench, board, 0x33, *i32(-sign * 100))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(-sign * 100))
     assert motor.position == stopped - sign * 100
 
 
 def test_limit_switches_at_positions(bench):
     board = ready(bench, motor={"limits": (-500, 1_000)})
     default(bench, board, 10_000, NO_TIME)
-    tell(bench, board, 0x33, *i32(5_000))
-    bench.run(1)
+    send(bench, board, 0x33, *i32(5_000), seconds=1)
     assert 1_000 < board.axes["motor"].position <= 1_003  # within 200 us at 10,000 pps
     assert position(bench, board, 0x81) == 5_000 - board.axes["motor"].position
 
@@ -324,10 +295,9 @@ def test_limit_switches_at_positions(bench):
 def test_pulses_issued_are_the_distance_commanded(distance, velocity, slope, start_stop):
     bench = Bench()
     board = ready(bench)
-    tell(bench, board, 0xD6, *i32(start_stop))
-    tell(bench, board, 0x31, 0, 0, *i32(max(velocity, 17)), *i32(slope))
-    tell(bench, board, 0x33, *i32(distance))
-    bench.run(100_000)
+    send(bench, board, 0xD6, *i32(start_stop))
+    send(bench, board, 0x31, 0, 0, *i32(max(velocity, 17)), *i32(slope))
+    send(bench, board, 0x33, *i32(distance), seconds=100_000)
     motor = board.axes["motor"]
     assert motor.position == motor.pulses == position(bench, board) == distance
     assert motor.velocity == 0

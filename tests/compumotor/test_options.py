@@ -7,7 +7,20 @@ from axistwin.bench import product
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .talking import CONTROL, ENABLE, INPUT_READY, MESSAGE, ask, message, messages, ready, tell, write
+from .talking import (
+    CONTROL,
+    ENABLE,
+    INPUT_READY,
+    MESSAGE,
+    ask,
+    message,
+    messages,
+    ready,
+    send,
+    send_all,
+    status_word,
+    write,
+)
 
 TIMES = (
     "initialisation_s", "drain_ms", "reply_ms", "start_ms", "calculation_ms", "step_ms", "next_message_ms", "limit_us",
@@ -77,38 +90,35 @@ def test_a_message_says_between_what_a_number_must_lie():
 def test_sixteen_commands_wait_and_then_the_idb_is_not_ready(bench):
     """Writing commands: "Commands are placed into a command buffer internal to the Motor Controller"."""
     board = ready(bench, reply_ms=10_000.0)
-    tell(bench, board, 0x84)  # keeps the processor busy for ten seconds
+    send(bench, board, 0x84)  # keeps the processor busy for ten seconds
     for _ in range(16):
-        tell(bench, board, 0x09, 0)
+        send(bench, board, 0x09, 0)
     write(board, 0x09, 1)  # the board has drained it, and has no place for it
     bench.run(1)
-    assert not board.bus.read(CONTROL) & INPUT_READY
+    assert not status_word(bench, board) & INPUT_READY
     bench.run(10)
-    assert board.bus.read(CONTROL) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
+    assert status_word(bench, board) & (INPUT_READY | 0x03) == INPUT_READY | 0x03
 
 
 def test_a_command_queue_of_one(bench):
     board = ready(bench, reply_ms=10_000.0, command_queue=1)
-    tell(bench, board, 0x84)
-    tell(bench, board, 0x09, 0)
+    send_all(bench, board, (0x84,), (0x09, 0))
     write(board, 0x09, 1)
     bench.run(1)
-    assert not board.bus.read(CONTROL) & INPUT_READY
+    assert not status_word(bench, board) & INPUT_READY
 
 
 def test_messages_wait_up_to_the_queue_and_further_ones_are_lost(bench):
     """Reading responses: "waiting to send additional messages"; here two wait behind the one in the ODB."""
     board = ready(bench, message_queue=2)
     for identifier in range(5):
-        tell(bench, board, 0x01, identifier + 1)
-        bench.run(0.01)
+        send(bench, board, 0x01, identifier + 1, seconds=0.01)
     assert messages(bench, board) == ["01 01", "01 02", "01 03"]
 
 
 def test_by_default_sixty_four_messages_wait(bench, board):
     for identifier in range(70):
-        tell(bench, board, 0x01, identifier)
-        bench.run(0.005)
+        send(bench, board, 0x01, identifier, seconds=0.005)
     assert len(messages(bench, board)) == 65
 
 
@@ -117,11 +127,11 @@ def test_the_next_message_comes_after_the_first_has_been_taken(bench, ms):
     """Reading responses: after CB bit 7, "if the Motor Controller has been waiting ... it will do so then"."""
     board = ready(bench, next_message_ms=ms)
     for identifier in (1, 2):
-        tell(bench, board, 0x01, identifier)
+        send(bench, board, 0x01, identifier)
     bench.run(0.02)
     assert message(bench, board)[:2] == b"\x01\x01"
     taken = bench.now
-    assert bench.run_until(lambda: board.bus.read(CONTROL) & MESSAGE, 1)
+    assert bench.run_until(lambda: status_word(bench, board) & MESSAGE, 1)
     assert bench.now - taken == ms * MS
 
 
@@ -130,7 +140,7 @@ def test_the_memory_is_as_large_as_the_option_says(bench, size):
     """E2h: four bytes, the first two "always zero"."""
     board = ready(bench, buffer_bytes=size)
     assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
-    tell(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
+    send(bench, board, 0x52, 1, 4, 0, 0, 0, 0, 0, 2)
     assert ask(bench, board, 0xE2)[:5] == bytes([0xE2, *size.to_bytes(4, "big")])
 
 
@@ -151,7 +161,7 @@ def test_only_what_a_jumper_connects_interrupts(bench, sources, byte):
     board.bus.write(CONTROL, ENABLE)
     write(board, 0x01, 9, control=ENABLE)
     bench.run(0.02)
-    assert board.bus.read(CONTROL) == byte | INPUT_READY | MESSAGE
+    assert status_word(bench, board) == byte | INPUT_READY | MESSAGE
     assert board.bus.interrupt is bool(byte & 0x80)
 
 

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.bench import product
 
-from .driving import sequence
-from .talking import ask, default, i32, messages, ready, rest, tell
+from .programs import sequence
+from .talking import ask, default, i32, messages, ready, send, until_idle
 
 SAYS = {"perform": 0x41, "suspend": 0x72, "continue": 0x48, "discontinue": 0x71, "kill": 0x79}
 """Command summary: perform, suspend, CONTINUE, discontinue and KILL the sequence buffer."""
@@ -28,8 +28,7 @@ def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
     sequence(bench, board, 2, (0x21, 2), (0x29, 0, 0, 0, 200), (0x01, 5))
 
     def say(label, seconds):
-        tell(bench, board, *order("sequence 2", label).says)
-        bench.run(seconds)
+        send(bench, board, *order("sequence 2", label).says, seconds=seconds)
         return messages(bench, board)
 
     assert say("perform", 0.25) == ["01 05"]
@@ -47,7 +46,7 @@ def test_who_listens_is_told_each_command_and_each_message(bench):
     told, heard = [], []
     ends = board.bus.subscribe_sent(told.append), board.bus.subscribe_received(heard.append)
     assert ask(bench, board, 0x94)[0] == 0x94
-    tell(bench, board, 0x40, 0x05, 0, 0)
+    send(bench, board, 0x40, 0x05, 0, 0)
     assert told == [b"\x94", b"\x40\x05\0\0"]
     assert heard == [bytes([0x94, 0b0011_1100]).ljust(16, b"\0")]
     for end in ends:
@@ -65,7 +64,7 @@ def test_a_second_command_ready_while_the_idb_is_not_ready_is_no_command(bench, 
         board.bus.write(0, value)
     for _ in range(3):
         board.bus.write(1, 0x10)
-    rest(bench, board)
+    until_idle(bench, board)
     assert told == [bytes([0x33, *i32(100)])]
     assert board.axes["motor"].position == 100
 

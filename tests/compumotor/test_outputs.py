@@ -2,62 +2,53 @@
 
 import pytest
 
-from .talking import RESET, ask, default, i32, message, messages, position, ready, rest, tell
+from .talking import RESET, ask, complete, default, i32, message, messages, position, ready, send, send_all, until_idle
 
 NO_TIME = 0x7FFF_FFFF
 
 
 def test_programmable_outputs(bench, board):
     assert ask(bench, board, 0x97)[1] == 0x06
-    tell(bench, board, 0x0C, 1)
+    send(bench, board, 0x0C, 1)
     assert [board.pins[f"output{n}"].level for n in (1, 2)] == [False, True]
-    tell(bench, board, 0x0D, 0xFB)
+    send(bench, board, 0x0D, 0xFB)
     assert ask(bench, board, 0x97)[1] == 0x02
-    tell(bench, board, 0x0B, 2)
-    tell(bench, board, 0x0B, 3)
-    tell(bench, board, 0x0B, 0)
+    send_all(bench, board, (0x0B, 2), (0x0B, 3), (0x0B, 0))
     assert ask(bench, board, 0x97)[1] == 0x06
 
 
 def test_a_bit_shows_whether_the_motor_is_moving(bench, board):
     """The manual's own: `0F 01 01 FF`; and output 2 the other way round."""
-    tell(bench, board, 0x0F, 1, 1, 0xFF)
-    tell(bench, board, 0x0F, 4, 1, 0)
+    send_all(bench, board, (0x0F, 1, 1, 0xFF), (0x0F, 4, 1, 0))
     default(bench, board, 10_000, 100_000)
     assert (board.bus.read(1) & 2, board.pins["output2"].level) == (0, True)
-    tell(bench, board, 0x33, *i32(3_000))
-    bench.run(0.05)
+    send(bench, board, 0x33, *i32(3_000), seconds=0.05)
     assert (board.bus.read(1) & 2, board.pins["output2"].level) == (2, False)
-    rest(bench, board)
+    until_idle(bench, board)
     assert (board.bus.read(1) & 2, board.pins["output2"].level) == (0, True)
-    tell(bench, board, 0x0F, 4, 0, 0)
-    tell(bench, board, 0x33, *i32(3_000))
-    bench.run(0.05)
+    send_all(bench, board, (0x0F, 4, 0, 0), (0x33, *i32(3_000)), seconds=0.05)
     assert board.pins["output2"].level
 
 
 @pytest.mark.parametrize(("state", "seen"), [(2, [1, 0]), (5, [1, 0]), (6, [1, 0]), (7, [1, 0]), (3, [])])
 def test_states_of_a_move(bench, board, state, seen):
-    tell(bench, board, 0x0F, 3, state, 1)
+    send(bench, board, 0x0F, 3, state, 1)
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append(pin.level))
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(3_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(3_000))
     assert edges == seen
 
 
 def test_a_state_that_is_not_defined_is_ignored(bench, board):
-    tell(bench, board, 0x0F, 3, 0x08, 1)
-    tell(bench, board, 0x0F, 5, 0x01, 1)
+    send_all(bench, board, (0x0F, 3, 0x08, 1), (0x0F, 5, 0x01, 1))
     assert board.pins["output1"].level
 
 
 def test_the_joystick_moves_the_motor_and_is_counted(bench, board):
     pins = board.pins
     pins["step_in"].drive(False)
-    tell(bench, board, 0x11)
-    bench.run(0.01)
+    send(bench, board, 0x11, seconds=0.01)
     assert pins["remote_acknowledge"].level
     for cw, pulses in ((True, 30), (False, 12)):
         pins["direction_in"].drive(cw)
@@ -74,9 +65,8 @@ def test_the_joystick_moves_the_motor_and_is_counted(bench, board):
     assert board.axes["motor"].position == 18
     assert position(bench, board, 0x80) == -12
     assert position(bench, board, 0x83) == 18
-    tell(bench, board, 0x30)  # ignored: "equivalent to performing a move"
-    tell(bench, board, 0x10)
-    bench.run(0.01)
+    send(bench, board, 0x30)  # ignored: "equivalent to performing a move"
+    send(bench, board, 0x10, seconds=0.01)
     assert not pins["remote_acknowledge"].level
     pins["step_in"].drive(True)
     assert position(bench, board, 0x83) == 18
@@ -84,35 +74,27 @@ def test_the_joystick_moves_the_motor_and_is_counted(bench, board):
 
 def test_the_joystick_excludes_moves(bench, board):
     default(bench, board, 10_000, NO_TIME)
-    tell(bench, board, 0x11)
-    tell(bench, board, 0x33, *i32(100))
-    bench.run(0.1)
+    send_all(bench, board, (0x11,), (0x33, *i32(100)), seconds=0.1)
     assert board.axes["motor"].position == 0
-    tell(bench, board, 0x10)
-    tell(bench, board, 0x33, *i32(100))
-    rest(bench, board)
+    send(bench, board, 0x10)
+    complete(bench, board, 0x33, *i32(100))
     assert board.axes["motor"].position == 100
 
 
 def test_remote_shutdown(bench, board):
     default(bench, board, 10_000, NO_TIME)
-    tell(bench, board, 0x12, 1)
+    send(bench, board, 0x12, 1)
     assert board.pins["shutdown"].level
-    tell(bench, board, 0x33, *i32(100))
-    tell(bench, board, 0x11)
-    bench.run(0.1)
+    send_all(bench, board, (0x33, *i32(100)), (0x11,), seconds=0.1)
     assert board.axes["motor"].position == 0
     assert not board.pins["remote_acknowledge"].level
-    tell(bench, board, 0x12, 0)
-    tell(bench, board, 0x33, *i32(5_000))
-    bench.run(0.1)
-    tell(bench, board, 0x12, 1)
+    send_all(bench, board, (0x12, 0), (0x33, *i32(5_000)), seconds=0.1)
+    send(bench, board, 0x12, 1)
     assert not board.pins["shutdown"].level
 
 
 def test_the_shutdown_input_takes_the_say_from_the_command(bench, board):
-    tell(bench, board, 0x13, 1)
-    tell(bench, board, 0x12, 1)
+    send_all(bench, board, (0x13, 1), (0x12, 1))
     assert not board.pins["shutdown"].level
     board.pins["shutdown_in"].drive(False)
     assert board.pins["shutdown"].level
@@ -133,9 +115,8 @@ def test_inputs_are_reported(bench, board):
 def test_the_step_pin_is_high_for_half_a_period_of_the_highest_frequency(bench, board):
     """Range 0: 546,133.3 Hz, 915 ns."""
     default(bench, board, 1_000, NO_TIME)
-    tell(bench, board, 0x33, *i32(2))
-    rest(bench, board)
-    tell(bench, board, 0x33, *i32(2))
+    complete(bench, board, 0x33, *i32(2))
+    send(bench, board, 0x33, *i32(2))
     bench.run_until(lambda: board.axes["motor"].velocity, 1)
     bench.run(0.001)
     assert board.pins["step"].level
@@ -149,10 +130,9 @@ def test_the_test_switch_function(bench, board, how):
     if how == "switch":
         board.pins["test_switch"].drive(True)
     elif how == "command":
-        tell(bench, board, 0xFF)
+        send(bench, board, 0xFF)
     else:
-        tell(bench, board, 0xD9, 1)
-        tell(bench, board, 0xFF)
+        send_all(bench, board, (0xD9, 1), (0xFF,))
     motor = board.axes["motor"]
     bench.run(5.0)
     assert -25_000 <= motor.position <= -24_990

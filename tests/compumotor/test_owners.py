@@ -7,15 +7,14 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.units import MS
 
-from .driving import continuous, relative, rising, sequence
-from .talking import ask, default, i32, messages, position, ready, rest, tell
+from .programs import continuous, relative, rising, sequence
+from .talking import ask, default, i32, messages, position, ready, send, send_all, until_idle
 
 
 def move(bench, board):
     """The host's preset move of 30,000 pulses: 0.1 s of ramps each way, 2.9 s at 10,000 pulses/s."""
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(30_000))
-    bench.run(0.5)
+    send(bench, board, 0x33, *i32(30_000), seconds=0.5)
     assert board.axes["motor"].velocity == 10_000
 
 
@@ -23,14 +22,12 @@ def beside_a_move(bench, board, *commands):
     """A sequence that the host starts while its own move is performed; D9h would be ignored then."""
     sequence(bench, board, 1, *commands)
     move(bench, board)
-    tell(bench, board, 0x41, 1)
-    bench.run(0.05)
+    send(bench, board, 0x41, 1, seconds=0.05)
 
 
 def in_a_sequence(bench, board, *commands):
     sequence(bench, board, 1, *commands)
-    tell(bench, board, 0x41, 1)
-    bench.run(0.05)
+    send(bench, board, 0x41, 1, seconds=0.05)
 
 
 # CEh: "a continuous move can only be performed if the motor is not accelerating or decelerating AND a preset move is
@@ -42,8 +39,7 @@ def in_a_sequence(bench, board, *commands):
 )
 def test_a_sequence_begins_no_move_while_the_hosts_is_performed(bench, board, command):
     """40h: "If a move is currently being performed this command is ignored"; the sequence goes on."""
-    tell(bench, board, *continuous(5, 40_000, 1_000_000))
-    tell(bench, board, 0x38, 1, 0, 50, 0)
+    send_all(bench, board, continuous(5, 40_000, 1_000_000), (0x38, 1, 0, 50, 0))
     beside_a_move(bench, board, command, (0x01, 9))
     assert messages(bench, board) == ["01 09"]
     assert board.axes["motor"].velocity == 10_000
@@ -61,13 +57,11 @@ def test_a_sequence_goes_on_beside_the_hosts_move(bench, board):
 
 def test_a_continuous_move_may_follow_in_a_sequence_when_the_hosts_is_at_its_velocity(bench, board):
     """CEh: a continuous move is performed "only" while it accelerates or decelerates."""
-    tell(bench, board, *continuous(5, 20_000, 1_000_000))
+    send(bench, board, *continuous(5, 20_000, 1_000_000))
     sequence(bench, board, 1, (0x40, 5))
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x32, 0)
-    bench.run(0.2)
-    tell(bench, board, 0x41, 1)
-    bench.run(0.05)
+    send(bench, board, 0x32, 0, seconds=0.2)
+    send(bench, board, 0x41, 1, seconds=0.05)
     assert board.axes["motor"].velocity == 20_000
 
 
@@ -77,13 +71,13 @@ def test_what_ends_the_sequences_command_leaves_the_hosts_move_alone(bench, boar
     """79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer"."""
     beside_a_move(bench, board, (0x2B, 0, 60), (0x01, 9))
     if trigger is None:
-        tell(bench, board, opcode)
+        send(bench, board, opcode)
     else:
-        tell(bench, board, opcode + 4, trigger, 1, 0)
+        send(bench, board, opcode + 4, trigger, 1, 0)
         rising(bench, board, trigger)
     bench.run(4)
     assert (board.axes["motor"].position, board.axes["motor"].velocity) == (30_000, 0)
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == (["01 09"] if opcode == 0x7A else [])
 
 
@@ -91,33 +85,31 @@ def test_what_ends_the_sequences_command_leaves_the_hosts_move_alone(bench, boar
 def test_a_sequence_without_such_a_command_has_none_to_end(bench, board, opcode):
     """79h, 7Ah: a loop of commands that take no time is killed; the host's move comes to its end."""
     beside_a_move(bench, board, (0x21, 1), (0x08, 1))
-    tell(bench, board, opcode)
-    bench.run(4)
+    send(bench, board, opcode, seconds=4)
     assert (board.axes["motor"].position, board.axes["motor"].velocity) == (30_000, 0)
 
 
 def test_73h_ends_any_singular_command(bench, board):
     """73h: "Any singular command being performed at the time": the host's move and the sequence's wait of an hour."""
     beside_a_move(bench, board, (0x2B, 0, 60), (0x01, 9))
-    tell(bench, board, 0x73)
-    bench.run(5)
+    send(bench, board, 0x73, seconds=5)
     assert board.axes["motor"].velocity == 10_000
     assert messages(bench, board) == ["01 09"]
 
 
 def test_the_state_of_a_singular_command_is_that_of_both(bench, board):
     """0Fh, code 02: a wait that ends in the sequence does not clear it while the host's move goes on."""
-    tell(bench, board, 0x0F, 3, 2, 1)
+    send(bench, board, 0x0F, 3, 2, 1)
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append((bench.now, pin.level)))
     beside_a_move(bench, board, (0x29, 0, 0, 0, 10), (0x01, 1))
     assert [level for _, level in edges] == [True]
-    rest(bench, board)
+    until_idle(bench, board)
     assert [level for _, level in edges] == [True, False]
 
 
 def test_the_state_is_set_by_a_wait_alone(bench, board):
-    tell(bench, board, 0x0F, 3, 2, 1)
+    send(bench, board, 0x0F, 3, 2, 1)
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append((bench.now, pin.level)))
     in_a_sequence(bench, board, (0x29, 0, 0, 0, 10), (0x01, 1))
@@ -139,12 +131,11 @@ def test_nothing_that_is_done_with_a_sequence_touches_the_hosts_move(steps, acts
     """Whatever stands in it, and however it is suspended, killed and continued: the host's move ends on its pulse."""
     bench = Bench()
     board = ready(bench)
-    tell(bench, board, *continuous(5, 40_000, 1_000_000))
-    tell(bench, board, 0x38, 1, 0, 50, 0)
+    send_all(bench, board, continuous(5, 40_000, 1_000_000), (0x38, 1, 0, 50, 0))
     beside_a_move(bench, board, *steps)
     for act, milliseconds in acts:
         if isinstance(act, int):
-            tell(bench, board, act)
+            send(bench, board, act)
         else:
             rising(bench, board, int(act[-1]))
         bench.run(milliseconds / 1000)
@@ -152,7 +143,7 @@ def test_nothing_that_is_done_with_a_sequence_touches_the_hosts_move(steps, acts
             break  # by now the sequence may move it
         assert board.axes["motor"].position <= 30_000
     for opcode in (0x79, 0x10):
-        tell(bench, board, opcode)
+        send(bench, board, opcode)
     assert bench.run_until(lambda: not board.axes["motor"].moving, 4)
     if not acts or sum(milliseconds for _, milliseconds in acts) < 2_000:
         assert board.axes["motor"].position == 30_000
@@ -167,27 +158,25 @@ def test_a_wait_that_is_killed_suspends_the_sequence(bench, board, wait, trigger
     """7Ah, 7Eh: "prematurely ended. The sequence buffer is temporarily suspended until a CONTINUE"."""
     in_a_sequence(bench, board, wait, (0x01, 9))
     if trigger is None:
-        tell(bench, board, 0x7A)
+        send(bench, board, 0x7A)
     else:
-        tell(bench, board, 0x7E, trigger, 1, 0)
+        send(bench, board, 0x7E, trigger, 1, 0)
         rising(bench, board, trigger)
     bench.run(1)
     assert messages(bench, board) == []
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 09"]
 
 
 def test_a_move_is_not_begun_when_7ah_comes_as_the_processor_turns_to_it(bench):
     """7Ah: nothing begins between the KILL and the CONTINUE."""
     board = ready(bench, step_ms=20)
-    tell(bench, board, *relative(1, 10_000, 100_000, 500))
+    send(bench, board, *relative(1, 10_000, 100_000, 500))
     sequence(bench, board, 1, (0x40, 1), (0x01, 9))
-    tell(bench, board, 0x41, 1)
-    tell(bench, board, 0x7A)
-    bench.run(1)
+    send_all(bench, board, (0x41, 1), (0x7A,), seconds=1)
     assert board.axes["motor"].pulses == 0
     assert messages(bench, board) == []
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 09"]
     assert board.axes["motor"].pulses == 0
 
@@ -198,32 +187,26 @@ def test_a_move_is_not_begun_when_7ah_comes_as_the_processor_turns_to_it(bench):
 def test_one_continue_is_enough_after_72h_in_a_28h(bench, board):
     """72h: "Upon receipt of a CONTINUE command the next command that was to be performed ... is performed"."""
     in_a_sequence(bench, board, (0x28, 0), (0x01, 1), (0x01, 2))
-    tell(bench, board, 0x72)
-    bench.run(0.1)
+    send(bench, board, 0x72, seconds=0.1)
     assert messages(bench, board) == []
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 01", "01 02"]
 
 
 def test_a_continue_before_the_suspension_takes_it_back(bench, board):
     """72h, then 48h while the command before is still performed: there is nothing left to wait for."""
     in_a_sequence(bench, board, (0x29, 0, 0, 0, 200), (0x01, 1))
-    tell(bench, board, 0x72)
-    tell(bench, board, 0x48)
-    bench.run(0.3)
+    send_all(bench, board, (0x72,), (0x48,), seconds=0.3)
     assert messages(bench, board) == ["01 01"]
 
 
 def test_71h_in_a_28h_leaves_the_sequence(bench, board):
     """71h: what waits for CONTINUE is left; no CONTINUE brings it back."""
     in_a_sequence(bench, board, (0x28, 0), (0x01, 1))
-    tell(bench, board, 0x71)
-    tell(bench, board, 0x48)
+    send_all(bench, board, (0x71,), (0x48,))
     assert messages(bench, board) == []
-    tell(bench, board, 0x41, 1)
-    tell(bench, board, 0x48)
-    bench.run(0.05)
-    tell(bench, board, 0x48)
+    send_all(bench, board, (0x41, 1), (0x48,), seconds=0.05)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 01"]
 
 
@@ -232,13 +215,11 @@ def test_what_is_not_valid_beside_a_sequence_is_ignored_while_it_is_suspended_to
     """Their lists have no "concurrent-with-SEQUENCE-buffer-execution"."""
     sequence(bench, board, 2, (0x01, 2))
     in_a_sequence(bench, board, (0x28, 0), (0x01, 1))
-    tell(bench, board, 0x72)
-    tell(bench, board, *command)
-    bench.run(0.05)
+    send_all(bench, board, (0x72,), command, seconds=0.05)
     assert messages(bench, board) == []
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 01"]
-    tell(bench, board, 0x41, 2)
+    send(bench, board, 0x41, 2)
     assert messages(bench, board) == ["01 02"]
     assert ask(bench, board, 0x90)[1] == 0x50
 
@@ -248,34 +229,31 @@ def test_singular_commands_about_sequences_are_ignored_during_a_move_but_41h_is_
     """92h, D9h and DAh are SINGULAR, 41h is not."""
     sequence(bench, board, 2, (0x01, 2))
     move(bench, board)
-    tell(bench, board, *command)
-    bench.run(0.05)
+    send(bench, board, *command, seconds=0.05)
     assert messages(bench, board) == []
-    tell(bench, board, 0x41, 2)
+    send(bench, board, 0x41, 2)
     assert messages(bench, board) == ["01 02"]
 
 
 def test_a_sequence_without_commands_is_not_performed(bench, board):
     """D9h and D8h at once: there is nothing to perform, and 92h says so."""
     sequence(bench, board, 3)
-    tell(bench, board, 0x0F, 3, 3, 1)
+    send(bench, board, 0x0F, 3, 3, 1)
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append(pin.level))
-    tell(bench, board, 0x41, 3)
-    bench.run(0.05)
+    send(bench, board, 0x41, 3, seconds=0.05)
     assert edges == []
-    tell(bench, board, 0x92, 3)
+    send(bench, board, 0x92, 3)
     assert messages(bench, board) == ["92 00"]
 
 
 def test_between_d9_and_d8_neither_41h_nor_92h_nor_d9h_means_anything(bench, board):
     """D9h: "if they are not valid sequence buffer commands they are ignored"."""
     sequence(bench, board, 2, (0x01, 2))
-    tell(bench, board, 0xD9, 1)
+    send(bench, board, 0xD9, 1)
     for command in ((0x41, 2), (0x92, 2), (0xD9, 3), (0xDA, 2), (0x48,), (0x72,), (0x01, 1)):
-        tell(bench, board, *command)
-    tell(bench, board, 0xD8)
-    tell(bench, board, 0x92, 1)
+        send(bench, board, *command)
+    send_all(bench, board, (0xD8,), (0x92, 1))
     assert messages(bench, board) == ["92 01 01", "92 00"]
-    tell(bench, board, 0x92, 2)
+    send(bench, board, 0x92, 2)
     assert messages(bench, board) == ["92 01 02", "92 00"]

@@ -2,15 +2,15 @@
 
 import pytest
 
-from .talking import default, i32, messages, position, ready, rest, tell
-from .tracking import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
+from .programs import ALL, AT_ONCE, LAW, RATIO, RESOLUTION, SIGMA, TEETH, number, tracked
+from .talking import complete, default, i32, messages, position, ready, send, send_all
 
 
 def machine(bench, *commands):
     """An 1811 with an encoder of 4,000 counts on a motor of 25,000 pulses, and these commands."""
     board = ready(bench, motor={"encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25_000}})
     for command in commands:
-        tell(bench, board, *command)
+        send(bench, board, *command)
     default(bench, board, 5_000, AT_ONCE)
     return board
 
@@ -22,14 +22,12 @@ def test_a_stall_is_watched_for_as_soon_as_all_four_are_defined(bench, last, ter
     teeth have been defined the indexer will watch for stall detect on ALL moves"; one tooth is 500 pulses, 100 ms.
     """
     board = machine(bench, *(command for command in (RATIO, RESOLUTION, SIGMA, TEETH) if command is not last))
-    tell(bench, board, 0xA6, 1)
-    tell(bench, board, 0x19, termination)
+    send_all(bench, board, (0xA6, 1), (0x19, termination))
     board.axes["motor"].jam()
-    tell(bench, board, 0x33, *i32(2_000))
+    send(bench, board, 0x33, *i32(2_000))
     bench.run(0.2)  # the motor has been stalled for more than a tooth, and nobody knows
     assert board.axes["motor"].velocity
-    tell(bench, board, *last)
-    bench.run(0.002_1)
+    send(bench, board, *last, seconds=0.002_1)
     assert (board.axes["motor"].velocity == 0) is bool(termination)
     assert messages(bench, board) == ["a6 00"]
 
@@ -41,8 +39,7 @@ def test_an_error_is_corrected_as_soon_as_all_is_defined(bench, last):
     board.axes["motor"].encoder.displace(10)
     bench.run(0.1)
     assert number(bench, board, 0x99) == -10
-    tell(bench, board, *last)
-    rest(bench, board)
+    complete(bench, board, *last)
     assert number(bench, board, 0x99) == 0
 
 
@@ -50,16 +47,13 @@ def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
     """B3h: "These parameters may be changed at any time", also in a correction: K x 100 counts, 10 and then 20."""
     board = tracked(bench)
     board.axes["motor"].jam()  # the error stays
-    tell(bench, board, 0x18, 1)
-    tell(bench, board, 0xB3, 1, 10, 0x00, *i32(50_000))
+    send_all(bench, board, (0x18, 1), (0xB3, 1, 10, 0x00, *i32(50_000)))
     board.axes["motor"].encoder.displace(-100)
     bench.run(0.01)
     assert board.axes["motor"].velocity == 1_000
-    tell(bench, board, 0xB3, 1, 20, 0x00, *i32(50_000))
-    bench.run(0.01)
+    send(bench, board, 0xB3, 1, 20, 0x00, *i32(50_000), seconds=0.01)
     assert board.axes["motor"].velocity == 2_000
-    tell(bench, board, 0xB3, 1, 0, 0x00, *i32(50_000))
-    bench.run(0.01)
+    send(bench, board, 0xB3, 1, 0, 0x00, *i32(50_000), seconds=0.01)
     assert board.axes["motor"].velocity == 0  # "if 0 is chosen no correction will take place"
 
 
@@ -67,18 +61,17 @@ def test_the_constant_may_be_changed_while_maintenance_is_on(bench):
 def test_half_a_motor_pulse_goes_away_from_where_the_move_begins(bench, counts, pulses):
     """B0h: one motor pulse for two encoder pulses; an odd number of them ends on a half."""
     board = machine(bench, *ALL, (0xB0, 0, 1, 0, 2))
-    tell(bench, board, 0x35, *i32(counts))
-    rest(bench, board)
+    complete(bench, board, 0x35, *i32(counts))
     assert position(bench, board) == pulses
 
 
 def test_the_deadband_may_be_defined_while_it_is_shown(bench):
     """B5h: "whenever the encoder is within 5 encoder pulses": of an error of 5, then of 4."""
     board = tracked(bench)
-    tell(bench, board, 0x0F, 0, 0x80, 1)
+    send(bench, board, 0x0F, 0, 0x80, 1)
     board.axes["motor"].encoder.displace(5)
     for deadband, shown in ((5, 1), (4, 0), (0xFFFF, 1), (0, 0)):
-        tell(bench, board, 0xB5, 0xFF, 0xFF, *deadband.to_bytes(2, "big"))
+        send(bench, board, 0xB5, 0xFF, 0xFF, *deadband.to_bytes(2, "big"))
         assert board.bus.read(1) & 1 == shown
     board.axes["motor"].encoder.displace(-5)
     assert board.bus.read(1) & 1 == 1

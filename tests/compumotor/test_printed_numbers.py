@@ -6,9 +6,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .driving import relative, sequence, steps
-from .streams import enter, free, pulse_times, velocities
-from .talking import ask, default, i32, messages, position, ready, rest, tell
+from .programs import enter, free, relative, sequence, steps, velocities
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
 
 PARABOLA_UP = bytes.fromhex(
     "072E 0E11 14A9 1AF7 20F9 26B0 2C1C 313D 3613 3A9E 3EDE 42D3"
@@ -20,9 +19,7 @@ PARABOLA = [*PARABOLA, 0x5B97, *reversed(PARABOLA)]
 
 def test_the_velocity_of_move_12h(bench, board, printed):
     """G.1: `00 04 00 00` is "Velocity = 262,144 pulses/second"; the range's resolution is 8.333 pulses/second."""
-    tell(bench, board, 0xCE, 0x12, 0, 0, 4, 0, 0, *i32(10_000_000), 0)
-    tell(bench, board, 0x40, 0x12)
-    bench.run(1)
+    send_all(bench, board, (0xCE, 0x12, 0, 0, 4, 0, 0, *i32(10_000_000), 0), (0x40, 0x12), seconds=1)
     printed(
         "G.1 Pre-defined moves", "00 04 00 00, pulses/second", 262_144, float(board.axes["motor"].velocity), within=8.4
     )
@@ -30,11 +27,9 @@ def test_the_velocity_of_move_12h(bench, board, printed):
 
 def test_a_predefined_move_begins_within_five_milliseconds(bench, board, printed):
     """G.1: "motor motion will begin within five milliseconds of receipt of the command"."""
-    tell(bench, board, *relative(1, 100_000, 50_000_000, 1_000))
-    bench.run(0.1)
+    send(bench, board, *relative(1, 100_000, 50_000_000, 1_000), seconds=0.1)
     asked_ns = bench.now
-    tell(bench, board, 0x40, 1)
-    rest(bench, board)
+    complete(bench, board, 0x40, 1)
     began = (board.axes["motor"].train.moves[-1].start_ns - asked_ns) / MS
     printed("G.1 Pre-defined moves", "from the command to the motion, ms (at most five)", 2.5, began, within=2.5)
 
@@ -42,15 +37,14 @@ def test_a_predefined_move_begins_within_five_milliseconds(bench, board, printed
 def test_fifty_moves_and_fifteen_sequences(bench, board, printed):
     """G.1: "Up to 50 moves may be pre-defined"; G.2: "up to fifteen sequence buffers"."""
     for number in range(1, 61):
-        tell(bench, board, *relative(number, 1_000, 1_000_000, number))
+        send(bench, board, *relative(number, 1_000, 1_000_000, number))
     kept = [n for n in range(1, 61) if ask(bench, board, 0x91, n)[1:2] == b"\xc8"]
     printed("G.1 Pre-defined moves", "moves that are kept of 60", 50, len(kept))
     for number in range(1, 18):
         sequence(bench, board, number, (0x83,))
     kept = 0
     for number in range(1, 18):
-        tell(bench, board, 0x41, number)
-        bench.run(0.02)
+        send(bench, board, 0x41, number, seconds=0.02)
         kept += bool(messages(bench, board))
     printed("G.2 Sequence buffers", "sequences that are kept of 17", 15, kept)
 
@@ -58,11 +52,10 @@ def test_fifty_moves_and_fifteen_sequences(bench, board, printed):
 def test_the_sequence_of_the_example(bench, board, printed):
     """G.2: moves 12h and 05, then "fifteen times" move 08, a wait "for two seconds", a position."""
     for number, distance in ((0x12, 1_000), (0x05, 500), (0x08, 100)):
-        tell(bench, board, *relative(number, 50_000, 10_000_000, distance))
+        send(bench, board, *relative(number, 50_000, 10_000_000, distance))
     commands = (0x40, 0x12), (0x0B, 1), (0x40, 5), (0x0C, 1), (0x20, 3, 0, 0x0F), (0x40, 8), (0x2A, 0, 2), (0x83,)
     sequence(bench, board, 8, *commands)
-    tell(bench, board, 0x41, 8)
-    bench.run(35)
+    send(bench, board, 0x41, 8, seconds=35)
     found = [m for m in messages(bench, board) if m.startswith("83")]
     printed("G.2 Sequence buffers", "positions that are reported", 15, len(found))
     printed("G.2 Sequence buffers", "where the motor stands, pulses", 3_000, position(bench, board))
@@ -73,11 +66,10 @@ def test_the_sequence_of_the_example(bench, board, printed):
 
 def test_five_with_and_without_zeros(bench, board, printed):
     """F: "perform move number 5" as 40 05, and as 40 05 filled up with zeros: "the same result"."""
-    tell(bench, board, *relative(5, 10_000, 1_000_000, 321))
+    send(bench, board, *relative(5, 10_000, 1_000_000, 321))
     moved = []
     for surplus in (0, 14):
-        tell(bench, board, 0x40, 5, *(0,) * surplus)
-        rest(bench, board)
+        complete(bench, board, 0x40, 5, *(0,) * surplus)
         moved.append(position(bench, board, 0x80))
     printed("F Command language syntax", "40 05 and 40 05 00 ... 00: pulses", [321, 321], moved)
 
@@ -88,9 +80,8 @@ def test_the_worked_parabola(bench, board, printed):
     enter(bench, board, 0x52, 1, 4, alarm=0, rate=2)
     printed("E.1.b Velocity-streaming mode", "E2: free bytes, about 600", 600, free(bench, board))
     velocities(bench, board, *PARABOLA, *[0] * 7)
-    tell(bench, board, 0x42)
-    rest(bench, board)
-    at = pulse_times(board)
+    complete(bench, board, 0x42)
+    at = steps(board)
     printed(
         "E.1.b Velocity-streaming mode", "from the first pulse to the last, ms", 100, (at[-1] - at[0]) / MS, within=4
     )
@@ -106,24 +97,22 @@ def test_the_worked_parabola(bench, board, printed):
 def test_a_bogus_velocity_sets_status_bit_three(bench, board, printed):
     """E.1.b: EE FF FF 09 02 00: "set user status bit number three each time the velocity FF FF is encountered"."""
     enter(bench, board, 0x52, 1, 4, rate=2)
-    tell(bench, board, 0xEE, 0xFF, 0xFF, 0x09, 0x02, 0x00)
+    send(bench, board, 0xEE, 0xFF, 0xFF, 0x09, 0x02, 0x00)
     before = board.bus.read(1) & 7
     velocities(bench, board, 0x0100, 0xFFFF, 0x0100, 0, 0, 0, 0)
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     found = [before, board.bus.read(1) & 7]
     printed("E.1.b Bogus velocity values", "user bits before and after FF FF", [0, 4], found)
 
 
 def test_user_bit_one_tells_that_the_motor_moves(bench, board, printed):
     """0Fh: "OF O1 O1 FF": bit one is set when the motor is moving and clear when it is not."""
-    tell(bench, board, 0x0F, 0x01, 0x01, 0xFF)
+    send(bench, board, 0x0F, 0x01, 0x01, 0xFF)
     default(bench, board, 1_000, 1_000_000)
     found = [board.bus.read(1) & 2]
-    tell(bench, board, 0x33, *i32(1_000))
-    bench.run(0.1)
+    send(bench, board, 0x33, *i32(1_000), seconds=0.1)
     found.append(board.bus.read(1) & 2)
-    rest(bench, board)
+    until_idle(bench, board)
     found.append(board.bus.read(1) & 2)
     printed("0Fh Show state", "0F 01 01 FF: bit 1 before, during and after a move", [0, 2, 0], found)
 
@@ -132,7 +121,7 @@ def test_user_bits_five(bench, board, printed):
     """08h: "the three user defined status bits ... will reflect the parameter byte"."""
     found = []
     for bits in range(8):
-        tell(bench, board, 0x08, bits)
+        send(bench, board, 0x08, bits)
         found.append(board.bus.read(1) & 7)
     printed("08h Write user bits", "SB bits 0 to 2 for 00 to 07", list(range(8)), found)
 
@@ -151,7 +140,6 @@ def test_a_standard_revolution_in_100_ms(bench, printed):
     """
     board = ready(bench)
     default(bench, board, 20 * 25_000, 400 * 25_000)
-    tell(bench, board, 0x33, *i32(25_000))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(25_000))
     at = steps(board)
     printed("E.1.b Velocity-streaming mode", "25,000 pulses at 400 rev/s²: ms", 100, (at[-1] - at[0]) / MS, within=4)

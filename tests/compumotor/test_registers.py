@@ -6,7 +6,7 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 from axistwin.units import MS
 
-from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, message, messages, ready, tell, write
+from .talking import COMMAND_READY, ENABLE, RESET, TAKEN, ask, message, messages, ready, send, send_all, write
 
 
 def test_power_up_takes_about_one_second_and_leaves_50h(bench):
@@ -44,9 +44,7 @@ def test_asking_takes_about_five_milliseconds(bench, board):
 
 
 def test_bytes_that_were_not_read_are_overwritten_by_the_next_message(bench, board):
-    tell(bench, board, 0x01, 0x11)
-    tell(bench, board, 0x01, 0x22)
-    bench.run(0.02)
+    send_all(bench, board, (0x01, 0x11), (0x01, 0x22), seconds=0.02)
     assert board.bus.read(0) == 0x01
     board.bus.write(1, TAKEN)
     assert not board.bus.read(1) & 0x08
@@ -55,13 +53,13 @@ def test_bytes_that_were_not_read_are_overwritten_by_the_next_message(bench, boa
 
 def test_messages_come_out_one_at_a_time_in_order(bench, board):
     for identifier in range(10):
-        tell(bench, board, 0x01, identifier)
+        send(bench, board, 0x01, identifier)
     assert messages(bench, board) == [f"01 {identifier:02x}" for identifier in range(10)]
 
 
 def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
     for command in ((0x08, 0x05), (0x90,), (0x08, 0x02)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     assert board.bus.read(1) & 0x07 == 5
     assert message(bench, board)[:2] == b"\x90\x50"
     bench.run(0.0001)
@@ -70,7 +68,7 @@ def test_commands_queue_up_and_are_obeyed_in_order(bench, board):
 
 @pytest.mark.parametrize("bits", range(8))
 def test_user_bits_are_seen_in_the_status_byte(bench, board, bits):
-    tell(bench, board, 0x08, bits)
+    send(bench, board, 0x08, bits)
     assert board.bus.read(1) == 0x50 | bits
 
 
@@ -119,15 +117,14 @@ def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
     seen = []
     for line in lines.values():
         line.subscribe(lambda pin: seen.append((pin.name, pin.level)))
-    tell(bench, board, 0x01, 7)
+    send(bench, board, 0x01, 7)
     assert seen == [("ju20", False), ("ju20", True)]
     bench.run(0.02)
     assert not board.bus.interrupt
     assert [line.level for line in lines.values()] == [True, True, False]
     board.bus.write(1, TAKEN)
     assert not lines["ju18"].level
-    tell(bench, board, 0xFF)
-    bench.run(10.1)
+    send(bench, board, 0xFF, seconds=10.1)
     assert lines["ju19"].level
     board.power(False)
     assert not any(line.level for line in lines.values())
@@ -135,9 +132,7 @@ def test_interrupt_lines_that_are_wired_directly_know_no_mask(bench, board):
 
 @pytest.mark.parametrize("by", ["register", "bus", "power"])
 def test_a_reset_forgets_everything(bench, board, by):
-    tell(bench, board, 0x08, 0x07)
-    tell(bench, board, 0x0C, 1)
-    tell(bench, board, 0x31, 0, 0, *(0, 0, 1, 0) * 2)
+    send_all(bench, board, (0x08, 0x07), (0x0C, 1), (0x31, 0, 0, *(0, 0, 1, 0) * 2))
     if by == "register":
         board.bus.write(1, RESET)
     elif by == "bus":

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.units import US
 
-from .driving import cruise
-from .talking import ask, default, i32, messages, tell
+from .programs import cruise
+from .talking import ask, default, i32, messages, send
 
 
 def later(bench, ns):
@@ -28,7 +28,7 @@ def test_a_limit_must_remain_active_for_75_microseconds(bench, board, minus, lim
 def test_a_trigger_responds_within_200_or_400_microseconds(bench, board, trigger, response):
     """TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for the other."""
     cruise(bench, board)
-    tell(bench, board, 0x7C, trigger, 1, 0)
+    send(bench, board, 0x7C, trigger, 1, 0)
     pin = board.pins[f"trigger{trigger}"]
     pin.drive(False)
     bench.run(0.002)
@@ -42,7 +42,7 @@ def test_a_trigger_responds_within_200_or_400_microseconds(bench, board, trigger
 def test_a_trigger_must_have_been_low_for_two_milliseconds(bench, board):
     """Trigger inputs: "a dwell period of at least two milliseconds" before the next transition, to the nanosecond."""
     cruise(bench, board)
-    tell(bench, board, 0x7C, 1, 1, 0)
+    send(bench, board, 0x7C, 1, 1, 0)
     pin = board.pins["trigger1"]
     for low_ns, stopped in ((2000 * US - 1, False), (2000 * US, True)):
         pin.drive(False)
@@ -56,12 +56,11 @@ def test_a_trigger_must_have_been_low_for_two_milliseconds(bench, board):
 def test_nothing_of_a_killed_move_is_still_to_come(bench, board, by):
     """78h: "immediately stopped"; A3h: no message "if constant, nonzero velocity is not reached"; one end of motion."""
     for event in (0xA3, 0xA5):
-        tell(bench, board, event, 1)
+        send(bench, board, event, 1)
     default(bench, board, 10_000, 100_000)
-    tell(bench, board, 0x33, *i32(3_000))
-    bench.run(0.05)
+    send(bench, board, 0x33, *i32(3_000), seconds=0.05)
     if by == 0x78:
-        tell(bench, board, 0x78)
+        send(bench, board, 0x78)
     else:
         board.pins["cw_limit"].drive(True)
     assert messages(bench, board) == ["a5 00"]

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .talking import CONTROL, ask, default, i32, messages, position, ready, rest, tell, write
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, status_word, write
 
 SINGULAR = 1  # user bit 0
 
@@ -14,26 +14,26 @@ def board(bench):
     """HOME at 2,000, the minus edge of a region that is active from there; 5,000 pulses/s, a ramp of 0.25 s, 625."""
     board = ready(bench, motor={"home": (2000, 9000)})
     default(bench, board, 5000, 20_000)
-    tell(bench, board, 0x38, 1, 1, 20, 0)  # high, CCW edge, 1,000 pulses/s, final approach CW
-    tell(bench, board, 0x0F, 0, 2, 1)
+    send(bench, board, 0x38, 1, 1, 20, 0)  # high, CCW edge, 1,000 pulses/s, final approach CW
+    send(bench, board, 0x0F, 0, 2, 1)
     return board
 
 
 def over(bench, board):
     """The search ends."""
-    assert bench.run_until(lambda: not board.bus.read(CONTROL) & SINGULAR, 20)
+    assert bench.run_until(lambda: not status_word(bench, board) & SINGULAR, 20)
     return board.axes["motor"].position
 
 
 def overshoot(bench, board):
     """Item number two of the diagram: the edge has been found, and the motor decelerates."""
-    tell(bench, board, 0x39, 0)
+    send(bench, board, 0x39, 0)
     assert bench.run_until(lambda: ask(bench, board, 0x8F)[1], 5)
 
 
 def test_all_of_it(bench, board):
     """The level must last 3 ms before it is seen: at 1,000 pulses/s the motor stops 3 pulses beyond the edge."""
-    tell(bench, board, 0x39, 0)
+    send(bench, board, 0x39, 0)
     assert over(bench, board) == 2003
     assert position(bench, board, 0x82) == 0
 
@@ -74,8 +74,7 @@ def test_a_limit_in_the_recovery_is_the_end_of_the_search(bench, board):
 @pytest.mark.parametrize("opcode", [0x70, 0x78])
 def test_a_search_that_is_stopped_at_a_limit_does_not_turn_round(bench, board, opcode):
     """39h: both limits are struck before it is abandoned, but 70h and 78h abandon it at once."""
-    tell(bench, board, 0x39, 1)
-    bench.run(0.1)
+    send(bench, board, 0x39, 1, seconds=0.1)
     write(board, opcode)
     bench.run(0.001)  # as the command is obeyed
     board.pins["ccw_limit"].drive(True)
@@ -86,8 +85,7 @@ def test_a_search_that_is_stopped_at_a_limit_does_not_turn_round(bench, board, o
 
 def test_a_search_that_turns_round_at_a_limit(bench, board):
     """39h: "if an end of limit is encountered the motor will reverse"; then 2,003 as from the other side."""
-    tell(bench, board, 0x39, 1)
-    bench.run(0.1)
+    send(bench, board, 0x39, 1, seconds=0.1)
     board.pins["ccw_limit"].drive(True)
     bench.run(0.1)
     board.pins["ccw_limit"].drive(False)
@@ -98,8 +96,8 @@ def test_a_search_that_turns_round_at_a_limit(bench, board):
 def test_a_search_is_one_move(bench, board):
     """A0h to A5h: one start, one constant velocity at the default velocity, and each end of motion of its legs."""
     for opcode in (0xA1, 0xA3, 0xA5):
-        tell(bench, board, opcode, 1)
-    tell(bench, board, 0x39, 0)
+        send(bench, board, opcode, 1)
+    send(bench, board, 0x39, 0)
     over(bench, board)
     found = messages(bench, board)
     assert found.count("a1 00") == 1
@@ -119,8 +117,7 @@ def test_a_search_waits_for_its_calculation_and_a_correction_gives_way(bench, bo
 @pytest.mark.parametrize("percent", [20, 50, 100])
 def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, board, percent):
     """38h: "the percent of default velocity", with no acceleration to it; 1,000, 2,500 and 5,000 pulses/s."""
-    tell(bench, board, 0x38, 1, 1, percent, 0)
-    tell(bench, board, 0x39, 0)
+    send_all(bench, board, (0x38, 1, 1, percent, 0), (0x39, 0))
     over(bench, board)
     times = board.axes["motor"].pulse_times()
     interval = int(times[-1] - times[-2])
@@ -129,12 +126,10 @@ def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, 
 
 def test_31h_during_a_search_is_for_the_next_one(bench, board):
     """39h: "at the velocity and acceleration specified with command 31h" when it was given."""
-    tell(bench, board, 0x39, 0)
-    bench.run(0.3)
+    send(bench, board, 0x39, 0, seconds=0.3)
     default(bench, board, 500, 20_000)
     bench.run(0.02)
     assert board.axes["motor"].velocity == 5000
     assert over(bench, board) == 2003
-    tell(bench, board, 0x33, *i32(-3))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(-3))
     assert position(bench, board, 0x82) == -3

@@ -2,20 +2,20 @@
 
 import pytest
 
-from .talking import ask, default, i32, message, messages, rest, tell
+from .talking import ask, complete, default, i32, message, messages, send, send_all
 
 NO_TIME = 0x7FFF_FFFF
 
 
 def define(bench, board, number, *commands):
-    tell(bench, board, 0xD9, number)
+    send(bench, board, 0xD9, number)
     for command in commands:
-        tell(bench, board, *command)
-    tell(bench, board, 0xD8)
+        send(bench, board, *command)
+    send(bench, board, 0xD8)
 
 
 def move(bench, board, number, distance, velocity=500_000):
-    tell(bench, board, 0xC8, number, 0, *i32(velocity), *i32(NO_TIME), *i32(distance))
+    send(bench, board, 0xC8, number, 0, *i32(velocity), *i32(NO_TIME), *i32(distance))
 
 
 def test_the_manuals_example(bench, board):
@@ -27,14 +27,13 @@ def test_the_manuals_example(bench, board):
         move(bench, board, number, distance)
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
-    tell(bench, board, 0x0C, 1)
+    send(bench, board, 0x0C, 1)
     define(
         bench, board, 8,
         (0x40, 0x12), (0x0B, 1), (0x40, 5), (0x0C, 1), (0x20, 3, 0, 15), (0x40, 8), (0x2A, 0, 2), (0x83,),
     )  # fmt: skip
     assert board.axes["motor"].position == 0
-    tell(bench, board, 0x41, 8)
-    bench.run(32)
+    send(bench, board, 0x41, 8, seconds=32)
     assert edges == [(False, 0), (True, 25_000), (False, 75_000)]
     expected = [f"83 {(75_000 + 1_000 * n).to_bytes(6, 'big').hex(' ')}" for n in range(1, 16)]
     assert [text.ljust(20) for text in messages(bench, board)] == [text.removesuffix(" 00") for text in expected]
@@ -44,22 +43,19 @@ def test_the_manuals_example(bench, board):
 def test_nothing_is_performed_while_a_sequence_is_defined(bench, board):
     """Commands that may not stand in a sequence are ignored, requests among them."""
     default(bench, board, 10_000, NO_TIME)
-    tell(bench, board, 0xD9, 1)
+    send(bench, board, 0xD9, 1)
     for command in ((0x08, 7), (0x90,), (0x33, *i32(100)), (0x70,), (0x41, 2), (0xDA, 1), (0xD9, 2)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     bench.run(0.1)
     assert board.bus.read(1) == 0x50
-    tell(bench, board, 0xD8)
-    tell(bench, board, 0x92, 1)
+    send_all(bench, board, (0xD8,), (0x92, 1))
     assert messages(bench, board) == ["92 08 07", "92 33 00 00 00 64", "92 00"]
 
 
 def test_the_listing_forgets_messages_that_are_waiting(bench, board):
     define(bench, board, 3, (0x0B, 1, 0, 0))
-    tell(bench, board, 0x01, 1)
-    tell(bench, board, 0x01, 2)
-    bench.run(0.05)
-    tell(bench, board, 0x92, 3)
+    send_all(bench, board, (0x01, 1), (0x01, 2), seconds=0.05)
+    send(bench, board, 0x92, 3)
     assert messages(bench, board) == ["92 0b 01", "92 00"]
 
 
@@ -69,16 +65,14 @@ def test_all_sequences_share_one_memory(bench, board):
     for number in range(1, 16):
         define(bench, board, number, *[(0x08, 1)] * 21)
     assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 0
-    tell(bench, board, 0xDA, 1)
+    send(bench, board, 0xDA, 1)
     assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 42
 
 
 def test_a_loop_until_continue_completes_its_round(bench, board):
     define(bench, board, 1, (0x21, 2), (0x01, 1), (0x29, 0, 0, 0, 100), (0x01, 2))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.55)
-    tell(bench, board, 0x48)
-    bench.run(1)
+    send(bench, board, 0x41, 1, seconds=0.55)
+    send(bench, board, 0x48, seconds=1)
     seen = messages(bench, board)
     assert seen[-1] == "01 02"
     assert 5 <= seen.count("01 01") <= 7
@@ -86,15 +80,15 @@ def test_a_loop_until_continue_completes_its_round(bench, board):
 
 def test_loops_do_not_nest(bench, board):
     define(bench, board, 1, (0x20, 2, 0, 3), (0x20, 1, 0, 50), (0x01, 1), (0x01, 2))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["01 01"] * 3 + ["01 02"]
 
 
 def test_wait_for_continue(bench, board):
     define(bench, board, 1, (0x28, 1), (0x01, 1))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     assert messages(bench, board) == ["28 00"]
-    tell(bench, board, 0x48)
+    send(bench, board, 0x48)
     assert messages(bench, board) == ["01 01"]
 
 
@@ -103,8 +97,7 @@ def test_wait_for_continue(bench, board):
 )
 def test_waits(bench, board, command, seconds):
     define(bench, board, 1, command, (0x08, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(seconds - 0.01)
+    send(bench, board, 0x41, 1, seconds=seconds - 0.01)
     assert board.bus.read(1) & 1 == 0
     bench.run(0.02)
     assert board.bus.read(1) & 1 == 1
@@ -114,8 +107,7 @@ def test_waits(bench, board, command, seconds):
 def test_wait_for_a_level(bench, board, trigger, level):
     board.pins[f"trigger{trigger}"].drive(not level)
     define(bench, board, 1, (0x2C, trigger, level), (0x08, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(1)
+    send(bench, board, 0x41, 1, seconds=1)
     board.pins[f"trigger{trigger}"].drive(bool(level))
     bench.run(0.001)
     board.pins[f"trigger{trigger}"].drive(not level)  # too short
@@ -129,7 +121,7 @@ def test_wait_for_a_level(bench, board, trigger, level):
 @pytest.mark.parametrize("trigger", [1, 6])
 def test_wait_for_an_edge(bench, board, trigger):
     define(bench, board, 1, (0x2C, trigger, 0), (0x08, 1))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     board.pins[f"trigger{trigger}"].drive(False)
     bench.run(0.01)
     assert board.bus.read(1) & 1 == 0
@@ -150,20 +142,18 @@ def test_discontinue_and_suspend_finish_the_present_command(bench, board, opcode
     move(bench, board, 1, 30_000, 100_000)
     define(bench, board, 1, (0x40, 1), (0x40, 1))
     if by_trigger:
-        tell(bench, board, opcode + 4, 1, 1, 1)
-    tell(bench, board, 0x41, 1)
-    bench.run(0.1)
+        send(bench, board, opcode + 4, 1, 1, 1)
+    send(bench, board, 0x41, 1, seconds=0.1)
     if by_trigger:
         board.pins["trigger1"].drive(False)
         bench.run(0.003)
         board.pins["trigger1"].drive(True)
     else:
-        tell(bench, board, opcode)
+        send(bench, board, opcode)
     bench.run(2)
     assert board.axes["motor"].position == then
     assert messages(bench, board) == ([f"{opcode + 4:02x} 01"] if by_trigger else [])
-    tell(bench, board, 0x48)
-    bench.run(2)
+    send(bench, board, 0x48, seconds=2)
     assert board.axes["motor"].position == after_continue
 
 
@@ -171,15 +161,12 @@ def test_discontinue_and_suspend_finish_the_present_command(bench, board, opcode
 def test_kill_ends_the_move_at_its_velocity(bench, board, opcode, goes_on):
     move(bench, board, 1, 30_000, 100_000)
     define(bench, board, 1, (0x40, 1), (0x08, 1))
-    tell(bench, board, 0x41, 1)
-    bench.run(0.1)
-    tell(bench, board, opcode)
-    bench.run(1)
+    send(bench, board, 0x41, 1, seconds=0.1)
+    send(bench, board, opcode, seconds=1)
     assert board.axes["motor"].velocity == 100_000
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     assert board.bus.read(1) & 1 == 0
-    tell(bench, board, 0x48)
-    bench.run(0.1)
+    send(bench, board, 0x48, seconds=0.1)
     assert board.bus.read(1) & 1 == goes_on
 
 
@@ -188,9 +175,9 @@ def test_who_is_heard_while_a_sequence_is_performed(bench, board):
     default(bench, board, 10_000, NO_TIME)
     define(bench, board, 1, (0x28, 0))
     define(bench, board, 2, (0x08, 7))
-    tell(bench, board, 0x41, 1)
+    send(bench, board, 0x41, 1)
     for command in ((0x33, *i32(100)), (0x41, 2), (0x12, 1), (0xD9, 1), (0x92, 1)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     assert message(bench, board) == b""
     assert board.bus.read(1) == 0x50
     assert board.axes["motor"].position == 0
@@ -199,8 +186,7 @@ def test_who_is_heard_while_a_sequence_is_performed(bench, board):
 
 
 def test_an_undefined_sequence_or_move_is_ignored(bench, board):
-    tell(bench, board, 0x41, 4)
+    send(bench, board, 0x41, 4)
     define(bench, board, 5, (0x40, 9), (0x08, 1))
-    tell(bench, board, 0x41, 5)
-    rest(bench, board)
+    complete(bench, board, 0x41, 5)
     assert board.bus.read(1) & 7 == 1

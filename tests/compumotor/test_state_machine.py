@@ -6,7 +6,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from axistwin import Bench
 
-from .driving import continuous, relative
+from .programs import continuous, relative
 from .talking import CONTROL, DATA, FAIL, INPUT_READY, MESSAGE, TAKEN, i32
 
 NUMBERS = st.integers(1, 3)
@@ -104,17 +104,17 @@ class Host(RuleBasedStateMachine):
         self.enabled = 0
         self.heard = []
         self.tape.do("run", 1_010_000)
-        self.tell(0x14, int(ccw_is_plus))
+        self.send(0x14, int(ccw_is_plus))
         self.sign = -1 if ccw_is_plus else 1
         self.origin = 0
         self.define_moves()
 
     def define_moves(self):
         """Something to begin with; most hosts do so."""
-        self.tell(*relative(1, 40_000, 20_000_000, 900))
-        self.tell(*relative(2, 5_000, 100_000, -700))
-        self.tell(*continuous(3, 5_000, 100_000))
-        self.tell(0x31, 0, 0, *i32(40_000), *i32(100_000))
+        self.send(*relative(1, 40_000, 20_000_000, 900))
+        self.send(*relative(2, 5_000, 100_000, -700))
+        self.send(*continuous(3, 5_000, 100_000))
+        self.send(0x31, 0, 0, *i32(40_000), *i32(100_000))
 
     @property
     def status(self):
@@ -127,7 +127,7 @@ class Host(RuleBasedStateMachine):
             self.tape.do("run", 500)
         return False
 
-    def tell(self, *command):
+    def send(self, *command):
         assert self.wait(INPUT_READY, 400), "the board does not listen"
         for value in command:
             self.tape.do("write", DATA, value)
@@ -143,7 +143,7 @@ class Host(RuleBasedStateMachine):
 
     def ask(self, opcode):
         """The reply, behind whatever else there was to say."""
-        self.tell(opcode)
+        self.send(opcode)
         for _ in range(80):
             data = self.message(100)
             assert data, f"no reply to {opcode:02x}"
@@ -161,12 +161,12 @@ class Host(RuleBasedStateMachine):
 
     @rule(command=st.one_of(MOVES, MOVES, ENDS, OTHERS))
     def command(self, command):
-        self.tell(*command)
+        self.send(*command)
 
     @rule(number=NUMBERS, steps=st.lists(STEPS, min_size=1, max_size=5))
     def define_a_sequence(self, number, steps):
         for command in ((0xD9, number), *steps, (0xD8,)):
-            self.tell(*command)
+            self.send(*command)
 
     @rule(microseconds=st.sampled_from([1, 100, 700, 2_000, 9_000, 50_000, 400_000]))
     def time_passes(self, microseconds):
@@ -174,7 +174,7 @@ class Host(RuleBasedStateMachine):
 
     @rule(number=NUMBERS)
     def move(self, number):
-        self.tell(0x40, number)
+        self.send(0x40, number)
         self.tape.do("run", 30_000)
 
     @rule()
@@ -197,7 +197,7 @@ class Host(RuleBasedStateMachine):
 
     @rule(bits=st.integers(0, 7))
     def user_bits_are_seen(self, bits):
-        self.tell(0x08, bits)
+        self.send(0x08, bits)
         self.tape.do("run", 300_000)  # sixteen commands may be waiting, each of them 15 ms to calculate
         assert self.status & 7 == bits
 
@@ -222,7 +222,7 @@ class Host(RuleBasedStateMachine):
     def killed_it_rests_where_it_says(self):
         """After 10, 79 and 78 nothing moves; all counts agree with the pulses."""
         for opcode in (0x10, 0x79, 0x78):
-            self.tell(opcode)
+            self.send(opcode)
         self.tape.do("run", 40_000)
         if self.moving:
             return  # by a command or a pin that came before

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.errors import UsageError
 
-from .talking import ask, default, i32, messages, ready, rest, tell
+from .talking import ask, complete, default, i32, messages, ready, send, send_all, until_idle
 
 AT_ONCE = 0x7FFF_FFFF
 PINS = ("step", "cw_step", "ccw_step")
@@ -18,10 +18,10 @@ def levels(board):
 @pytest.mark.parametrize("distance", [3, -3])
 def test_cw_step_and_ccw_step_are_active_low_for_their_direction_only(bench, board, distance, ccw_is_plus):
     """ "Same as STEP output except active only for clockwise motion"; range 0: 915 ns (half of 1/546,133.3 Hz)."""
-    tell(bench, board, 0x14, ccw_is_plus)
+    send(bench, board, 0x14, ccw_is_plus)
     default(bench, board, 1_000, AT_ONCE)
     assert levels(board) == (False, True, True)
-    tell(bench, board, 0x33, *i32(distance))
+    send(bench, board, 0x33, *i32(distance))
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
     began = board.axes["motor"].train.move.start_ns
     cw = (distance > 0) is (ccw_is_plus == 0)
@@ -43,7 +43,7 @@ def test_step_is_step_in_while_the_joystick_is_enabled(bench, board, cw):
     """STEP IN: "one will see out of STEP exactly what one puts into this input when the Joystick is enabled"."""
     pins = board.pins
     pins["step_in"].drive(False)
-    tell(bench, board, 0x11)
+    send(bench, board, 0x11)
     pins["direction_in"].drive(cw)
     pins["at_zero"].drive(False)
     found = []
@@ -53,8 +53,7 @@ def test_step_is_step_in_while_the_joystick_is_enabled(bench, board, cw):
         found.append(levels(board))
     active = (True, not cw, cw)
     assert found == [active, (False, True, True), active]
-    tell(bench, board, 0x10)
-    bench.run(0.001)
+    send(bench, board, 0x10, seconds=0.001)
     assert not pins["step"].level
 
 
@@ -62,7 +61,7 @@ def test_step_is_step_in_while_the_joystick_is_enabled(bench, board, cw):
 def test_a_pulse_of_the_test_function_lasts_one_to_two_microseconds(bench, board, how):
     """Functional check: "Each motor pulse will be seen as a one to two microsecond, high going, pulse"."""
     if how == "command":
-        tell(bench, board, 0xFF)
+        send(bench, board, 0xFF)
     else:
         board.pins["test_switch"].drive(True)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
@@ -83,8 +82,7 @@ def test_a_pulse_of_the_test_function_lasts_one_to_two_microseconds(bench, board
 def test_a_failed_boards_outputs_are_in_high_impedance(bench, pulled_up):
     """Status byte, bit 5: what they are connected to decides their level; no open collector sinks current."""
     board = ready(bench, high_impedance=pulled_up)
-    tell(bench, board, 0xFF)
-    bench.run(10.1)
+    send(bench, board, 0xFF, seconds=10.1)
     assert board.pins["led"].level
     names = ("output1", "output2", "shutdown", "direction", "remote_acknowledge", "step")
     assert [board.pins[name].level for name in names] == [pulled_up] * 6
@@ -100,20 +98,20 @@ def test_a_failed_boards_outputs_are_in_high_impedance(bench, pulled_up):
 
 def armed(bench, board, *codes):
     for code in codes or (0xA0, 0xA1, 0xA4, 0xA5):
-        tell(bench, board, code, 1)
+        send(bench, board, code, 1)
 
 
 def test_leaving_zero_velocity_is_the_start_of_a_move(bench, board):
     """11h: "from zero velocity to a nonzero velocity and back to zero velocity is considered a move"."""
     armed(bench, board)
-    tell(bench, board, 0x11)
+    send(bench, board, 0x11)
     assert messages(bench, board) == []
     at_zero, found = board.pins["at_zero"], []
     for level in (False, True, False, True):
         at_zero.drive(level)
         found.append(messages(bench, board))
     assert found == [["a0 00", "a1 00"], ["a4 00", "a5 00"], ["a1 00"], ["a5 00"]]
-    tell(bench, board, 0x10)
+    send(bench, board, 0x10)
     assert messages(bench, board) == []
 
 
@@ -121,7 +119,7 @@ def test_a_joystick_that_is_deflected_when_it_is_enabled_begins_a_move(bench, bo
     armed(bench, board)
     board.pins["at_zero"].drive(False)
     assert messages(bench, board) == []
-    tell(bench, board, 0x11)
+    send(bench, board, 0x11)
     assert messages(bench, board) == ["a0 00", "a1 00"]
 
 
@@ -129,10 +127,10 @@ def test_a_joystick_that_is_deflected_when_it_is_enabled_begins_a_move(bench, bo
 def test_what_takes_the_motor_from_a_moving_joystick_is_an_end_of_motion(bench, board, opcode):
     """10h: "Disabling of the Joystick occurs whether or not the motor is moving"; A4h: "arrives at zero velocity"."""
     armed(bench, board, 0xA4, 0xA5)
-    tell(bench, board, 0x11)
+    send(bench, board, 0x11)
     board.pins["at_zero"].drive(False)
     bench.run(0.05)
-    tell(bench, board, opcode)
+    send(bench, board, opcode)
     assert messages(bench, board) == ["a4 00", "a5 00"]
     board.pins["at_zero"].drive(True)
     assert messages(bench, board) == []
@@ -140,7 +138,7 @@ def test_what_takes_the_motor_from_a_moving_joystick_is_an_end_of_motion(bench, 
 
 def test_what_is_asked_for_during_a_joysticks_move_is_for_the_next_one(bench, board):
     """A0h: "the current move will not cause an interrupt"; the host may give it in the joystick's control."""
-    tell(bench, board, 0x11)
+    send(bench, board, 0x11)
     board.pins["at_zero"].drive(False)
     bench.run(0.01)
     armed(bench, board)
@@ -153,8 +151,7 @@ def test_what_is_asked_for_during_a_joysticks_move_is_for_the_next_one(bench, bo
 def test_a_joystick_at_constant_velocity_is_not_told(bench, board):
     """A2h, A3h: the pulses pass through the board, which gives out no velocity of its own."""
     armed(bench, board, 0xA2, 0xA3)
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send(bench, board, 0x11, seconds=0.02)
     board.joystick.deflect(1_000)
     bench.run(1)
     assert messages(bench, board) == []
@@ -162,7 +159,7 @@ def test_a_joystick_at_constant_velocity_is_not_told(bench, board):
 
 def test_a_power_cut_under_the_joystick_sends_nothing(bench, board):
     armed(bench, board)
-    tell(bench, board, 0x11)
+    send(bench, board, 0x11)
     board.pins["at_zero"].drive(False)
     messages(bench, board)
     said = []
@@ -186,7 +183,7 @@ def test_an_edge_may_have_to_hold(bench, trigger, hold_us):
     """Trigger inputs: "a hold time of 500 microseconds to be recognized, and Trigger 6 requires 1 millisecond"."""
     board = ready(bench, **{f"trigger{trigger}_hold_us": hold_us})
     pin = board.pins[f"trigger{trigger}"]
-    tell(bench, board, 0xAC, trigger, 1)
+    send(bench, board, 0xAC, trigger, 1)
     for high_us in (hold_us - 1, hold_us + 1):
         pin.drive(False)
         bench.run(0.003)
@@ -198,7 +195,7 @@ def test_an_edge_may_have_to_hold(bench, trigger, hold_us):
 
 def test_without_the_option_a_pulse_of_300_us_acts_when_the_response_is_due(bench, board):
     """Specifications: "response will be within 200 microseconds for #1"."""
-    tell(bench, board, 0xAC, 1, 1)
+    send(bench, board, 0xAC, 1, 1)
     for high_us in (199, 300):
         board.pins["trigger1"].drive(False)
         bench.run(0.003)
@@ -206,7 +203,7 @@ def test_without_the_option_a_pulse_of_300_us_acts_when_the_response_is_due(benc
         bench.run(high_us / 1e6)
         board.pins["trigger1"].drive(False)
         assert messages(bench, board) == (["ac 01"] if high_us > 200 else [])
-    rest(bench, board)
+    until_idle(bench, board)
 
 
 # What the board has set, and what is at the terminal
@@ -217,7 +214,7 @@ def test_97h_is_the_programmed_state_whatever_overpowers_the_outputs(bench, boar
     board.pins["output1"].drive(False)
     board.pins["output2"].drive(False)
     assert ask(bench, board, 0x97)[1] == 0x06
-    tell(bench, board, 0x0C, 1)
+    send(bench, board, 0x0C, 1)
     board.pins["output1"].drive(True)
     assert ask(bench, board, 0x97)[1] == 0x04
 
@@ -226,25 +223,21 @@ def test_a_shutdown_terminal_that_is_overpowered_stops_no_move(bench, board):
     """12h and 13h decide; the terminal is an output."""
     board.pins["shutdown"].drive(True)
     default(bench, board, 1_000, AT_ONCE)
-    tell(bench, board, 0x33, *i32(10))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(10))
     assert board.axes["motor"].position == 10
     board.pins["shutdown"].drive(False)
-    tell(bench, board, 0x12, 1)
-    tell(bench, board, 0x33, *i32(10))
-    bench.run(0.1)
+    send_all(bench, board, (0x12, 1), (0x33, *i32(10)), seconds=0.1)
     assert board.axes["motor"].position == 10
 
 
 def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
     """Remote power shutdown: not "if the motor is moving"; the input is still active when it rests."""
-    tell(bench, board, 0x13, 1)
+    send(bench, board, 0x13, 1)
     default(bench, board, 1_000, AT_ONCE)
-    tell(bench, board, 0x33, *i32(500))
-    bench.run(0.1)
+    send(bench, board, 0x33, *i32(500), seconds=0.1)
     board.pins["shutdown_in"].drive(False)
     assert not board.pins["shutdown"].level
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position == 500
     assert board.pins["shutdown"].level
 
@@ -252,13 +245,12 @@ def test_the_shutdown_input_waits_for_a_moving_motor(bench, board):
 @pytest.mark.parametrize("opcode", [0x08, 0x09])
 def test_a_bit_that_shows_a_state_and_is_written_shows_it_again_at_its_next_change(bench, board, opcode):
     """0Fh: the bit shows the state of moving; 08h and 09h reach it until the motor moves or rests next."""
-    tell(bench, board, 0x0F, 0, 1, 1)
+    send(bench, board, 0x0F, 0, 1, 1)
     assert board.bus.read(1) & 1 == 0
-    tell(bench, board, opcode, 1 if opcode == 0x08 else 0)
+    send(bench, board, opcode, 1 if opcode == 0x08 else 0)
     assert board.bus.read(1) & 1
     default(bench, board, 1_000, AT_ONCE)
-    tell(bench, board, 0x33, *i32(5))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(5))
     assert board.bus.read(1) & 1 == 0
 
 
@@ -267,8 +259,7 @@ def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcod
     """86h: "current acceleration"; at rest and at constant velocity it is that of the most recent move."""
     default(bench, board, 1_000, 7_000, ranges=0x11)
     assert ask(bench, board, opcode) == bytes([opcode]).ljust(16, b"\0")
-    tell(bench, board, 0x33, *i32(5))
-    rest(bench, board)
+    complete(bench, board, 0x33, *i32(5))
     number = 0 if opcode == 0x85 else 7_000
     assert ask(bench, board, opcode)[1:6] == bytes((0x11, *i32(number)))
 
@@ -276,16 +267,14 @@ def test_velocity_and_acceleration_before_any_move_are_zeros(bench, board, opcod
 @pytest.mark.parametrize("here", [0x7FFF_FFFF, -0x8000_0000])
 def test_2fh_takes_any_number_of_the_counter(bench, board, here):
     """2Fh: "within the absolute closed-loop positioning range"; 9Ah: 80000000h to 7FFFFFFFh."""
-    tell(bench, board, 0x2F, *i32(here))
+    send(bench, board, 0x2F, *i32(here))
     assert ask(bench, board, 0x9A)[1:5] == bytes(i32(here))
 
 
 @pytest.mark.parametrize(("pin", "code", "cw"), [("cw_limit", 0xA9, True), ("ccw_limit", 0xAB, False)])
 def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin, code, cw):
     """REMOTE ACKNOWLEDGE: "Striking a limit switch will not disable the Joystick"; limits are monitored."""
-    tell(bench, board, code, 1)
-    tell(bench, board, 0x11)
-    bench.run(0.02)
+    send_all(bench, board, (code, 1), (0x11,), seconds=0.02)
     board.joystick.deflect(1_000 if cw else -1_000)
     bench.run(0.1)
     before = board.axes["motor"].position
@@ -302,8 +291,7 @@ def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench
     edges = []
     board.bus.write(1, 0x40)
     board.bus.interrupt_line.subscribe(lambda pin: edges.append(pin.level))
-    tell(bench, board, 0x8C)
-    bench.run(0.05)
+    send(bench, board, 0x8C, seconds=0.05)
     assert board.bus.read(1) & 0x98 == 0x18
     board.bus.write(1, 0x40)
     assert board.bus.read(1) & 0x98 == 0x98

@@ -6,8 +6,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .streams import accumulated, distances, enter, free, pairs, pulse_times, velocities, words
-from .talking import ask, default, i32, messages, position, ready, rest, tell
+from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words
+from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
 
 PARABOLA = [(2 * 23_447 * (625 - (k - 25) ** 2) + 625) // 1250 for k in range(1, 50)]
 """From 0 to 5B97h and back in 50 steps, rounded: the 49 values of the manual's worked example."""
@@ -19,11 +19,10 @@ def test_the_worked_parabola_pulse_by_pulse(bench, board):
     assert free(bench, board) == 600
     velocities(bench, board, *PARABOLA, *[0] * 7)
     assert free(bench, board) == 600 - 8 * 14
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
 
     start_ns = board.axes["motor"].train.moves[1].start_ns
-    assert pulse_times(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
+    assert steps(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
     assert board.axes["motor"].position == sum(PARABOLA) // 30 == 26_041 == position(bench, board, 0x80)
     assert max(PARABOLA) * Fraction(50, 3) == Fraction(1_172_350, 3)  # 390.783 kHz
     assert messages(bench, board) == ["52 01 04 00 00 00 00 00 02"]
@@ -42,11 +41,10 @@ BASE_CLOCKS = {
 def test_every_base_clock_and_divisor(bench, board, base, hertz, divisor):
     enter(bench, board, 0x52, base, divisor, rate=2)
     velocities(bench, board, 0x7FFF)
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
 
-    stroke = board.axes["motor"].train.move
-    assert stroke.profile.rate_at(bench.now - stroke.start_ns) == hertz / divisor * 0x7FFF / 65_536
+    move = board.axes["motor"].train.move
+    assert move.profile.rate_at(bench.now - move.start_ns) == hertz / divisor * 0x7FFF / 65_536
     assert ask(bench, board, 0x85)[:4] == b"\x85\x7f\xff\0"
     mode = bytes([0x90, 0x52, base, divisor, 0, 0, 0xFF, 0xFF, 0, 2])
     assert ask(bench, board, 0x90) == mode.ljust(16, b"\0")
@@ -66,7 +64,7 @@ def test_every_base_clock_and_divisor(bench, board, base, hertz, divisor):
 )
 def test_a_wrong_clock_divisor_or_update_rate_is_ignored(bench, board, parameters):
     mode, base, divisor, *rate = parameters
-    tell(bench, board, mode, base, divisor, 0, 0, 0, 0, *rate)
+    send(bench, board, mode, base, divisor, 0, 0, 0, 0, *rate)
     assert ask(bench, board, 0x90)[:2] == b"\x90\x50"
 
 
@@ -75,8 +73,7 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
     numbers = [1_000 + 37 * (k % 91) for k in range(301)]
     enter(bench, board, 0x52, 2, 3, rate=7)
     velocities(bench, board, *numbers[:210])
-    tell(bench, board, 0x42)
-    bench.run(0.02)
+    send(bench, board, 0x42, seconds=0.02)
     for first in range(210, 301, 7):
         bench.run(0.1)
         velocities(bench, board, *numbers[first : first + 7])
@@ -85,16 +82,15 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
     expected = accumulated(
         [BASE_CLOCKS[2] / 3 * v / 65_536 for v in (*numbers, *[numbers[-1]] * 500)], start_ns, 7 * MS
     )
-    times = pulse_times(board)
-    assert len(board.axes["motor"].train.moves) > 4  # it is not one ever longer stroke
+    times = steps(board)
+    assert len(board.axes["motor"].train.moves) > 4  # it is not one ever longer move
     assert times == expected[: len(times)]
     assert board.axes["motor"].position == len(times) > 3_000
 
 
 def test_the_seven_values_must_all_be_there(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=2)
-    tell(bench, board, 0xE1, *words(0x700, 0x800, 0x900, 0x1000))
-    tell(bench, board, 0xE1, *words(*[0x100] * 7), 1)
+    send_all(bench, board, (0xE1, *words(0x700, 0x800, 0x900, 0x1000)), (0xE1, *words(*[0x100] * 7), 1))
     assert free(bench, board) == 600
 
 
@@ -107,10 +103,9 @@ def test_pairs_of_velocity_and_distance(bench, board):
     pairs(bench, board, (1_500, 100), (3_000, 50), (750, 25))
     pairs(bench, board, (0, 0), (0, 0), (0, 0))
     assert free(bench, board) == 600 - 24
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
 
-    times = pulse_times(board)
+    times = steps(board)
     start_ns = board.axes["motor"].train.move.start_ns
     expected = [100 * MS, 125 * MS, 175 * MS]
     assert len(times) == 175 == board.axes["motor"].position
@@ -121,14 +116,13 @@ def test_pairs_of_velocity_and_distance(bench, board):
 def test_there_and_back_by_the_direction_bit(bench, board):
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (1_500, 300), (0x8000 | 3_000, 500), (0x8000, 9))
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
     assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc"
     assert ask(bench, board, 0x84)[1] == 0x00
     bench.run(0.3)
     assert ask(bench, board, 0x85)[:3] == b"\x85\x8b\xb8"
     assert ask(bench, board, 0x84)[1] == 0xFF
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position == 300 - 500 == position(bench, board, 0x83)
     assert position(bench, board, 0x80) == -500
     assert position(bench, board, 0x81) == 0
@@ -138,8 +132,7 @@ def test_there_and_back_by_the_direction_bit(bench, board):
 def test_a_pair_without_distance_is_skipped_and_a_velocity_of_zero_stops(bench, board):
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (1_500, 10), (6_000, 0), (0, 777))
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert board.axes["motor"].position == 10
 
 
@@ -147,19 +140,17 @@ def test_a_pair_shorter_than_two_milliseconds_lasts_two(bench, board):
     """2,000 pps for 1 pulse are 0.5 ms; in 2 ms there are 4."""
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (3_000, 1), (0, 0), (0, 0))
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert board.axes["motor"].position == 4
 
 
 def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
-    tell(bench, board, 0x14, 1)
+    send(bench, board, 0x14, 1)
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (0x8000 | 1_500, 100), (0, 0), (0, 0))
-    tell(bench, board, 0x42)
-    bench.run(0.05)
+    send(bench, board, 0x42, seconds=0.05)
     assert ask(bench, board, 0x85)[:3] == b"\x85\x85\xdc"
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position == -100
     assert position(bench, board) == 100
 
@@ -169,20 +160,19 @@ def test_with_ccw_as_plus_the_direction_bit_is_still_physical(bench, board):
 
 def test_distances_add_up_exactly(bench, board):
     """7 ms: rates of 1000 D / 7 are no multiples of the clock; the sum counts, and 8001h ends it."""
-    steps = [1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6]
+    lengths = [1, 5, 13, 29, 13, 5, 1, -3, -40, 0, 6]
     enter(bench, board, 0x53, 1, 4, rate=7)
-    distances(bench, board, *steps, 0x8001, 1_000)
+    distances(bench, board, *lengths, 0x8001, 1_000)
     assert free(bench, board) == 600 - 2 * 13
-    tell(bench, board, 0x42)
-    bench.run(0.2)
+    send(bench, board, 0x42, seconds=0.2)
 
-    times = pulse_times(board)
-    assert board.axes["motor"].position == sum(steps)
-    assert len(times) == sum(abs(step) for step in steps)
+    times = steps(board)
+    assert board.axes["motor"].position == sum(lengths)
+    assert len(times) == sum(abs(step) for step in lengths)
     start_ns = times[0] - 7 * MS  # the first pulse ends the first period
-    for k in range(len(steps)):
+    for k in range(len(lengths)):
         within = [t for t in times if start_ns + 7 * MS * k < t <= start_ns + 7 * MS * (k + 1)]
-        assert len(within) == abs(steps[k])
+        assert len(within) == abs(lengths[k])
     assert free(bench, board) == 598  # what stands behind the end waits for another 42h
 
 
@@ -190,8 +180,7 @@ def test_as_fast_as_the_clock_allows(bench, board):
     """Base 3 / 16: at most 1365 1/3 pulses/s x 32,767/32,768, in 100 ms 136 pulses."""
     enter(bench, board, 0x53, 3, 16, rate=100)
     distances(bench, board, 10_000, 0x8001)
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert board.axes["motor"].position == 136
 
 
@@ -208,33 +197,27 @@ def test_data_of_another_mode_are_ignored(bench, board):
 
 
 def test_entering_a_streaming_mode_destroys_the_sequences_and_not_the_moves(bench, board):
-    tell(bench, board, 0xC8, 1, 0, *i32(100), *i32(1_000), *i32(5))
+    send(bench, board, 0xC8, 1, 0, *i32(100), *i32(1_000), *i32(5))
     for values in ((0xD9, 1), (0x40, 1), (0xD8,)):
-        tell(bench, board, *values)
+        send(bench, board, *values)
     enter(bench, board, 0x51, 1, 1)
-    tell(bench, board, 0x40, 1)
-    tell(bench, board, 0x50)
+    send_all(bench, board, (0x40, 1), (0x50,))
     assert free(bench, board) == 600
-    tell(bench, board, 0x41, 1)
-    bench.run(1)
+    send(bench, board, 0x41, 1, seconds=1)
     assert board.axes["motor"].position == 0
-    tell(bench, board, 0x40, 1)
-    rest(bench, board)
+    complete(bench, board, 0x40, 1)
     assert board.axes["motor"].position == 5
 
 
 def test_the_moves_that_streaming_modes_know(bench, board):
     default(bench, board, 1_000, 100_000)
     enter(bench, board, 0x52, 3, 1, rate=2)
-    tell(bench, board, 0x32, 0)
-    tell(bench, board, 0x33, *i32(120))
-    bench.run(0.06)
+    send_all(bench, board, (0x32, 0), (0x33, *i32(120)), seconds=0.06)
     velocities(bench, board, 0)
-    tell(bench, board, 0x42)  # not during a move
+    send(bench, board, 0x42)  # not during a move
     assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc"  # 1,000 pps
-    rest(bench, board)
-    tell(bench, board, 0x34, *i32(100))
-    rest(bench, board)
+    until_idle(bench, board)
+    complete(bench, board, 0x34, *i32(100))
     assert board.axes["motor"].position == 100
     assert free(bench, board) == 600 - 14
 
@@ -242,18 +225,17 @@ def test_the_moves_that_streaming_modes_know(bench, board):
 def test_no_other_mode_while_moving_or_performing(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=50)
     velocities(bench, board, *[0] * 6, 1_500)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     enter(bench, board, 0x51, 1, 1)  # performing, at rest
-    tell(bench, board, 0x50)
+    send(bench, board, 0x50)
     assert ask(bench, board, 0x90)[:4] == b"\x90\x52\x03\x01"
     bench.run(1)
     enter(bench, board, 0x51, 1, 1)  # moving, not performing
     assert ask(bench, board, 0x90)[:4] == b"\x90\x52\x03\x01"
-    tell(bench, board, 0x50)
+    send(bench, board, 0x50)
     assert ask(bench, board, 0x90)[:2] == b"\x90\x50"
     assert board.axes["motor"].velocity == 1_000
-    tell(bench, board, 0x70)
-    bench.run(0.1)
+    send(bench, board, 0x70, seconds=0.1)
     assert board.axes["motor"].velocity == 0
 
 
@@ -268,8 +250,7 @@ def test_entering_a_mode_anew_empties_the_buffer(bench, board):
 def test_no_more_pulses_after_a_reset(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=2)
     velocities(bench, board, 5_000)
-    tell(bench, board, 0x42)
-    bench.run(0.05)
+    send(bench, board, 0x42, seconds=0.05)
     board.bus.write(1, 0x20)
     before = board.axes["motor"].position
     bench.run(2)
@@ -278,14 +259,13 @@ def test_no_more_pulses_after_a_reset(bench, board):
 
 
 def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):
-    """500 velocities are more than one stroke: each goes on from the one before, not from a standstill."""
+    """500 velocities are more than one pulse train: each goes on from the one before, not from a standstill."""
     motor = {"torque": [(0.0, 1.0), (40_000.0, 1.0)], "pull_in": 600.0}
     board = ready(bench, motor={"motor": motor})
     ramp = [150 * k for k in range(1, 100)]
     enter(bench, board, 0x52, 3, 1, rate=2)
     velocities(bench, board, *ramp, *ramp[::-1], *[0] * 5)
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     axis = board.axes["motor"]
     assert axis.train.moves[-1].direction == 1
     assert len(axis.train.moves) > 3

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .streams import NEVER, distances, enter, free, pairs, velocities, words
-from .talking import ask, message, messages, position, ready, rest, tell
+from .programs import NEVER, distances, enter, free, pairs, velocities, words
+from .talking import ask, complete, message, messages, position, ready, send, until_idle
 
 USER_BIT_0 = 0x01
 
@@ -45,9 +45,9 @@ def test_fourteen_free_bytes_are_too_few_and_fifteen_enough(bench, size, left):
 
 
 def test_an_empty_buffer_is_not_performed(bench, board):
-    tell(bench, board, 0x0F, 0, 4, 1)
+    send(bench, board, 0x0F, 0, 4, 1)
     enter(bench, board, 0x52, 1, 1, rate=2)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert not board.bus.read(1) & USER_BIT_0
 
 
@@ -58,7 +58,7 @@ def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, b
     """56 bytes, a value every 20 ms: 20 left are reached when the 18th is taken, 340 ms after the first."""
     enter(bench, board, 0x52, 1, 1, alarm=20, rate=20)
     velocities(bench, board, *range(100, 128))
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert bench.run_until(lambda: board.axes["motor"].velocity > 0, 1)
     began = bench.now
     alarm = bytes([0x52, 1, 1, 0, 0, 0, 20, 0, 20]).ljust(16, b"\0")
@@ -71,28 +71,23 @@ def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, b
 def test_no_alarm_unless_the_buffer_has_held_more(bench, board):
     enter(bench, board, 0x52, 1, 1, alarm=14, rate=2)
     velocities(bench, board, *[9] * 7)
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
     assert messages(bench, board) == []
     velocities(bench, board, *[9] * 14)
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
     assert messages(bench, board) == ["52 01 01 00 00 00 0e 00 02"]
     velocities(bench, board, *[9] * 14)  # and again
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
     assert messages(bench, board) == ["52 01 01 00 00 00 0e 00 02"]
 
 
 def test_no_alarm_for_a_value_above_the_buffer_nor_for_a_killed_one(bench, board):
     enter(bench, board, 0x51, 3, 1, alarm=NEVER)
     pairs(bench, board, (1_500, 10), (1_500, 10), (0, 0))
-    tell(bench, board, 0x42)
-    bench.run(0.2)
+    send(bench, board, 0x42, seconds=0.2)
     enter(bench, board, 0x51, 3, 1, alarm=4)
     pairs(bench, board, (1_500, 10), (1_500, 10), (0, 0))
-    tell(bench, board, 0x7B)
-    bench.run(0.2)
+    send(bench, board, 0x7B, seconds=0.2)
     assert messages(bench, board) == []
     assert free(bench, board) == 600
 
@@ -100,13 +95,11 @@ def test_no_alarm_for_a_value_above_the_buffer_nor_for_a_killed_one(bench, board
 def test_the_alarm_of_pairs_and_of_distances(bench, board):
     enter(bench, board, 0x51, 3, 2, alarm=0)
     pairs(bench, board, (1_500, 10), (1_500, 10), (0, 0))
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert messages(bench, board) == ["51 03 02"]
     enter(bench, board, 0x53, 3, 2, alarm=0, rate=3)
     distances(bench, board, 5, 0x8001)
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert messages(bench, board) == ["53 03 02 00 00 00 00 00 03"]
 
 
@@ -120,10 +113,10 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
         0x52: lambda rate: velocities(bench, board, 1_500, rate * 3 // 2),
         0x53: lambda rate: distances(bench, board, 10, rate // 100),
     }[mode]
-    tell(bench, board, 0x0F, 0, 4, 1)
+    send(bench, board, 0x0F, 0, 4, 1)
     enter(bench, board, mode, 3, 1, rate=None if mode == 0x51 else 10)
     put(2_000)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert board.bus.read(1) & USER_BIT_0  # performing
     bench.run(2)
     assert moving_at(board, 2_000)
@@ -132,10 +125,9 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
     put(4_000)
     bench.run(2)
     assert moving_at(board, 2_000)
-    tell(bench, board, 0x42)
-    bench.run(2)
+    send(bench, board, 0x42, seconds=2)
     assert moving_at(board, 4_000)
-    tell(bench, board, 0x78)
+    send(bench, board, 0x78)
     assert moving_at(board, 0)
 
 
@@ -146,30 +138,25 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
 def test_stop_and_kill_end_the_pulses_and_the_performance_at_once(bench, board, opcode):
     enter(bench, board, 0x52, 3, 1, rate=100)
     velocities(bench, board, *[1_500] * 7)
-    tell(bench, board, 0x42)
-    bench.run(0.25)
-    tell(bench, board, opcode)
+    send(bench, board, 0x42, seconds=0.25)
+    send(bench, board, opcode)
     assert moving_at(board, 0)
     bench.run(1)
     assert moving_at(board, 0)
     assert free(bench, board) == 600 - 8  # what has not been performed is still there
-    tell(bench, board, 0x42)
-    bench.run(1)
+    send(bench, board, 0x42, seconds=1)
     assert moving_at(board, 1_000)
 
 
 def test_kill_of_the_buffer_keeps_the_velocity_and_empties_it(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=100)
     velocities(bench, board, 1_500, 3_000, 4_500)
-    tell(bench, board, 0x42)
-    bench.run(0.15)
-    tell(bench, board, 0x7B)
-    bench.run(1)
+    send(bench, board, 0x42, seconds=0.15)
+    send(bench, board, 0x7B, seconds=1)
     assert moving_at(board, 2_000)
     assert free(bench, board) == 600
     velocities(bench, board, 1_500, 0)
-    tell(bench, board, 0x42)
-    bench.run(0.05)
+    send(bench, board, 0x42, seconds=0.05)
     assert moving_at(board, 1_000)
     bench.run(1)
     assert moving_at(board, 0)
@@ -178,10 +165,9 @@ def test_kill_of_the_buffer_keeps_the_velocity_and_empties_it(bench, board):
 def test_a_trigger_kills_the_buffer_with_a_message(bench, board):
     board.pins["trigger6"].drive(False)
     enter(bench, board, 0x52, 3, 1, rate=100)
-    tell(bench, board, 0x7F, 6, 1, 1)
+    send(bench, board, 0x7F, 6, 1, 1)
     velocities(bench, board, 1_500, 3_000, 4_500)
-    tell(bench, board, 0x42)
-    bench.run(0.15)
+    send(bench, board, 0x42, seconds=0.15)
     board.pins["trigger6"].drive(True)
     bench.run(1)
     assert moving_at(board, 2_000)
@@ -192,17 +178,14 @@ def test_a_limit_ends_the_stream_and_lets_only_the_other_direction_begin(bench):
     board = ready(bench, motor={"limits": (-10_000, 50)})
     enter(bench, board, 0x52, 3, 1, rate=100)
     velocities(bench, board, *[1_500] * 6, 0)
-    tell(bench, board, 0x42)
-    bench.run(1)
+    send(bench, board, 0x42, seconds=1)
     assert board.axes["motor"].position == 51
     assert free(bench, board) == 600 - 12
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
     assert board.axes["motor"].position == 51
-    tell(bench, board, 0x7B)
+    send(bench, board, 0x7B)
     velocities(bench, board, 0x8000 | 1_500, 0)
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert board.axes["motor"].position == 51 - 100
 
 
@@ -212,24 +195,24 @@ def test_a_limit_ends_the_stream_and_lets_only_the_other_direction_begin(bench):
 def performed(bench, board, *numbers, rate=10):
     enter(bench, board, 0x52, 3, 1, rate=rate)
     velocities(bench, board, *numbers)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert bench.run_until(lambda: board.axes["motor"].velocity != 0, 1)
     return bench.now
 
 
 def marker(bench, board, word, opcode, first=0, second=0):
-    tell(bench, board, 0xEE, *words(word), opcode, first, second)
+    send(bench, board, 0xEE, *words(word), opcode, first, second)
 
 
 def test_a_marker_takes_no_time_and_its_command_three_milliseconds(bench, board):
-    tell(bench, board, 0x0C, 1)
+    send(bench, board, 0x0C, 1)
     enter(bench, board, 0x52, 3, 1, rate=10)
     marker(bench, board, 0xFFFF, 0x0B, 1)
     began = performed(bench, board, 1_500, 1_500, 0xFFFF, 3_000, 0)
     assert bench.run_until(lambda: board.pins["output1"].level, 1)
     assert bench.now - began == 23 * MS
     assert moving_at(board, 2_000)
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position == 40
 
 
@@ -237,7 +220,7 @@ def test_a_marker_may_ask_for_a_report(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=20)
     marker(bench, board, 0x7FFF, 0x84)
     performed(bench, board, 0x8000 | 1_500, 0x7FFF, 0x8000 | 1_500, 0, rate=20)
-    rest(bench, board)
+    until_idle(bench, board)
     assert messages(bench, board) == ["84 ff"]
 
 
@@ -246,7 +229,7 @@ def test_of_markers_in_a_row_the_last_one_counts_and_the_end_of_the_stream_count
     for number in (1, 2, 3):
         marker(bench, board, 0x7FF0 + number, 0x01, number)
     performed(bench, board, 1_500, 0x7FF1, 0x7FF2, 1_500, 0, 0x7FF1, 0x7FF3)
-    rest(bench, board)
+    until_idle(bench, board)
     assert messages(bench, board) == ["01 02", "01 03"]
 
 
@@ -257,7 +240,7 @@ def test_a_marker_met_while_another_is_executed_is_lost(bench, board, rate, seen
         marker(bench, board, 0x7FF0 + number, 0x08, 0)
         marker(bench, board, 0x7FF0 + number, 0x01, number)  # defined again
     performed(bench, board, 1_500, 0x7FF1, 1_500, 0x7FF2, 1_500, 0, 0, rate=rate)
-    rest(bench, board)
+    until_idle(bench, board)
     assert messages(bench, board)[: len(seen) + 1] == seen
 
 
@@ -266,7 +249,7 @@ def test_the_null_command_deletes_a_marker(bench, board):
     marker(bench, board, 1_500, 0x01, 7)
     marker(bench, board, 1_500, 0x00)
     performed(bench, board, 1_500, 0)
-    rest(bench, board)
+    until_idle(bench, board)
     assert messages(bench, board) == []
     assert board.axes["motor"].position == 10
 
@@ -286,7 +269,7 @@ def test_commands_that_no_marker_takes(bench, board, opcode, first, second):
     enter(bench, board, 0x52, 3, 1, rate=10)
     marker(bench, board, 1_500, opcode, first, second)
     performed(bench, board, 1_500, 0)
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position == 10
 
 
@@ -295,7 +278,7 @@ def test_ten_markers_and_no_more(bench, board):
     for number in range(11):
         marker(bench, board, 1_500 + number, 0x01, number)
     performed(bench, board, 1_508, 1_510, 1_509, 0)
-    rest(bench, board)
+    until_idle(bench, board)
     assert board.axes["motor"].position == 10  # 1,510 was a velocity
     assert messages(bench, board) == ["01 08", "01 09"]
 
@@ -304,15 +287,13 @@ def test_a_marker_among_pairs_and_among_distances(bench, board):
     enter(bench, board, 0x51, 3, 1)
     marker(bench, board, 77, 0x01, 5)
     pairs(bench, board, (1_500, 10), (77, 1_000), (0, 0))
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert board.axes["motor"].position == 10
     enter(bench, board, 0x53, 3, 1, rate=10)
     marker(bench, board, 0x8001, 0x01, 6)
     marker(bench, board, 0x8000, 0x01, 6)
     distances(bench, board, 10, 77, 10, 0x8001, 77)
-    tell(bench, board, 0x42)
-    rest(bench, board)
+    complete(bench, board, 0x42)
     assert board.axes["motor"].position == 30
     assert messages(bench, board) == ["01 05", "01 05"]
 
@@ -323,15 +304,14 @@ def test_a_marker_among_pairs_and_among_distances(bench, board):
 def test_reports_while_streaming(bench, board):
     enter(bench, board, 0x52, 3, 1, rate=200)
     velocities(bench, board, 1_500, 3_000, 3_000, 1_500, 0)
-    tell(bench, board, 0x42)
-    bench.run(0.1)
+    send(bench, board, 0x42, seconds=0.1)
     reports = {opcode: ask(bench, board, opcode) for opcode in (0x80, 0x81, 0x82, 0x83, 0x84, 0x8C)}
     at = [int.from_bytes(reports[opcode][1:size], "big") for opcode, size in ((0x80, 5), (0x82, 7), (0x83, 7))]
     assert 90 < at[0] < at[1] < at[2] < 140
     assert reports[0x81] == b"\x81".ljust(16, b"\0")
     assert reports[0x84][1] == 0
     assert reports[0x8C][1] == 0xFF
-    tell(bench, board, 0x86)  # not while the buffer is performed
+    send(bench, board, 0x86)  # not while the buffer is performed
     statuses = []
     bench.run(0.1)
     for _ in range(3):
@@ -347,11 +327,10 @@ def test_what_a_velocity_leads_to_at_once_may_end_the_performance(bench):
     """A stall is seen as zero velocity is given out, 3 ms at 3,500 pulses/s after the start: ten pulses, one tooth."""
     board = ready(bench, motor={"encoder": {"counts_per_rev": 400}})
     for command in ((0xB0, 0, 1, 0, 1), (0xB1, 0, 0, 1, 0x90), (0xB2, 0, 0, 0, 0), (0xB4, 0, 0, 0, 50), (0x19, 1)):
-        tell(bench, board, *command)
+        send(bench, board, *command)
     enter(bench, board, 0x52, 3, 1, rate=3)
     velocities(bench, board, 5_250, 0, 5_250)
     board.axes["motor"].jam()
-    tell(bench, board, 0x42)
-    bench.run(1)
+    send(bench, board, 0x42, seconds=1)
     assert moving_at(board, 0)
     assert free(bench, board) == 600 - 5 * 2

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.units import MS
 
-from .streams import distances, enter, pairs, velocities
-from .talking import CONTROL, RESET, ask, messages, ready, tell, write
+from .programs import distances, enter, pairs, velocities
+from .talking import CONTROL, RESET, ask, messages, ready, send, send_all, status_word, write
 
 MODES = {
     0x51: lambda bench, board: pairs(bench, board, (0x1000, 500), (0x2000, 500), (0x1000, 500)),
@@ -39,8 +39,7 @@ def test_a_pulse_is_half_a_period_of_the_highest_frequency_wide(bench, board, mo
     """
     enter(bench, board, mode, 1, divisor, rate=100)
     velocities(bench, board, 16) if mode == 0x52 else distances(bench, board, 50)
-    tell(bench, board, 0x42)
-    bench.run(0.05)
+    send(bench, board, 0x42, seconds=0.05)
     while not board.pins["step"].level:
         bench.clock.run_to(bench.now + 200)
     rise = int(board.axes["motor"].pulse_times()[-1])
@@ -55,12 +54,10 @@ def test_a_pulse_is_half_a_period_of_the_highest_frequency_wide(bench, board, mo
 def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
     """Control byte: reset is "equivalent to cycling power"; S1: it "will stop whatever it is doing"."""
     streaming(bench, board, mode)
-    tell(bench, board, 0x42)
-    bench.run(0.005)
+    send(bench, board, 0x42, seconds=0.005)
     assert board.axes["motor"].velocity
     if way == "test":
-        tell(bench, board, 0xFF)
-        bench.run(10.1)
+        send(bench, board, 0xFF, seconds=10.1)
         assert len(board.axes["motor"].pulse_times(bench.now - 10_050 * MS)) == pytest.approx(50_000, abs=300)
         return
     if way == "power":
@@ -76,14 +73,13 @@ def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
 def test_the_command_of_a_marker_does_not_outlive_its_board(bench, board, seconds):
     """EEh: a command takes "two to four milliseconds to execute"; here the reset comes before it has been."""
     enter(bench, board, 0x52, 1, 16, rate=10)
-    tell(bench, board, 0xEE, 0xFF, 0xFF, 0x09, 0x02, 0)
-    tell(bench, board, 0xEE, 0xFF, 0xFE, 0x94, 0, 0)
+    send_all(bench, board, (0xEE, 0xFF, 0xFF, 0x09, 0x02, 0), (0xEE, 0xFF, 0xFE, 0x94, 0, 0))
     velocities(bench, board, 0xFFFE, 0x1000, 0xFFFF, 0x2000, 0x1000, 0, 0)
-    tell(bench, board, 0x42)
+    send(bench, board, 0x42)
     assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
     bench.run(seconds)
     board.bus.write(CONTROL, RESET)
     bench.run(1.1)
-    assert board.bus.read(CONTROL) == 0x50
+    assert status_word(bench, board) == 0x50
     assert messages(bench, board) == []
     assert ask(bench, board, 0x90)[1] == 0x50

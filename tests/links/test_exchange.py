@@ -6,16 +6,20 @@ import pytest
 import serial
 
 from axistwin import Bench
+from axistwin.bench.acts import Do, Say
 from axistwin.errors import UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import FULL, Plug
 from axistwin.links.server import Server
+from axistwin.links.single_client import Gate
+from axistwin.sessions.external_input import ExternalInput
+from axistwin.sessions.journal import Cursor
+from axistwin.sessions.recorded_port import RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.host_acts import HostAct
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
-from axistwin.sim.serial_port import Flow, SerialPort
+from axistwin.sim.serial_port import Flow, Hold, SendBreak, SerialPort, SetFlow, SetFormat, SetLine
 from axistwin.sim.wirings import direct
 from axistwin.units import S
 
@@ -62,35 +66,37 @@ class Place:
     """A device with a plug, whose time is in the hands of the test, and a client."""
 
     def __init__(self):
-        self.device = Device()
+        self.device, self.acts = Device(), []
         self.pacer = Pacer(self.device.clock)
-        self.plug = Plug("if1", self.port, self.pacer)
+        self.port = RecordedPort(self.device.port, self.acts.append)
+        self.gate = Gate()
+        self.plug = Plug("if1", self.port, self.pacer, gate=self.gate)
         self.client = Client()
-
-    @property
-    def port(self):
-        return self.device.port
 
     def run(self, seconds):
         self.device.clock.run_to(round(seconds * S))
 
     def again(self, seconds=0.0):
         """Another device like this one takes its place, at this time."""
-        self.plug.muted = True
+        self.mute()
         self.device = Device()
         self.run(seconds)
-        self.plug.replace_port(self.port)
-        self.pacer.replace_clock(self.device.clock)
+        self.port.attach(self.device.port)
+        self.pacer.pace(self.device.clock)
+
+    def mute(self):
+        self.gate.close("the run is being repeated")
+        self.port.mute(True)
 
     def hear_again(self):
-        self.plug.muted = False
-        self.plug.catch_up()
+        self.pacer.sync()
+        self.port.mute(False)
+        self.gate.open()
 
     def told(self):
         """From now on what is done from the host's side."""
-        acts = []
-        self.port.watch_host(acts.append)
-        return acts
+        self.acts.clear()
+        return self.acts
 
     def say(self, data):
         """The controller says this."""
@@ -109,7 +115,7 @@ def place():
 def test_what_is_said_while_it_is_deaf_is_not_heard_and_what_was_said_before_is(place):
     place.plug.connect(place.client)
     place.say(b"a")
-    place.plug.muted = True
+    place.mute()
     place.say(b"b")
     assert (place.client.heard, place.client.reading) == (b"a", False)
     place.hear_again()
@@ -120,12 +126,12 @@ def test_what_is_said_while_it_is_deaf_is_not_heard_and_what_was_said_before_is(
 def test_words_that_had_not_been_handed_over_are_when_it_falls_muted(place):
     place.plug.connect(place.client)
     place.device.uart.send(b"a")
-    place.plug.muted = True
+    place.mute()
     assert place.client.heard == b"a"
 
 
 def test_another_client_is_refused_and_told_once_why(place, caplog):
-    place.plug.muted = True
+    place.mute()
     with caplog.at_level(logging.WARNING, "axistwin.links"):
         assert not place.plug.connect(Client("first"))
         assert not place.plug.connect(Client("second"))
@@ -139,19 +145,19 @@ def test_nothing_is_done_when_a_client_goes_and_all_of_it_later(place):
     place.plug.connect(place.client)
     place.plug.change(lambda: setattr(place.port.host, "rts", False))
     acts = place.told()
-    place.plug.muted = True
+    place.mute()
     place.plug.disconnect(place.client)
     assert (acts, place.plug.client_name, place.port.host.rts) == ([], "", False)
     place.hear_again()
     assert (place.plug.client, place.port.host.rts) == (None, True)
-    assert HostAct("rts", True) in acts
+    assert SetLine("rts", True) in acts
 
 
 def test_a_client_that_is_not_read_from_for_another_reason_waits_on(place):
     place.plug.connect(place.client)
     place.port.held = True
     place.plug.send(b"x" * (FULL + 1))
-    place.plug.muted = True
+    place.mute()
     place.hear_again()
     assert place.client.reading is False
     place.port.drop_pending()
@@ -163,7 +169,7 @@ def test_room_that_there_is_again_while_it_is_deaf_is_used_afterwards(place):
     place.plug.connect(place.client)
     place.port.held = True
     place.plug.send(b"x" * (FULL + 1))
-    place.plug.muted = True
+    place.mute()
     place.port.drop_pending()
     place.pacer.work()
     assert (place.client.reading, place.plug.full) == (False, True)
@@ -207,7 +213,7 @@ def test_what_a_client_has_asked_for_later_is_asked_for_again(place):
     place.again(seconds=1)
     acts = place.told()
     place.hear_again()
-    wanted = {HostAct("flow", Flow.X_ON_X_OFF), HostAct("format", FAST), HostAct("dtr", False), HostAct("rts", True)}
+    wanted = {SetFlow(Flow.X_ON_X_OFF), SetFormat(FAST), SetLine("dtr", False), SetLine("rts", True)}
     assert set(acts) == wanted
     assert (place.port.host.format, place.port.host.dtr, place.port.flow) == (FAST, False, Flow.X_ON_X_OFF)
 
@@ -216,7 +222,7 @@ def test_what_somebody_else_has_changed_since_then_stays(place):
     place.plug.connect(place.client)
     place.run(3)
     place.again(seconds=3)
-    place.port.host.format = FAST
+    place.device.port.host.format = FAST
     place.hear_again()
     assert place.port.host.format == FAST
 
@@ -227,7 +233,7 @@ def test_back_before_a_client_that_has_gone_its_lines_are_as_it_left_them(place)
     place.run(3)
     place.plug.disconnect(place.client)
     place.again(seconds=1)
-    place.port.host.rts = False  # as it was at 1 s
+    place.device.port.host.rts = False  # as it was at 1 s
     place.hear_again()
     assert place.port.host.rts is True
 
@@ -241,7 +247,7 @@ def test_a_break_that_was_begun_later_goes_on_and_ends(place):
     assert place.port.held is True
     acts = place.told()
     place.plug.change(lambda: place.plug.set_break(False))
-    assert [act.kind for act in acts] == ["break", "hold"]
+    assert [type(act) for act in acts] == [SendBreak, Hold]
     assert place.port.held is False
 
 
@@ -250,16 +256,14 @@ def test_a_break_that_was_begun_later_goes_on_and_ends(place):
 
 def test_whoever_watches_a_line_watches_it_on_the_bench_that_has_come(place):
     seen = []
-    unwatch = place.plug.subscribe(
-        lambda: place.port.dtr_line, lambda pin: seen.append((pin is place.port.dtr_line, pin.level))
-    )
+    unwatch = place.port.dtr_line.subscribe(lambda pin: seen.append((pin is place.port.dtr_line, pin.level)))
     before = place.port.dtr_line.level
     place.again()
-    place.plug.muted = False
-    place.port.dtr_line.set(not before)
+    place.hear_again()
+    place.device.port.dtr_line.set(not before)
     assert seen == [(True, not before)]
     unwatch()
-    place.port.dtr_line.set(before)
+    place.device.port.dtr_line.set(before)
     assert len(seen) == 1
 
 
@@ -267,16 +271,48 @@ def test_whoever_watches_a_line_watches_it_on_the_bench_that_has_come(place):
 def test_while_it_is_deaf_a_line_may_go_up_and_down_and_how_it_stands_is_told_afterwards(place, after, told):
     seen = []
     place.plug.connect(place.client)
-    place.plug.subscribe(lambda: place.port.dtr_line, lambda pin: seen.append(pin.level))
+    place.port.dtr_line.subscribe(lambda pin: seen.append(pin.level))
     place.again()
     for level in (False, True, False, after):
-        place.port.dtr_line.set(level)
+        place.device.port.dtr_line.set(level)
     assert seen == []
     place.hear_again()
     assert seen == told
 
 
 # A server, with clients on sockets
+
+
+class Exchanged(Served):
+    """A served bench whose external input is recorded, and which another bench can replace."""
+
+    def __init__(self):
+        super().__init__()
+        self.input = ExternalInput(self.server.pacer)
+        self.input.attach(self.bench)
+        self.server = Server(self.bench, pacer=self.server.pacer, access=self.input)
+        self.input.serve(self.server)
+
+    def replace(self, bench):
+        """Replace the bench; clients are blocked meanwhile, and before if they were."""
+        muted = self.server.gate.closed
+        self.input.mute()
+        try:
+            self.input.attach(bench)
+            self.input.journal.truncate(Cursor())  # the recording of the old bench
+        finally:
+            if not muted:
+                self.input.unmute()
+
+    @property
+    def acts(self):
+        return [act for moment in self.input.journal for act in moment.acts]
+
+
+@pytest.fixture
+def served():
+    with Exchanged() as served:
+        yield served
 
 
 def another(served, **options):
@@ -292,7 +328,7 @@ def test_a_client_goes_on_with_a_bench_that_has_taken_the_place_of_another(serve
     with dial(url) as host:
         assert ask(host) == b"C\r"
         old, new = served.bench, served.do(lambda: another(served))
-        served.do(lambda: served.server.replace_bench(new))
+        served.do(lambda: served.replace(new))
         reached = old.now
         assert ask(host) == b"C\r"
         host.sendall(b"X1000S3$\r")
@@ -307,15 +343,15 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
     url = served.open(if1)
     with dial(url) as host:
         ask(host)
-        served.do(lambda: setattr(served.server, "muted", True))
+        served.do(served.input.mute)
         host.sendall(b"E\r")
         new = served.do(lambda: another(served))
         heard = []
         new["if1"].serial.subscribe_sent(heard.append)
-        served.do(lambda: served.server.replace_bench(new))
+        served.do(lambda: served.replace(new))
         served.do(lambda: None)  # the loop has had a turn
         assert heard == []
-        served.do(lambda: setattr(served.server, "muted", False))
+        served.do(served.input.unmute)
         assert receive(host, 2) == b"C\r"
         assert b"".join(heard) == b"E\r"
 
@@ -329,24 +365,24 @@ def test_who_is_connected_is_told_by_name_until_he_goes(served):
         address = "{}:{}".format(*host.getsockname())
         assert served.do(lambda: served.server.client("if1")) == address
         assert served.do(lambda: served.server.client("somebody else")) == ""
-        served.do(lambda: setattr(served.server, "muted", True))
-    served.do(lambda: setattr(served.server, "muted", False))
+        served.do(served.input.mute)
+    served.do(served.input.unmute)
     served.until(lambda: served.server.client("if1") == "")
 
 
 def test_a_client_that_comes_while_nobody_is_heard_is_disconnected_and_may_come_again(served):
     url = served.open(served.add())
-    served.do(lambda: setattr(served.server, "muted", True))
+    served.do(served.input.mute)
     with dial(url) as host:
         assert receive(host, 1) == b""
-    served.do(lambda: setattr(served.server, "muted", False))
+    served.do(served.input.unmute)
     with dial(url) as host:
         assert ask(host) == b"C\r"
 
 
 def test_a_port_opened_while_nobody_is_heard_is_deaf_too(served):
     if1 = served.add()
-    served.do(lambda: setattr(served.server, "muted", True))
+    served.do(served.input.mute)
     with dial(served.open(if1)) as host:
         assert receive(host, 1) == b""
 
@@ -356,7 +392,7 @@ def test_a_bench_on_which_somebody_is_missing_is_refused_and_all_stays_as_it_was
     url = served.open(if1)
     with dial(url) as host:
         with pytest.raises(UsageError, match="no controller 'if1'"):
-            served.do(lambda: served.server.replace_bench(Bench()))
+            served.do(lambda: served.replace(Bench()))
         assert (ask(host), served.server.bench) == (b"C\r", served.bench)
 
 
@@ -365,22 +401,20 @@ def test_a_master_goes_on_with_the_registers_that_have_come_and_is_told_how_the_
     url = served.open(served.bench["1811"], "bus://:0")
     with Host(url) as host:
         assert host.ask("s 1") == "ok"
-        served.do(lambda: setattr(served.server, "muted", True))
+        served.do(served.input.mute)
         host.send("r 1\n")
         new = served.do(Bench)
         served.do(lambda: new.add("1811"))
-        served.do(lambda: served.server.replace_bench(new))
+        served.do(lambda: served.replace(new))
         line = new["1811"].bus.interrupt_line
         for level in (True, False, True):
             served.do(lambda level=level: line.set(level))
-        acts = []
-        new["1811"].bus.watch_host(acts.append)
-        served.do(lambda: setattr(served.server, "muted", False))
+        served.do(served.input.unmute)
         assert host.line() == "! 1"
         status = int(host.line(), 16)
         assert status == new["1811"].bus.status
         assert host.ask("w 0 41") == "ok"
-        assert acts == [HostAct("write", (0, 0x41))]
+        assert served.acts == [Do("write", "0 41", controller="1811")]
 
 
 @pytest.mark.parametrize("model", ["if1", "1811"])
@@ -396,24 +430,17 @@ def test_what_a_new_client_finds_can_be_seen_to_by_somebody_else(model):
     assert seen == [model]
 
 
-def test_somebody_is_told_of_a_port_before_anything_is_done_there():
-    """A second channel is among those of a bench only when somebody has asked for it."""
-    told = []
-
-    def opening(name):
-        served.bench.ports[name].watch_host(told.append)
-
-    with Served() as served:
-        served.server = Server(served.bench, speed=None, on_open=opening)
-        served.do(lambda: served.bench.add("smartmotor", line="instant"))
-        for _ in range(2):
-            address = served.open_name("smartmotor.rs485")
-        with dial(address) as host:
-            host.sendall(b"a=1 ")
-            served.do(served.server.start)
-            served.until(lambda: HostAct("write", b"a=1 ") in told)
-    assert told[0] == HostAct("flow", Flow.DTR)
-    assert [act.kind for act in told].count("write") == 1
+def test_acts_at_a_second_channel_are_recorded_from_the_first_one_on(served):
+    """A bench has a second channel only once it is in use."""
+    served.do(lambda: served.bench.add("smartmotor", line="instant"))
+    for _ in range(2):
+        address = served.open_name("smartmotor.rs485")
+    written = Say(b"a=1 ", controller="smartmotor.rs485")
+    with dial(address) as host:
+        host.sendall(b"a=1 ")
+        served.until(lambda: written in served.acts)
+    assert served.acts[0] == Do("flow", "dtr", controller="smartmotor.rs485")
+    assert served.acts.count(written) == 1
 
 
 def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(served):
@@ -425,7 +452,7 @@ def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(
         served.do(lambda: plug.change(lambda: setattr(plug.serial.host, "rts", False)))
         new = Bench()
         new.add("if1", line="instant")
-        served.do(lambda: served.server.replace_bench(new))
+        served.do(lambda: served.replace(new))
         assert new["if1"].serial.host.rts is False
 
 
@@ -440,7 +467,7 @@ def test_a_client_of_rfc_2217_has_its_format_and_lines_on_a_bench_that_is_earlie
         host.rts = False
         new = served.do(Bench)
         served.do(lambda: new.add("if1", line="instant"))
-        served.do(lambda: served.server.replace_bench(new))
+        served.do(lambda: served.replace(new))
         port = new["if1"].serial
         assert (port.host.format, port.host.rts) == (UartFormat(1200, 7, "E", 1), False)
         heard = []
@@ -454,14 +481,14 @@ def test_a_client_of_a_pty_waits_and_goes_on(served):
     with serial.Serial(url.path, 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"E\r")
         assert host.read(2) == b"C\r"
-        served.do(lambda: setattr(served.server, "muted", True))
+        served.do(served.input.mute)
         host.write(b"E\r")
         new = served.do(lambda: another(served))
-        served.do(lambda: served.server.replace_bench(new))
+        served.do(lambda: served.replace(new))
         heard = []
         new["if1"].serial.subscribe_sent(heard.append)
         assert heard == []
-        served.do(lambda: setattr(served.server, "muted", False))
+        served.do(served.input.unmute)
         assert host.read(2) == b"C\r"
         assert served.do(lambda: served.server.client("if1")) == str(url)
     served.until(lambda: served.server.client("if1") == "")
@@ -472,8 +499,8 @@ def test_a_pty_closed_while_nobody_is_heard_is_closed_afterwards(served):
     with serial.Serial(url.path, 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"E\r")
         assert host.read(2) == b"C\r"
-        served.do(lambda: setattr(served.server, "muted", True))
-    served.do(lambda: setattr(served.server, "muted", False))
+        served.do(served.input.mute)
+    served.do(served.input.unmute)
     served.until(lambda: served.server.client("if1") == "")
     with serial.Serial(url.path, 9600, stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"E\r")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.links import pacing
-from axistwin.links.pacing import SLICE_S, Pacer
+from axistwin.links.pacing import Pacer, slices
+from axistwin.links.pacing.slices import SLICE_S
 from axistwin.links.plug import CHUNK, FEW, FULL, INSTANT_CHUNK, Plug
 
 from .fake_loop import Loop
@@ -77,7 +77,7 @@ class Turns(Loop):
 @pytest.fixture
 def slow_machine(monkeypatch):
     ticks = count()
-    monkeypatch.setattr(pacing, "perf_counter", lambda: next(ticks) * SLICE_S / STEPS)
+    monkeypatch.setattr(slices, "perf_counter", lambda: next(ticks) * SLICE_S / STEPS)
 
 
 @pytest.mark.parametrize("baudrate", [110, 9600, 115_200, 1_000_000, 4_000_000])

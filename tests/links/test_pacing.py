@@ -126,7 +126,7 @@ def test_falling_behind_is_counted_and_caught_up(clock, loop):
     pacer = paced(clock, loop, 1)
     loop.now_s = 0.5
     loop.run_to(0.5)
-    assert pacer.overruns == 1
+    assert pacer.delays.overruns == 1
     assert clock.now == 500 * MS
     assert pacer.report() == "fell behind the wall clock once, by 400 ms at most"
 
@@ -241,7 +241,7 @@ def test_what_comes_in_finds_the_end_of_a_nanosecond_even_if_a_slice_ended_in_it
     log = []
     eventful(clock, log)
     looks = iter([0.0, 0.0, 0.0, 9.0, 20.0, 29.0] if speed else [0.0, 0.0, 9.0])
-    monkeypatch.setattr("axistwin.links.pacing.perf_counter", lambda: next(looks))
+    monkeypatch.setattr("axistwin.links.pacing.slices.perf_counter", lambda: next(looks))
     pacer = paced(clock, loop, speed)
     loop.now_s = 0.5
     if speed is not None:
@@ -366,10 +366,10 @@ def test_blocks_are_counted_beside_those_that_were_late(clock, loop):
         clock.call_later(second * S, lambda: None)
     pacer = paced(clock, loop, 1)
     loop.run_to(4)
-    assert (pacer.blocks, pacer.overruns) == (3, 0)
+    assert (pacer.delays.blocks, pacer.delays.overruns) == (3, 0)
     loop.now_s = 7  # two are late, in one block
     loop.run_to(20)
-    assert (pacer.blocks, pacer.overruns) == (5, 1)
+    assert (pacer.delays.blocks, pacer.delays.overruns) == (5, 1)
 
 
 def test_time_that_cannot_stand_in_a_trace_does_not_come(clock, loop):
@@ -385,7 +385,7 @@ def test_another_clock_is_advanced_from_where_it_is(clock, loop):
     other, log = Clock(), []
     other.run_to(100 * S)
     other.call_later(2 * S, lambda: log.append(other.now))
-    pacer.replace_clock(other)
+    pacer.pace(other)
     reached = clock.now
     loop.run_to(7)
     pacer.sync()

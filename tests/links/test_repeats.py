@@ -8,9 +8,11 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import Plug
+from axistwin.sessions.recorded_port import RecordedPort
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.serial_port import Flow
 
+from ..sessions.test_recorded_port import perform
 from .fake_loop import Loop
 from .serving import initialise
 from .test_exchange import Client
@@ -67,8 +69,8 @@ class Session:
         self.noted, self.loop = Noted(line), Hasty()
         self.pacer = Pacer(self.noted.bench.clock, speed)
         self.kept = []
-        self.noted.port.watch_host(self._keep)
-        self.plug = Plug("if1", self.noted.port, self.pacer)
+        self.port = RecordedPort(self.noted.port, self._keep)
+        self.plug = Plug("if1", self.port, self.pacer)
         self.pacer.start(self.loop)
 
     def _keep(self, act):
@@ -77,7 +79,7 @@ class Session:
 
     def take(self, what, value):
         """One step."""
-        host = self.noted.port.host
+        host = self.port.host
         match what:
             case "wait":
                 self.loop.run_to(self.loop.now_s + value)
@@ -116,5 +118,5 @@ def test_moments_kept_and_done_again_are_the_same_run(line, speed, steps):
     again = Noted(line)
     for (time_ns, _), acts in groupby(session.kept, key=lambda one: one[0]):
         moment = [act for _, act in acts]
-        again.bench.clock.call_last(time_ns, lambda moment=moment: [again.port.perform(act) for act in moment])
+        again.bench.clock.call_last(time_ns, lambda moment=moment: [perform(again.port, act) for act in moment])
     assert again.finished(end_ns) == session.noted.finished(end_ns)

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.motion.profile import Profile, Segment
-from axistwin.panel.drawings.trail import MOST_STROKES, PLACES, POINTS, Trail, Trails, table_axes
+from axistwin.panel.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
 from axistwin.sessions.session import Session
 
 TRAVEL = {"limits": (-1000, 9000)}
@@ -101,15 +101,15 @@ def test_a_motor_that_loses_pulses_stays_behind(moving):
 def test_of_many_strokes_only_the_latest_are_drawn(moving):
     bench, controller, go = moving
     trail = trail_of(controller)
-    for number in range(MOST_STROKES + 50):
+    for number in range(MOST_MOVES + 50):
         go("X", (1000, Fraction(1, 100)))
         go("Y", (1000, Fraction(1, 100)), direction=+1 if number % 2 else -1)
         bench.run(0.02)
     trail.look()
     x = controller.axes["X"].position
     assert trail.points[-1] == (x, 0)
-    assert trail.points[0] == (x - 10 * MOST_STROKES, 0)
-    assert len(trail.points) == MOST_STROKES + 1
+    assert trail.points[0] == (x - 10 * MOST_MOVES, 0)
+    assert len(trail.points) == MOST_MOVES + 1
 
 
 def test_it_is_bounded(moving):

@@ -121,11 +121,11 @@ async def by_a_host(name: str, data: bytes, session: Session) -> None:
     """As a client of a port does it."""
     session.pacer.sync()
     if name in session.bench.ports:
-        session.bench.port(name).write(data)
+        session.input.serial(name).write(data)
     else:
         for byte in data:
-            session.bench[name].bus.write(0, byte)
-        session.bench[name].bus.write(1, 0x10)
+            session.input.bus(name).write(0, byte)
+        session.input.bus(name).write(1, 0x10)
     session.pacer.work()
 
 

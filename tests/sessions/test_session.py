@@ -9,6 +9,7 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sessions.session import Session
+from axistwin.sim.frames import UartFormat
 from axistwin.sim.serial_port import Flow
 from axistwin.units import MS
 
@@ -161,7 +162,7 @@ def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(monkeypat
         session = await ready()
         session.pause()
         end_s = session.recorded_seconds
-        monkeypatch.setattr("axistwin.links.pacing.SLICE_S", 0.0)
+        monkeypatch.setattr("axistwin.links.pacing.slices.SLICE_S", 0.0)
         going = asyncio.ensure_future(session.go_to(2.0))
         while not session.seconds < end_s:
             await asyncio.sleep(0)
@@ -327,9 +328,9 @@ def test_a_host_s_acts_at_its_line_are_kept_with_their_values():
     async def main():
         session = Session(if1, 1.0)
         session.serve()
-        port = session.bench["if1"].serial
+        port = session.input.serial("if1")
         port.flow = Flow.X_ON_X_OFF
-        port.host.baudrate = 1200
+        port.host.format = UartFormat(1200, 8, "N", 2)
         port.host.dtr = False
         port.held = True
         port.send_break(0.25)

@@ -8,9 +8,8 @@ from random import Random
 
 from axistwin import Bench
 
-from .talking import load, ready
+from .talking import SAMPLE_NS, load, ready
 
-SAMPLE_NS = 245_760
 PROGRAM = """
 UAI UBI UEO UFO
 F=64
@@ -74,7 +73,7 @@ class Day:
             self.samples[samples.time_ns(n)] = tuple(map(int, place))
 
     def script(self):
-        """What happens, and when."""
+        """Return the acts with their times."""
         motor, shaft, said = self.motor, self.motor.axes["shaft"], self.motor.serial.write
         return [
             (0, lambda: said(b"RUN ")),
@@ -97,14 +96,14 @@ class Day:
         ]
 
     def live(self, passing):
-        """The whole script; `passing(day, ns)` lets that much time pass."""
+        """Carry out the whole script; `passing(day, ns)` lets the time pass."""
         for at, action in self.script():
             passing(self, self.begin_ns + at - self.bench.now)
             action()
         return self.seen()
 
     def seen(self):
-        """Bytes; pins; where the shaft was and should have been, whenever that changed."""
+        """Return bytes, pin levels, and each change of the actual and commanded positions."""
         self.motor.axes["shaft"].catch_up()
         self.said += self.motor.serial.read()
         places, before = [], None
@@ -116,18 +115,18 @@ class Day:
 
 
 def whole(day, ns):
-    """At once."""
+    """Pass the time at once."""
     day.bench.run(ns / 1e9)
 
 
 def watched(day, ns):
-    """Looked at whenever anything happens."""
+    """Pass the time, reading the position at every event."""
     shaft = day.motor.axes["shaft"]
     day.bench.run_until(lambda: shaft.position == 1 << 40, ns / 1e9)
 
 
 def by_chance(seed):
-    """In random pieces, with a look at this or that in between."""
+    """Pass the time in random pieces, and read this or that in between."""
     random = Random(seed)
 
     def passing(day, ns):
@@ -141,7 +140,7 @@ def by_chance(seed):
 
 
 def look(random, day):
-    """Somebody looks."""
+    """Read something by chance."""
     motor, shaft = day.motor, day.motor.axes["shaft"]
     random.choice([
         lambda: shaft.position, lambda: shaft.commanded, lambda: shaft.velocity, lambda: shaft.moving,

@@ -1,17 +1,23 @@
-"""A motor on a test rig: the arrays of the processor with a data sheet, and the sampled functions plain or compiled."""
+"""The kernel without a bench: a motor on a test rig and a processor with its program, plain or compiled."""
 
+from array import array
 from math import pi
 
-from axistwin.controllers.smartmotor.kernel import machine, servo, servo_law, state
-from axistwin.controllers.smartmotor.kernel.trajectory import approach
+import numpy as np
+
+from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
+from axistwin.controllers.smartmotor.kernel.trajectory import next_velocity
+from axistwin.controllers.smartmotor.language.program import Program
 from axistwin.plant.servo import ServoLoad
 
-SAMPLE_S = 245_760e-9
+from .talking import SAMPLE_S
+
 FUNCTIONS = servo.rotate, servo_law.control, servo.overloaded, servo.resting, servo.rest
 
 
 class Rig:
-    """A motor in position mode with its drive on; `compiled` for functions compiled with Numba."""
+    """A motor in position mode with its drive on; `compiled`: with functions compiled by Numba."""
 
     def __init__(self, motor, load=None, *, compiled=False):
         self.motor, self.load = motor, load or ServoLoad()
@@ -23,50 +29,52 @@ class Rig:
         machine.fit(self.i, self.f, motor, self.load)
         if motor is not None:
             machine.tune(self.i, motor.tuning)
-        functions = _compiled(self) if compiled else FUNCTIONS
+        functions = FUNCTIONS
+        if compiled:
+            self.i, self.f = np.array(self.i), np.array(self.f)
+            functions = [jit.best(function) for function in FUNCTIONS]
         self._rotate, self._control, self._overloaded, self._resting, self._rest = functions
 
     def sample(self):
-        """Shaft, servo law, protection; true if it protests."""
+        """Turn the shaft, run the servo law and the protection; return True in an overload."""
         self.turn(1)
         self._control(self.i)
         self.i[state.SAMPLE] += 1
         return bool(self._overloaded(self.i, self.f))
 
     def turn(self, samples):
-        """The shaft alone."""
+        """Turn the shaft alone."""
         for _ in range(samples):
             self._rotate(self.i, self.f)
 
     def seconds(self, seconds):
-        """The shaft alone, for so long; returns the time it has really been."""
+        """Turn the shaft alone for a whole number of samples; return the time that they take."""
         samples = round(seconds / SAMPLE_S)
         self.turn(samples)
         return samples * SAMPLE_S
 
     def trapezoid(self, target, revs_per_s, revs_per_s2):
-        """Move the trajectory there; the following error of each sample, and 0.5 s beyond."""
+        """Move the trajectory to the target; return the following errors until 0.5 s later, and where it ended."""
         i, cpr, errors = self.i, self.motor.counts_per_rev, []
-        top, rate = (int(x * cpr * 65536) for x in (revs_per_s * SAMPLE_S, revs_per_s2 * SAMPLE_S**2))
+        max_velocity, rate = (int(x * cpr * 65536) for x in (revs_per_s * SAMPLE_S, revs_per_s2 * SAMPLE_S**2))
         end = None
         while end is None or len(errors) < end + 2035:
             self.sample()
-            i[state.VELOCITY] = approach(i[state.VELOCITY], (target << 16) - i[state.COMMANDED], top, rate)
+            i[state.VELOCITY] = next_velocity(
+                i[state.VELOCITY], (target << 16) - i[state.COMMANDED], max_velocity, rate
+            )
             i[state.COMMANDED] += i[state.VELOCITY]
             errors.append(self.error)
             if end is None and i[state.COMMANDED] == target << 16 and not i[state.VELOCITY]:
                 end = len(errors)
         return errors, end
 
-    def until_protest(self, most):
-        """Seconds until it is overheated."""
-        for n in range(1, most + 1):
-            if self.sample():
-                return n * SAMPLE_S
-        raise AssertionError("it has not been overheated")
+    def until_overload(self, limit):
+        """Return the seconds until the overload; fail after `limit` samples."""
+        return next(n * SAMPLE_S for n in range(1, limit + 1) if self.sample())
 
     def rest(self, samples):
-        """Let it rest, if it does."""
+        """Pass samples of a motor at rest in one step."""
         self._rest(self.i, self.f, samples)
 
     @property
@@ -86,10 +94,47 @@ class Rig:
         return (self.i[state.SHAFT] + self.f[machine.FRACTION]) / self.motor.counts_per_rev * 2 * pi
 
 
-def _compiled(rig):
-    import numpy as np
+class Processor:
+    """A processor with one statement per sample; statements for Python are only noted, in `performed`."""
 
-    from axistwin.controllers.smartmotor.kernel import jit
+    def __init__(self, text, *, compiled=False, overlay=True):
+        self.program = Program.compile(text)
+        self.i, self.v = array("q", [0] * state.INTS), array("q", [0] * state.VARIABLES)
+        self.stack, self.code = array("q", [0] * STACK), array("q", self.program.code)
+        self.i[state.DIRECTION] = self.i[state.PID_RATE] = 1
+        self.i[state.ARRAY_BASE] = state.DOUBLES if overlay else state.ALONE
+        self.i[state.PROGRAM] = state.RUNNING
+        self.statement = jit.best(statement) if compiled else statement
+        self.carried_out = []
+        """The text of each statement in the order of the samples; None: a sample without a statement."""
+        self.performed = []
+        self.fetched = lambda text: 0
 
-    rig.i, rig.f = np.array(rig.i), np.array(rig.f)
-    return [jit.best(function) for function in FUNCTIONS]
+    def run(self, samples=1000):
+        """Run these samples, or until the program ends."""
+        for _ in range(samples):
+            if self.i[state.PROGRAM] != state.RUNNING:
+                break
+            self.carried_out.append(self._sample())
+            self.i[state.SAMPLE] += 1
+        return self
+
+    def _sample(self):
+        if self.i[state.SAMPLE] + 1 < self.i[state.WAIT_UNTIL]:
+            return None
+        result = self.statement(self.i, self.v, self.stack, self.code)
+        if result == FETCH:
+            text = self.program.statements[self.i[state.STATEMENT]].text
+            self.v[state.HIDDEN] = self.fetched(text)
+            result = self.statement(self.i, self.v, self.stack, self.code)
+        if result == HELD:
+            return None
+        number = self.i[state.STATEMENT]
+        text = self.program.statements[number].text if number < len(self.program.statements) else "(end)"
+        if result == TRAP:
+            self.performed.append(text)
+        return text
+
+    def __getitem__(self, letters):
+        """Return a variable: a…z, aa…zz, aaa…zzz."""
+        return self.v[26 * (len(letters) - 1) + ord(letters[0]) - ord("a")]

@@ -5,10 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .cam import say, value
-from .talking import load, ready
+from .talking import load, ready, send, value, values
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 LONGS = [2 * letter for letter in LETTERS] + [3 * letter for letter in LETTERS[:25]]
@@ -16,38 +14,47 @@ WIDTH = {"ab": 1, "aw": 2, "al": 4}
 LAST = {"ab": 203, "aw": 101, "al": 50}
 
 
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    return ready(bench)
-
-
-def values(bench, motor, *names):
-    return [value(bench, motor, name) for name in names]
-
-
 # 8.1 Forced equal sign
 
 
 @pytest.mark.parametrize(
-    "words", ["A100", "V100", "P100", "D100", "E100", "T100", "KP100", "x5", "aa5", "ab[0]5", "BASE8", "SIZE8", "AMPS9"]
+    "words",
+    [
+        "A100",
+        "V100",
+        "P100",
+        "D100",
+        "E100",
+        "T100",
+        "KP100",
+        "x5",
+        "aa5",
+        "ab[0]5",
+        "BASE8",
+        "SIZE8",
+        "AMPS9",
+        "SLN0",
+        "P1000",
+        "aw[0]5",
+    ],
 )
 def test_the_equal_sign_must_be_present(bench, motor, words):
     """8.1: "A100 is no longer accepted": a syntax error (3), nothing else."""
     name = words.rstrip("0123456789")
     before = value(bench, motor, name)
-    assert say(bench, motor, f"{words} RBs ") == b"1\r"
+    assert send(bench, motor, f"{words} RBs", 0) == b"1\r"
     assert value(bench, motor, name) == before
 
 
 @pytest.mark.parametrize("words", ["O100", "WAIT5", "F33", "CLK5", "MFMUL3", "TH50", "SLP5", "EPTR7"])
 def test_nor_are_these_without_it(bench, motor, words):
-    assert say(bench, motor, f"{words} RBs RP RMODE ") == b"1\r0\rB\r"
+    assert send(bench, motor, f"{words} RBs RP RMODE", 0) == b"1\r0\rB\r"
 
 
 def test_with_it_they_are_accepted(bench, motor):
-    say(bench, motor, "A=100 V=101 P=102 x=103 aa=104 ab[0]=105 KP=106 ")
-    assert say(bench, motor, "RBs ") == b"0\r"
-    assert values(bench, motor, "A", "V", "P", "x", "ab[0]", "KP") == [100, 101, 102, 103, 105, 106]
+    send(bench, motor, "A=100 V=101 P=102 x=103 aa=104 ab[0]=105 KP=106", 0)
+    assert send(bench, motor, "RBs", 0) == b"0\r"
+    assert values(bench, motor, ["A", "V", "P", "x", "ab[0]", "KP"]) == [100, 101, 102, 103, 105, 106]
 
 
 # 8.2 Multiple arrays, table 8.1
@@ -56,11 +63,11 @@ def test_with_it_they_are_accepted(bench, motor):
 @pytest.mark.parametrize(("kind", "last"), list(LAST.items()))
 def test_the_last_element(bench, motor, kind, last):
     """8.2: ab[203], aw[101], al[50] are there; the next one is an array index error, Bu."""
-    say(bench, motor, f"{kind}[{last}]=-7 ")
-    assert say(bench, motor, f"R{kind}[{last}] RBu ") == b"-7\r0\r"
-    say(bench, motor, f"{kind}[{last + 1}]=5 ")
-    assert say(bench, motor, "RBu RBs ") == b"1\r0\r"
-    assert values(bench, motor, f"{kind}[{last}]", f"{kind}[0]", "zzz", "a") == [-7, 0, 0, 0]
+    send(bench, motor, f"{kind}[{last}]=-7", 0)
+    assert send(bench, motor, f"R{kind}[{last}] RBu", 0) == b"-7\r0\r"
+    send(bench, motor, f"{kind}[{last + 1}]=5", 0)
+    assert send(bench, motor, "RBu RBs", 0) == b"1\r0\r"
+    assert values(bench, motor, [f"{kind}[{last}]", f"{kind}[0]", "zzz", "a"]) == [-7, 0, 0, 0]
 
 
 @pytest.mark.parametrize(
@@ -69,49 +76,49 @@ def test_the_last_element(bench, motor, kind, last):
 )
 def test_beyond_the_array_the_command_is_ignored(bench, motor, where):
     """6, 10: reading and writing, Bu; Zu and ZS clear it."""
-    say(bench, motor, "a=-1 x=5 ")
+    send(bench, motor, "a=-1 x=5", 0)
     for words in (f"{where}=1", f"x={where}", f"R{where}"):
-        assert say(bench, motor, words + " ") == b""
-        assert say(bench, motor, "RBu Rx Zu RBu ") == b"1\r5\r0\r"
+        assert send(bench, motor, words + "", 0) == b""
+        assert send(bench, motor, "RBu Rx Zu RBu", 0) == b"1\r5\r0\r"
 
 
 def test_table_8_1_first_location(bench, motor):
     """al[0] is aw[0] aw[1], is ab[0] ab[1] ab[2] ab[3], the most significant first."""
-    say(bench, motor, "al[0]=16909060 ")  # 01020304h
-    assert values(bench, motor, "aw[0]", "aw[1]", "ab[0]", "ab[1]", "ab[2]", "ab[3]") == [0x102, 0x304, 1, 2, 3, 4]
-    say(bench, motor, "ab[1]=-1 ")
-    assert values(bench, motor, "aw[0]", "al[0]") == [0x1FF, 0x1FF0304]
+    send(bench, motor, "al[0]=16909060", 0)  # 01020304h
+    assert values(bench, motor, ["aw[0]", "aw[1]", "ab[0]", "ab[1]", "ab[2]", "ab[3]"]) == [0x102, 0x304, 1, 2, 3, 4]
+    send(bench, motor, "ab[1]=-1", 0)
+    assert values(bench, motor, ["aw[0]", "al[0]"]) == [0x1FF, 0x1FF0304]
 
 
 def test_table_8_1_last_location(bench, motor):
     """al[50] is aw[100] aw[101], is ab[200] ... ab[203]."""
-    say(bench, motor, "ab[200] 1 2 3 4. ")
-    assert values(bench, motor, "aw[100]", "aw[101]", "al[50]") == [0x102, 0x304, 0x1020304]
-    say(bench, motor, "aw[101]=-2 ")
-    assert values(bench, motor, "ab[202]", "ab[203]", "al[50]") == [-1, -2, 0x102FFFE]
+    send(bench, motor, "ab[200] 1 2 3 4.", 0)
+    assert values(bench, motor, ["aw[100]", "aw[101]", "al[50]"]) == [0x102, 0x304, 0x1020304]
+    send(bench, motor, "aw[101]=-2", 0)
+    assert values(bench, motor, ["ab[202]", "ab[203]", "al[50]"]) == [-1, -2, 0x102FFFE]
 
 
 @pytest.mark.parametrize(("index", "name"), list(enumerate(LONGS)))
 def test_the_long_variables_lie_in_the_same_memory(bench, motor, index, name):
     """6: al[0] is aa, al[25] zz, al[26] aaa, al[50] yyy."""
-    say(bench, motor, f"{name}={index + 1} ")
+    send(bench, motor, f"{name}={index + 1}", 0)
     assert value(bench, motor, f"al[{index}]") == index + 1
-    say(bench, motor, f"al[{index}]=-5 ")
+    send(bench, motor, f"al[{index}]=-5", 0)
     assert value(bench, motor, name) == -5
 
 
 def test_zzz_and_single_letters_lie_elsewhere(bench, motor):
     """6: 51 longs are 26 and 25: zzz is not among them."""
-    say(bench, motor, "zzz=9 a=8 z=7 ")
+    send(bench, motor, "zzz=9 a=8 z=7", 0)
     assert {value(bench, motor, f"al[{index}]") for index in range(51)} == {0}
-    assert values(bench, motor, "zzz", "a", "z") == [9, 8, 7]
+    assert values(bench, motor, ["zzz", "a", "z"]) == [9, 8, 7]
 
 
 def test_without_the_overlay_names_and_arrays_are_apart(bench):
     """Option array_overlay=False."""
     motor = ready(bench, array_overlay=False)
-    say(bench, motor, "aa=5 al[0]=6 yyy=7 al[50]=8 ")
-    assert values(bench, motor, "aa", "al[0]", "yyy", "al[50]") == [5, 6, 7, 8]
+    send(bench, motor, "aa=5 al[0]=6 yyy=7 al[50]=8", 0)
+    assert values(bench, motor, ["aa", "al[0]", "yyy", "al[50]"]) == [5, 6, 7, 8]
 
 
 @pytest.mark.parametrize(
@@ -131,62 +138,62 @@ def test_without_the_overlay_names_and_arrays_are_apart(bench):
 )
 def test_storing_truncates_and_reading_extends_the_sign(bench, motor, where, stored, read):
     """6: the low 8 or 16 bits."""
-    say(bench, motor, f"{where}={stored} ")
+    send(bench, motor, f"{where}={stored}", 0)
     assert value(bench, motor, where) == read
-    assert say(bench, motor, "RBs RBd RBu ") == b"0\r0\r0\r"
+    assert send(bench, motor, "RBs RBd RBu", 0) == b"0\r0\r0\r"
 
 
 # Lists
 
 
 def test_the_summarys_list(bench, motor):
-    """1.1: aw[0] 0 100 500 700. sets four consecutive elements."""
-    say(bench, motor, "aw[4]=9 aw[0] 0 100 500 700. ")
-    assert values(bench, motor, *(f"aw[{index}]" for index in range(5))) == [0, 100, 500, 700, 9]
+    """1.1: "aw[0] 0 100 500 700." sets four consecutive elements."""
+    send(bench, motor, "aw[4]=9 aw[0] 0 100 500 700.", 0)
+    assert values(bench, motor, (f"aw[{index}]" for index in range(5))) == [0, 100, 500, 700, 9]
 
 
 @pytest.mark.parametrize("kind", WIDTH)
 def test_lists_of_every_kind_begin_where_their_index_says(bench, motor, kind):
-    say(bench, motor, f"n=3 {kind}[n+1] -1 2 -3. ")
-    assert values(bench, motor, *(f"{kind}[{index}]" for index in range(3, 8))) == [0, -1, 2, -3, 0]
-    assert say(bench, motor, "RBs RBu ") == b"0\r0\r"
+    send(bench, motor, f"n=3 {kind}[n+1] -1 2 -3.", 0)
+    assert values(bench, motor, (f"{kind}[{index}]" for index in range(3, 8))) == [0, -1, 2, -3, 0]
+    assert send(bench, motor, "RBs RBu", 0) == b"0\r0\r"
 
 
 def test_the_whole_array_in_one_list(bench, motor):
     """9.0: up to aw[101]: 102 values."""
     wanted = [(index * 643) % 65_536 - 32_768 for index in range(102)]
-    say(bench, motor, "aw[0] " + " ".join(map(str, wanted)) + ". ")
+    send(bench, motor, "aw[0] " + " ".join(map(str, wanted)) + ".", 0)
     assert [value(bench, motor, f"aw[{index}]") for index in range(102)] == wanted
 
 
 def test_a_list_that_is_too_long_sets_bu(bench, motor):
-    say(bench, motor, "aw[100] 1 2 3. ")
-    assert say(bench, motor, "RBu Rzzz ") == b"1\r0\r"
+    send(bench, motor, "aw[100] 1 2 3.", 0)
+    assert send(bench, motor, "RBu Rzzz", 0) == b"1\r0\r"
 
 
 def test_a_list_in_a_program(bench, motor):
     """9.4, example 3, has one."""
     load(bench, motor, "aw[0] 0 700 1100 2200 3300 2200.\nx=aw[5]\nEND\n")
-    say(bench, motor, "RUN ")
+    send(bench, motor, "RUN", 0)
     bench.run(0.05)
-    assert values(bench, motor, "x", "aw[1]", "aw[4]") == [2200, 700, 3300]
+    assert values(bench, motor, ["x", "aw[1]", "aw[4]"]) == [2200, 700, 3300]
 
 
 @pytest.mark.parametrize(("index", "element"), [("n", 3), ("n+1", 4), ("n*2", 6), ("n-3", 0), ("ab[0]", 9), ("n%2", 1)])
 def test_an_index_may_be_an_expression(bench, motor, index, element):
     """6: a number, a variable or one binary operation."""
-    say(bench, motor, f"n=3 ab[0]=9 aw[{index}]=77 ")
-    assert values(bench, motor, f"aw[{element}]", "n") == [77, 3]
+    send(bench, motor, f"n=3 ab[0]=9 aw[{index}]=77", 0)
+    assert values(bench, motor, [f"aw[{element}]", "n"]) == [77, 3]
 
 
 # Beyond
 
 
 def test_they_are_lost_when_the_power_is_cut(bench, motor):
-    say(bench, motor, "aw[0] 1 2 3. zz=4 zzz=5 a=6 ")
+    send(bench, motor, "aw[0] 1 2 3. zz=4 zzz=5 a=6", 0)
     motor.power_cycle()
     bench.run(0.5)
-    assert values(bench, motor, "aw[0]", "aw[1]", "al[25]", "zzz", "a") == [0, 0, 0, 0, 0]
+    assert values(bench, motor, ["aw[0]", "aw[1]", "al[25]", "zzz", "a"]) == [0, 0, 0, 0, 0]
 
 
 @st.composite
@@ -202,11 +209,30 @@ def test_the_three_arrays_are_one_memory_of_204_bytes(written):
     bench = Bench()
     motor, memory = ready(bench), bytearray(204)
     for kind, index, number in written:
-        say(bench, motor, f"{kind}[{index}]={number} ")
+        send(bench, motor, f"{kind}[{index}]={number}", 0)
         if 0 <= index <= LAST[kind]:
             width = WIDTH[kind]
             memory[index * width : (index + 1) * width] = (number % 256**width).to_bytes(width)
     for kind, width in WIDTH.items():
-        found = say(bench, motor, "".join(f"R{kind}[{index}] " for index in range(LAST[kind] + 1)))
+        found = send(bench, motor, "".join(f"R{kind}[{index}] " for index in range(LAST[kind] + 1)), 0)
         elements = [memory[at : at + width] for at in range(0, 204, width)]
         assert found.split() == [b"%d" % int.from_bytes(element, signed=True) for element in elements]
+
+
+@pytest.mark.parametrize(
+    ("text", "statements", "wrong"), [("aw[0] 5 6.", 1, 0), ("aw[0 5 6.", 3, 1), ("aw[0]5 6.", 2, 1)]
+)
+def test_values_in_a_row_are_one_statement_and_without_their_bracket_none(bench, motor, text, statements, wrong):
+    """1.1: "aw[0] 0 100 500 700." is one assignment.  3: a space ends a command, so an open bracket ends there."""
+    load(bench, motor, f"ZS\nCLK=0\n{text}\na=CLK\nEND\n")
+    send(bench, motor, "RUN", 0.05)
+    assert send(bench, motor, "Ra RBs", 0) == f"{statements + 1}\r{wrong}\r".encode()
+    assert send(bench, motor, "Raw[0] Raw[1]", 0) == (b"0\r0\r" if wrong else b"5\r6\r")
+
+
+@pytest.mark.parametrize(("values", "taken"), [(16, True), (17, False)])
+def test_sixteen_values_from_outside_in_one_statement(bench, motor, values, taken):
+    """Base 6: GETCHR of an empty buffer is 0.  With a seventeenth such value the statement sets Bs and does nothing."""
+    load(bench, motor, "a=7\na=a+{}+1\nb=1\nEND\n".format("+".join(["GETCHR1"] * values)))
+    send(bench, motor, "ZS RUN", 0.05)
+    assert send(bench, motor, "Ra RBs Rb", 0) == (b"8\r0\r1\r" if taken else b"7\r1\r1\r")

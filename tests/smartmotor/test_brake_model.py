@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ready, tell
+from .talking import ready, send
 
 SHORT = "MP A=65536 V=65536*4 D=40 G"  # ends within 20 samples
 LONG = "MV A=65536 V=65536 G"
@@ -42,7 +42,7 @@ class Rules:
     trajectory: bool = False
     for_ever: bool = False  # what G begins does not end by itself
 
-    def hear(self, word: str) -> None:
+    def obey(self, word: str) -> None:
         """One command, and what has become of it a long time after."""
         if word in {"BRKI", "BRKC", "BRKG"}:
             self.routing = word
@@ -75,7 +75,7 @@ class Rules:
 
 def said(bench: Bench, motor: Controller) -> tuple[bool, bool, bool]:
     """Bo, Bt, and whether RMODE reports B."""
-    off, busy, mode = tell(bench, motor, "RBo RBt RMODE").split()
+    off, busy, mode = send(bench, motor, "RBo RBt RMODE").split()
     return off == b"1", busy == b"1", mode == b"B"
 
 
@@ -85,13 +85,13 @@ def test_any_order_of_brake_commands(words):
     """The internal brake, the signal on pin C or G, Bo, Bt and RMODE after each command."""
     bench = Bench()
     motor = ready(bench)
-    tell(bench, motor, "UCO UGO")
+    send(bench, motor, "UCO UGO")
     rules = Rules()
     for word in words:
         if word in {"S D=0", "X D=0"} and not rules.servo:
             continue  # what they do to a motor that is off is not told
-        tell(bench, motor, word, 0.02)
-        rules.hear(word)
+        send(bench, motor, word, 0.02)
+        rules.obey(word)
         assert said(bench, motor) == (not rules.servo, rules.trajectory, rules.shorted)
         assert motor.pins["brake"].level is rules.engaged
         for routing, name in (("BRKC", "C"), ("BRKG", "G")):

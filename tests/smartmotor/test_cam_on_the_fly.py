@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .cam import SAMPLE_NS, course, pass_samples, say, start, turn_to, value
-from .talking import load, ready
+from .scenarios import start_cam, turn_through, turn_to
+from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 OLD = {11_000: 750, 12_000: 1000, 18_000: 1000, 18_100: 1000, 20_000: 1000, 21_000: 1250}
 
@@ -17,13 +17,13 @@ OLD = {11_000: 750, 12_000: 1000, 18_000: 1000, 18_100: 1000, 20_000: 1000, 21_0
 def motor(bench: Bench) -> Controller:
     """The cam of example 2, at 3000 counts, in its first cycle."""
     motor = ready(bench)
-    start(bench, motor)
+    start_cam(bench, motor)
     turn_to(bench, motor, 3000)
     return motor
 
 
 def see(bench, motor, expected):
-    assert course(bench, motor, list(expected)) == list(expected.values())
+    assert turn_through(bench, motor, list(expected)) == list(expected.values())
 
 
 # Dwell
@@ -32,52 +32,52 @@ def see(bench, motor, expected):
 def test_a_new_dwell_is_used_from_the_next_zero_point_on(bench, motor):
     """9.2: "First send the new dwell value and issue "CI" which initializes the new dwell value the next time the
     "zero" point, end of base plus dwell or aw[0], is passed": this cycle still has 2000, the next one 100."""
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     see(bench, motor, {9_999: 500, 10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
     assert value(bench, motor, "CX") == 1
 
 
 def test_a_new_dwell_holds_for_a_crossing_backwards_too(bench, motor):
     """9.3: "crosses the zero-point boundary (between 0 and BASE plus dwell) in either direction"."""
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     see(bench, motor, {0: 0, -100: 0, -1100: 250, -8100: -500, -8200: -500, -9200: -250})
 
 
 def test_the_crossing_in_example_1_takes_the_new_dwell_too(bench):
     """9.2: in cam modulo."""
     motor = ready(bench)
-    start(bench, motor, "F=128")
+    start_cam(bench, motor, "F=128")
     turn_to(bench, motor, 3000)
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     turn_to(bench, motor, 9999)
-    assert say(bench, motor, "RCTR ") == b"9999\r"
+    assert send(bench, motor, "RCTR", 0) == b"9999\r"
     turn_to(bench, motor, 18_099)
-    assert say(bench, motor, "RCTR RP ") == b"8099\r500\r"
+    assert send(bench, motor, "RCTR RP", 0) == b"8099\r500\r"
     turn_to(bench, motor, 18_100)
-    assert say(bench, motor, "RCTR RP ") == b"0\r0\r"
+    assert send(bench, motor, "RCTR RP", 0) == b"0\r0\r"
 
 
 def test_without_ci_the_dwell_stays(bench, motor):
-    say(bench, motor, "D=100 ")
+    send(bench, motor, "D=100", 0)
     see(bench, motor, OLD)
 
 
 def test_if_the_boundary_is_never_crossed_the_dwell_never_changes(bench, motor):
     """9.3: that prevents abrupt moves."""
-    say(bench, motor, "D=0 CI ")
+    send(bench, motor, "D=0 CI", 0)
     see(bench, motor, {9999: 500, 1: 0, 8000: 500, 5000: 500, 9998: 500, 1000: 250})
 
 
 def test_ci_takes_nothing_that_has_not_been_changed(bench, motor):
-    say(bench, motor, "CI ")
+    send(bench, motor, "CI", 0)
     see(bench, motor, OLD)
 
 
 def test_dwell_may_become_zero_and_grow_again(bench, motor):
     """9.1: "Dwell can be set to zero"."""
-    say(bench, motor, "D=0 CI ")
+    send(bench, motor, "D=0 CI", 0)
     see(bench, motor, {10_000: 500, 18_000: 1000, 19_000: 1250})
-    say(bench, motor, "D=50 CI ")
+    send(bench, motor, "D=50 CI", 0)
     see(bench, motor, {26_000: 1500, 34_000: 2000, 34_050: 2000, 35_050: 2250})
 
 
@@ -86,35 +86,35 @@ def test_dwell_may_become_zero_and_grow_again(bench, motor):
 
 def test_base_is_changed_with_mc_and_ci(bench, motor):
     """9.5: "Send the new values of BASE and/or SIZE ... followed by the MCn and CI command"."""
-    say(bench, motor, "BASE=4000 MC CI ")
+    send(bench, motor, "BASE=4000 MC CI", 0)
     see(bench, motor, {8000: 500, 10_000: 500, 10_500: 750, 13_000: 1500, 14_000: 1000, 16_000: 1000, 16_500: 1250})
 
 
 def test_size_is_changed_with_mc_and_ci(bench, motor):
     """9.5: the first four parts of the table take all of BASE now, and its last position is aw[4]=0."""
-    say(bench, motor, "SIZE=4 MC CI ")
+    send(bench, motor, "SIZE=4 MC CI", 0)
     see(bench, motor, {10_000: 500, 12_000: 750, 14_000: 1000, 18_000: 500, 20_000: 500, 22_000: 750})
 
 
 def test_the_multiplier_is_changed_with_ci(bench, motor):
     """9.5: MC2 from the next zero point: BASE in 4000 counts, D in 1000."""
-    say(bench, motor, "MC2 CI ")
+    send(bench, motor, "MC2 CI", 0)
     see(bench, motor, {8000: 500, 10_000: 500, 11_000: 1000, 14_000: 1000, 15_000: 1000, 15_500: 1250})
 
 
 def test_the_multiplied_table_is_changed_with_ci(bench):
     """The same with cam_multiplier="table": twice the way."""
     motor = ready(bench, cam_multiplier="table")
-    start(bench, motor)
+    start_cam(bench, motor)
     turn_to(bench, motor, 3000)
-    say(bench, motor, "MC2 CI ")
+    send(bench, motor, "MC2 CI", 0)
     see(bench, motor, {8000: 500, 10_000: 500, 11_000: 1000, 16_000: 2500, 18_000: 1500, 20_000: 1500, 21_000: 2000})
 
 
 @pytest.mark.parametrize("words", ["BASE=4000 ", "BASE=4000 CI ", "SIZE=4 CI ", "BASE=4000 MC ", "MC2 ", "MC8 D=1 "])
 def test_base_and_size_need_mc_and_everything_needs_ci(bench, motor, words):
     """9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"."""
-    say(bench, motor, words)
+    send(bench, motor, words, 0)
     see(bench, motor, OLD)
 
 
@@ -122,8 +122,8 @@ def test_example_5_base_has_no_effect_until_the_next_mcn(bench):
     """Example 5: "BASE=1 will have no effect until next MCn command"; G starts with the BASE that MC2 saw."""
     motor = ready(bench)
     table = "0 10 20 30 40 50 60 70 80 90 100."
-    say(bench, motor, f"MF4 aw[0] {table} F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G ")
-    assert course(bench, motor, [500, 2500, 4999, 5000, 7500]) == [10, 50, 99, 100, 150]
+    send(bench, motor, f"MF4 aw[0] {table} F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G", 0)
+    assert turn_through(bench, motor, [500, 2500, 4999, 5000, 7500]) == [10, 50, 99, 100, 150]
 
 
 # What invalidates a CI
@@ -135,15 +135,15 @@ def test_example_5_base_has_no_effect_until_the_next_mcn(bench):
 def test_anything_issued_between_ci_and_the_zero_point_invalidates_it(bench, motor, words):
     """9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, but
     before the next zero point crossing occurs, will invalidate the CI command"."""
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     turn_to(bench, motor, 5000)
-    say(bench, motor, words)
+    send(bench, motor, words, 0)
     see(bench, motor, OLD)
 
 
 @pytest.mark.parametrize("words", ["F=144 F=16 ", "F=0 F=16 "])
 def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, words):
-    say(bench, motor, "D=100 CI " + words)
+    send(bench, motor, "D=100 CI " + words, 0)
     see(bench, motor, OLD)
 
 
@@ -152,35 +152,35 @@ def test_f_changed_and_changed_back_invalidates_it_all_the_same(bench, motor, wo
 )
 def test_other_commands_leave_it_valid(bench, motor, words):
     """9.5 names D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F."""
-    say(bench, motor, "D=100 CI " + words)
+    send(bench, motor, "D=100 CI " + words, 0)
     see(bench, motor, {10_000: 500, 18_000: 1000, 18_100: 1000, 19_100: 1250})
 
 
 def test_no_partial_initialisation_takes_place(bench, motor):
     """9.5: neither the BASE that CI had accepted nor the D that came too late."""
-    say(bench, motor, "BASE=4000 MC CI D=0 ")
+    send(bench, motor, "BASE=4000 MC CI D=0", 0)
     see(bench, motor, OLD)
 
 
 def test_a_new_mcn_and_ci_make_it_valid_again(bench, motor):
     """9.5: "A new MCn and CI command must be issued"."""
-    say(bench, motor, "BASE=4000 MC CI D=0 ")
+    send(bench, motor, "BASE=4000 MC CI D=0", 0)
     turn_to(bench, motor, 7000)
-    say(bench, motor, "MC CI ")
+    send(bench, motor, "MC CI", 0)
     see(bench, motor, {10_000: 500, 10_500: 750, 14_000: 1000, 14_500: 1250})
 
 
 def test_after_the_zero_point_nothing_is_invalidated_any_more(bench, motor):
     """The crossing has used CI up: a D afterwards waits for its own CI."""
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     turn_to(bench, motor, 10_001)
-    say(bench, motor, "D=700 ")
+    send(bench, motor, "D=700", 0)
     see(bench, motor, {18_100: 1000, 19_100: 1250, 26_200: 1500, 27_200: 1750})
 
 
 def test_one_ci_serves_one_crossing(bench, motor):
     """Back over the same point: the new dwell stays, nothing else is taken."""
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     see(bench, motor, {10_500: 625, 10_000: 500, 9_900: 500, 8_900: 750})
 
 
@@ -190,24 +190,24 @@ def test_one_ci_serves_one_crossing(bench, motor):
 def test_f_128_takes_effect_at_a_zero_point_with_ci(bench, motor):
     """9.5: "will not take effect in cam mode, even though the change has been made in F, until the CI command is issued
     and there is a zero-point crossing"."""
-    say(bench, motor, "F=144 ")
+    send(bench, motor, "F=144", 0)
     turn_to(bench, motor, 11_000)
-    assert say(bench, motor, "RCTR RP ") == b"11000\r750\r"
-    say(bench, motor, "CI ")
+    assert send(bench, motor, "RCTR RP", 0) == b"11000\r750\r"
+    send(bench, motor, "CI", 0)
     turn_to(bench, motor, 25_000)
     turn_to(bench, motor, 30_500)
-    assert say(bench, motor, "RCTR RP ") == b"500\r125\r"
+    assert send(bench, motor, "RCTR RP", 0) == b"500\r125\r"
     assert motor.axes["shaft"].position == 1625
 
 
 def test_f_128_withdrawn_lets_the_counter_go_on(bench):
     motor = ready(bench)
-    start(bench, motor, "F=144")
+    start_cam(bench, motor, "F=144")
     turn_to(bench, motor, 3000)
-    say(bench, motor, "F=16 ")
+    send(bench, motor, "F=16", 0)
     turn_to(bench, motor, 10_500)
-    assert say(bench, motor, "RCTR ") == b"500\r"
-    say(bench, motor, "CI ")
+    assert send(bench, motor, "RCTR", 0) == b"500\r"
+    send(bench, motor, "CI", 0)
     turn_to(bench, motor, 40_500)
     assert value(bench, motor, "CTR") > 10_000
     assert motor.axes["shaft"].position == 2125
@@ -215,7 +215,7 @@ def test_f_128_withdrawn_lets_the_counter_go_on(bench):
 
 def test_f_0_with_ci_makes_positions_absolute(bench, motor):
     """9.4: without F=16 "absolute positioning would take immediate effect"; 9.5: here at the zero point."""
-    say(bench, motor, "F=0 MC CI ")
+    send(bench, motor, "F=0 MC CI", 0)
     see(bench, motor, {9000: 500, 10_000: 0, 11_000: 250, 16_000: 1000, 17_000: 750, 18_000: 0, 19_000: 250})
 
 
@@ -256,9 +256,9 @@ def button_program(bench, program):
     for pin in "AB":
         motor.pins[pin].drive(False)
     load(bench, motor, program)
-    say(bench, motor, "MF4 SIZE=10 aw[0] 0 100 200 300 400 500 600 700 800 900 1000. RUN ")
+    send(bench, motor, "MF4 SIZE=10 aw[0] 0 100 200 300 400 500 600 700 800 900 1000. RUN", 0)
     bench.run(0.1)
-    assert say(bench, motor, "RMODE RBs ") == b"C\r0\r"
+    assert send(bench, motor, "RMODE RBs", 0) == b"C\r0\r"
     return motor
 
 
@@ -267,7 +267,7 @@ def test_example_4_cuts_quickly_first_and_normally_afterwards(bench):
     motor = button_program(bench, EXAMPLE_4)
     counts = [500, 1000, 1049, 1050, 1050 + 2500, 1050 + 5000, 1050 + 58_762, 1050 + 58_763, 59_813 + 2500]
     expected = [500, 1000, 1000, 1000, 1500, 2000, 2000, 2000, 2500]
-    assert course(bench, motor, counts, 100) == expected
+    assert turn_through(bench, motor, counts, 100) == expected
 
 
 @pytest.mark.parametrize(("pin", "sign"), [("A", 1), ("B", -1)])
@@ -326,70 +326,52 @@ def test_example_5_stretches_the_base_at_the_next_zero_point(bench):
 
 def test_a_power_cut_forgets_a_pending_ci_and_the_cam(bench, motor):
     """16: everything but the program is as at power-up."""
-    say(bench, motor, "D=100 CI ")
+    send(bench, motor, "D=100 CI", 0)
     motor.power_cycle()
     bench.run(0.5)
-    assert say(bench, motor, "RMODE a=CX Ra RBASE RCTR Raw[1] ").startswith(b"B\r0\r")
+    assert send(bench, motor, "RMODE a=CX Ra RBASE RCTR Raw[1]", 0).startswith(b"B\r0\r")
     assert value(bench, motor, "aw[1]") == value(bench, motor, "D") == value(bench, motor, "CTR") == 0
 
 
 def test_a_fault_in_the_cam_stops_following(bench, motor):
-    """3.2, 4.1: pin C has become a limit again and is open; the cam does not go on while the fault is not cleared."""
-    say(bench, motor, "UCP ")
+    """3.2, 4.1: pin C has become a limit again and is open; the cam stops until the fault is cleared."""
+    send(bench, motor, "UCP", 0)
     bench.run(0.05)
     here = turn_to(bench, motor, 6000)
-    assert say(bench, motor, "RBr RBo RMODE G RMODE ") == b"1\r1\rB\rB\r"
+    assert send(bench, motor, "RBr RBo RMODE G RMODE", 0) == b"1\r1\rB\rB\r"
     assert turn_to(bench, motor, 7000) == here == 250
 
 
 CHANGES = st.lists(
     st.sampled_from(
         [
-            "D=0",
-            "D=50",
-            "D=3000",
-            "BASE=8",
-            "BASE=4000",
-            "BASE=0",
-            "SIZE=4",
-            "SIZE=101",
-            "SIZE=0",
-            "MC",
-            "MC2",
-            "MC8",
-            "CI",
-            "F=0",
-            "F=16",
-            "F=128",
-            "F=144",
-            "G",
-            "X",
-            "S",
+            "D=0", "D=50", "D=3000", "BASE=8", "BASE=4000", "BASE=0", "SIZE=4", "SIZE=101", "SIZE=0", "MC", "MC2",
+            "MC8", "CI", "F=0", "F=16", "F=128", "F=144", "G", "X", "S",
         ]
     ),
     max_size=15,
-)
+)  # fmt: skip
 
 
 @settings(deadline=None, max_examples=25)
 @given(changes=CHANGES, way=st.integers(-20_000, 20_000))
 def test_no_order_of_changes_upsets_the_motor(changes, way):
-    """Whatever is said while the master turns: the motor answers, and in pieces it does as in one run."""
+    """With any commands while the master turns the motor answers, and a run in pieces equals one run."""
     assert walk(changes, way, pieces=1) == walk(changes, way, pieces=7)
 
 
 def walk(changes, way, pieces):
     bench = Bench()
     motor = ready(bench)
-    start(bench, motor)
+    start_cam(bench, motor)
     motor.master.move(way, 400 * SAMPLE_NS / 1e9)
     found = []
     for word in changes:
-        say(bench, motor, word + " ")
+        send(bench, motor, word + "", 0)
         for _ in range(pieces):
             bench.clock.run_to(bench.now + 21 * SAMPLE_NS // pieces)
         found.append(motor.axes["shaft"].position)
-    pass_samples(bench, 2)
-    found.append(say(bench, motor, "RP RCTR RMODE "))
+    advance(bench, 2)
+    found.append(send(bench, motor, "RP RCTR RMODE", 0))
     assert found[-1].count(b"\r") == 3
     return found

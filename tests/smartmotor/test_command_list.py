@@ -15,7 +15,7 @@ LIST = Path(__file__).parents[1] / "manual" / "smartmotor.txt"
 
 
 def listed() -> dict[str, str]:
-    """How each command is written, and the section it is from."""
+    """Return the syntax of each command and its section."""
     columns = re.compile(r"(\S+(?: exp)?)\s+(\S+)\s")
     rows = (columns.match(line) for line in LIST.read_text().splitlines() if line and not line.startswith("#"))
     return {row[1]: row[2] for row in rows}

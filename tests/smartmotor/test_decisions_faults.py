@@ -1,31 +1,22 @@
-"""What the manual leaves open about limits, faults and functions, and here and there: docs/fidelity.md."""
+"""Decisions of docs/fidelity.md on limits, faults, functions, the brake's pin, cam and host mode."""
 
 import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, clear, load, ready, tell
+from .bits import BE, BL, BM, BO, BP, BR, BT
+from .scenarios import points, position
+from .talking import advance, ask, bare, clear, load, send, status_word
 
-SAMPLE_NS = 245_760
-BT, BR, BL, BI, BE, BO, BP, BM = 1, 2, 4, 8, 32, 128, 512, 1024
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 COUNTING = "WHILE 1 a=a+1 LOOP "
 
 
-def samples(bench: Bench, number: int) -> None:
-    bench.clock.run_to((bench.now // SAMPLE_NS + number) * SAMPLE_NS)
-
-
-def word(bench: Bench, motor: Controller) -> int:
-    """RW without Bi: the index mark is no matter of these tests."""
-    return int(ask(bench, motor, "RW", 0)) & ~BI
-
-
 def jam(bench: Bench, motor: Controller) -> None:
-    """Held at 10 counts per sample, the shaft is 1010 counts behind in the 101st sample; E is 1000."""
+    """Held at 10 counts per sample, the shaft is 1010 counts late in the 101st sample; E is 1000."""
     motor.axes["shaft"].jam(True)
-    samples(bench, 101)
+    advance(bench, 101)
 
 
 # F=2 and the limit switches
@@ -37,24 +28,22 @@ def test_with_f_2_the_switch_that_is_met_is_that_of_the_other_direction(bench, t
 
     The pins stay with the directions that are commanded, so a positive move meets the switch on D, and passes it.
     """
-    motor = bench.add("smartmotor", line="instant", shaft={"limits": (-500, 500)})
-    bench.run(0.3)
-    tell(bench, motor, f"ZS F=2 MP A=65536 V=65536*10 P={target} G", 1.0)
+    motor = bare(bench, shaft={"limits": (-500, 500)})
+    send(bench, motor, f"ZS F=2 MP A=65536 V=65536*10 P={target} G", 1.0)
     assert motor.axes["shaft"].position == -target
-    assert word(bench, motor) == flags
+    assert status_word(bench, motor, 0) == flags
 
 
 @pytest.mark.parametrize(("pin", "speed", "flags"), [("C", 10, BR + BP), ("D", -10, BL + BM)])
-def test_with_f_2_each_pin_stops_the_direction_that_is_commanded(bench, pin, speed, flags):
+def test_with_f_2_each_pin_stops_the_direction_that_is_commanded(bench, motor, pin, speed, flags):
     """With the two switches exchanged the motor is protected: C stops positive moves, whichever way the shaft turns."""
-    motor = ready(bench)
     for name in "CD":
         motor.pins[name].drive(False)
-    tell(bench, motor, f"UCP UDM ZS F=2 A=65536 V={speed}*65536 MV G", 0.01)
+    send(bench, motor, f"UCP UDM ZS F=2 A=65536 V={speed}*65536 MV G", 0.01)
     assert motor.axes["shaft"].velocity * speed < 0
     motor.pins[pin].release()
-    samples(bench, 2)
-    assert word(bench, motor) == flags + BO
+    advance(bench, 2)
+    assert status_word(bench, motor, 0) == flags + BO
     assert motor.axes["shaft"].velocity == 0 or not motor.axes["shaft"].moving
 
 
@@ -62,73 +51,69 @@ def test_with_f_2_each_pin_stops_the_direction_that_is_commanded(bench, pin, spe
 
 
 @pytest.mark.parametrize("mtb", [True, False])
-def test_f_1_decelerates_on_a_position_error_too(bench, mtb):
+def test_f_1_decelerates_on_a_position_error_too(bench, motor, mtb):
     """4.1, motor protection fault, item 1: "If F=1 is issued, the controller decelerates to a stop"; 4.2, 7.1: limits.
 
     At A: 9 8 7 … 1 0, in ten samples, with the servo on; then MTB, or without MTB it holds.
     """
-    motor = ready(bench)
-    tell(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F=1 {CRUISE}", 0.01)
+    send(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F=1 {CRUISE}", 0.01)
     jam(bench, motor)
-    assert word(bench, motor) == BE + BT
+    assert status_word(bench, motor, 0) == BE + BT
     speeds = []
     for _ in range(9):
         speeds.append(int(ask(bench, motor, "RV", 0)) // 65536)
-        samples(bench, 1)
+        advance(bench, 1)
     assert speeds == sorted(speeds, reverse=True)
     assert speeds[0] >= 8
-    samples(bench, 3)
-    assert word(bench, motor) == BE + (BO if mtb else 0)
+    advance(bench, 3)
+    assert status_word(bench, motor, 0) == BE + (BO if mtb else 0)
     assert ask(bench, motor, "RMODE RV", 0).split("\r") == ["B" if mtb else "V", "0"]
 
 
-def test_without_f_1_a_position_error_switches_off_at_once(bench):
+def test_without_f_1_a_position_error_switches_off_at_once(bench, motor):
     """4.1, item 1: "Turn off servo amplifier, if F=1 is not issued"."""
-    motor = ready(bench)
-    tell(bench, motor, CRUISE, 0.01)
+    send(bench, motor, CRUISE, 0.01)
     jam(bench, motor)
-    assert word(bench, motor) == BE + BO
+    assert status_word(bench, motor, 0) == BE + BO
 
 
 # Zl and Zr
 
 
 @pytest.mark.parametrize(("pin", "flags", "clears", "leaves"), [("C", BR + BP, "Zr", "Zl"), ("D", BL + BM, "Zl", "Zr")])
-def test_zr_belongs_to_pin_c_and_zl_to_pin_d(bench, pin, flags, clears, leaves):
+def test_zr_belongs_to_pin_c_and_zl_to_pin_d(bench, motor, pin, flags, clears, leaves):
     """3.1 has "left limit (Port C)" and "right limit (Port D)"; its first line and table 4.1: C right, D left."""
-    motor = ready(bench)
     for name in "CD":
         motor.pins[name].drive(False)
-    tell(bench, motor, "UCP UDM ZS", 0.01)
+    send(bench, motor, "UCP UDM ZS", 0.01)
     motor.pins[pin].release()
-    samples(bench, 2)
-    assert word(bench, motor) == flags + BO
+    advance(bench, 2)
+    assert status_word(bench, motor, 0) == flags + BO
     motor.pins[pin].drive(False)
-    samples(bench, 2)
+    advance(bench, 2)
     historical = flags & (BR + BL)
-    tell(bench, motor, leaves)
-    assert word(bench, motor) == historical + BO
-    tell(bench, motor, clears)
-    assert word(bench, motor) == BO
+    send(bench, motor, leaves)
+    assert status_word(bench, motor, 0) == historical + BO
+    send(bench, motor, clears)
+    assert status_word(bench, motor, 0) == BO
 
 
 # F=32 without C1
 
 
 @pytest.mark.parametrize("f", [0, 32])
-def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, f):
+def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, motor, f):
     """4.1, item 4: "program goes to label C1", which is not there: a position error ends it, a limit does not."""
-    motor = ready(bench)
     for name in "CD":
         motor.pins[name].drive(False)
     load(bench, motor, f"F={f} {COUNTING}")
-    tell(bench, motor, f"UCP UDM ZS RUN {CRUISE}", 0.05)
+    send(bench, motor, f"UCP UDM ZS RUN {CRUISE}", 0.05)
     motor.pins["C"].release()
-    samples(bench, 20)
+    advance(bench, 20)
     first = int(ask(bench, motor, "Ra", 0.05))
     assert int(ask(bench, motor, "Ra", 0)) > first
     motor.pins["C"].drive(False)
-    tell(bench, motor, f"ZS {CRUISE}", 0.05)
+    send(bench, motor, f"ZS {CRUISE}", 0.05)
     jam(bench, motor)
     stood = ask(bench, motor, "Ra", 0.05)
     assert ask(bench, motor, "Ra RBs", 0).split("\r") == [stood, "0"]
@@ -137,8 +122,8 @@ def test_f_32_without_c1_is_as_if_f_32_were_not_given(bench, f):
 def test_f_4_and_a_host_that_asks(bench):
     """7.1: "user program prints and report command"; 6.1: "To current communication channel": a host's are its own."""
     motor = clear(bench, bench.add("smartmotor", line="instant"))
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 UG")
-    assert tell(bench, motor, 'RP PRINT("x",#13) RUA') == b"0\rx\r1\r"
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 UG")
+    assert send(bench, motor, 'RP PRINT("x",#13) RUA') == b"0\rx\r1\r"
     bench.run(0.1)
     assert motor.rs485.read() == b""
     motor.rs485.write(b"RUA ")
@@ -152,10 +137,9 @@ def test_f_4_and_a_host_that_asks(bench):
 
 @pytest.mark.parametrize("command", ["MF2", "MFR G", "MSR G", "MV G", "BASE=8 SIZE=4 MC G"])
 def test_a_fault_inhibits_every_command_that_moves(bench, command):
-    """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 has MF2 beside them; 2.0, item 5: "No further shaft movement"."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
-    tell(bench, motor, f"A=65536 V=65536 {command}")
+    """3.2, 4.1: G, MT, MF1, MF4, MS, S, X; 5.2 adds MF2; 2.0, item 5: "No further shaft movement"."""
+    motor = bare(bench)
+    send(bench, motor, f"A=65536 V=65536 {command}")
     motor.master.move(1000, 0.01)
     bench.run(0.05)
     assert motor.axes["shaft"].position == 0
@@ -163,13 +147,12 @@ def test_a_fault_inhibits_every_command_that_moves(bench, command):
 
 
 @pytest.mark.parametrize(("command", "value"), [("GOSUB5", "5"), ("GOTO5", "5"), ("RUN", "0")])
-def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, command, value):
+def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, motor, command, value):
     """4.1: "during a motor protection fault the "RUN" command is inhibited"; it names no other."""
-    motor = ready(bench)
     load(bench, motor, "a=1 END C5 a=5 RETURN ")
-    tell(bench, motor, CRUISE, 0.01)
+    send(bench, motor, CRUISE, 0.01)
     jam(bench, motor)
-    tell(bench, motor, command, 0.01)
+    send(bench, motor, command, 0.01)
     assert ask(bench, motor, "Ra") == value
 
 
@@ -177,50 +160,41 @@ def test_a_motor_protection_fault_inhibits_run_and_not_gosub(bench, command, val
 
 
 @pytest.mark.parametrize("command", ["RS4", "OCHN(RS4,0,N,9600,1,8,C)"])
-def test_rs4_takes_pin_g_from_the_brake(bench, command):
+def test_rs4_takes_pin_g_from_the_brake(bench, motor, command):
     """5.1, note 2: such commands "will change the function of the I/O pin G": it shows who transmits."""
-    motor = ready(bench)
-    tell(bench, motor, "UGO BRKG")
+    send(bench, motor, "UGO BRKG")
     assert motor.pins["G"].level is True  # engaged
-    tell(bench, motor, command, 0.1)
+    send(bench, motor, command, 0.1)
     assert motor.pins["G"].level is False
-    tell(bench, motor, "BRKRLS BRKENG")
+    send(bench, motor, "BRKRLS BRKENG")
     assert motor.pins["G"].level is False
 
 
 # Mode cam and host mode
 
 
-def test_a_negative_dwell_is_none(bench):
+def test_a_negative_dwell_is_none(bench, motor):
     """9.1: "the number of external encoder counts"; "Dwell can be set to zero"."""
-    motor = ready(bench)
-    tell(bench, motor, "MF4 F=16 D=-50 BASE=80 SIZE=4 aw[0] 0 10 20 30 40. MC G")
+    send(bench, motor, "MF4 F=16 D=-50 BASE=80 SIZE=4 aw[0] 0 10 20 30 40. MC G")
     found = []
     for _ in range(12):
         motor.master.move(10, 0)
-        samples(bench, 2)
+        advance(bench, 2)
         found.append(motor.axes["shaft"].position)
     assert found == [5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55, 60]
 
 
-def record(kind: int, value: int) -> bytes:
-    return bytes((kind,)) + value.to_bytes(4, "big") + b"\r"
-
-
-def test_a_position_without_a_clock_value_before_two_are_known_is_replaced(bench):
+def test_a_position_without_a_clock_value_before_two_are_known_is_replaced(bench, motor):
     """10.1: "Having sent the first two times, time values may be sent or omitted at will"; before that, not."""
-    motor = ready(bench)
-    tell(bench, motor, b"MD " + record(0xFA, 0) + record(0xFB, 0) + record(0xFA, 999) + record(0xFA, 400))
-    tell(bench, motor, record(0xFB, 100) + b"G", 0)
-    samples(bench, 50)
+    send(bench, motor, "MD " + points((0, 0)) + position(999) + points((400, 100)) + "G", 0)
+    advance(bench, 50)
     assert motor.axes["shaft"].position in range(190, 205)  # on the way to 400, not to 999
     assert ask(bench, motor, "RBs", 0) == "0"
 
 
-def test_print_of_a_host_goes_to_channel_0(bench):
+def test_print_of_a_host_goes_to_channel_0(bench, motor):
     """6.1: PRINT(U) "to communication channel 0", PRINT1(U) to channel 1, RU "to current communication channel"."""
-    motor = ready(bench)
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
     motor.rs485.write(b"PRINT(U,UA,#13) PRINT1(1,#13) RU ")
     bench.run(0.1)
     assert motor.serial.read() == b"1271\r"

@@ -2,8 +2,8 @@
 
 import pytest
 
-from .interrupts import running, samples, trigger, values, wired
-from .talking import ask, load, ready, tell
+from .scenarios import trigger
+from .talking import advance, ask, load, ready, run, send, values, wired
 from .test_check import shown
 
 
@@ -11,140 +11,96 @@ def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
     """8 of the base language: an error flag; which, and what then, is not said."""
     for word in ("GOSUB5", "GOTO5"):
         motor = ready(bench)
-        running(bench, motor, f"a=1\n{word}\na=a+1\nEND\n")
+        run(bench, motor, f"a=1\n{word}\na=a+1\nEND\n")
         assert values(bench, motor, "a") == [2]
         assert ask(bench, motor, "RBs") == "1"
 
 
 @pytest.mark.parametrize("word", ["RETURN", "RETURNF", "RETURNI"])
-def test_each_return_goes_back_from_any_call(bench, word):
-    """1.2 names RETURNF for C1 and RETURNI for C2; behind a GOSUB they return too."""
-    motor = ready(bench)
-    running(bench, motor, f"GOSUB7\nb=1\nEND\nC7\na=1\n{word}\n")
+def test_each_return_goes_back_from_any_call(bench, motor, word):
+    """1.2 names RETURNF for C1 and RETURNI for C2; after a GOSUB they return too."""
+    run(bench, motor, f"GOSUB7\nb=1\nEND\nC7\na=1\n{word}\n")
     assert values(bench, motor, "ab") == [1, 1]
     assert ask(bench, motor, "RBs") == "0"
 
 
 @pytest.mark.parametrize("word", ["RETURN", "RETURNI"])
 def test_c1_may_be_left_by_another_return(bench, word):
-    """The program goes on where it was, and the next fault calls C1 again."""
+    """The program continues where it was, and the next fault calls C1 again."""
     motor = wired(bench)
-    running(bench, motor, f"F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\n{word}\n")
+    run(bench, motor, f"F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\n{word}\n")
     for count in (1, 2):
         motor.pins["C"].drive(True)
-        samples(bench, 20)
+        advance(bench, 20)
         before = values(bench, motor, "m")
-        samples(bench, 6)
+        advance(bench, 6)
         assert values(bench, motor, "im") == [count, before[0] + 2]
         motor.pins["C"].drive(False)
-        tell(bench, motor, "ZS", 0.01)
+        send(bench, motor, "ZS", 0.01)
 
 
 @pytest.mark.parametrize("text", ["IF(a==0) b=1 ENDIF", "WHILE(a==0) b=1 LOOP", "SWITCH(a) CASE 0 b=1 ENDS"])
-def test_a_block_word_and_its_expression_are_parted_by_a_blank(bench, text):
+def test_a_block_word_and_its_expression_are_parted_by_a_blank(bench, motor, text):
     """3 of the base language: one space between them; otherwise Bs, and the word is no block."""
-    motor = ready(bench)
-    running(bench, motor, f"{text}\nc=1\nEND\n")
+    run(bench, motor, f"{text}\nc=1\nEND\n")
     assert ask(bench, motor, "RBs") == "1"
 
 
-def test_switches_within_one_another_to_any_depth(bench):
+def test_switches_within_one_another_to_any_depth(bench, motor):
     """8 of the base language: four in later firmware.  Six here, and the value of each is its own."""
-    motor = ready(bench)
     inner = "a=a+1\n"
     for depth in range(6, 0, -1):
         inner = f"SWITCH {depth}\nCASE {depth}\n{inner}BREAK\nCASE 0\nb=9\nENDS\na=a+1\n"
-    running(bench, motor, f"{inner}END\n")
+    run(bench, motor, f"{inner}END\n")
     assert values(bench, motor, "ab") == [7, 0]
     assert [line.partition(": ")[2] for line in shown(f"{inner}END")] == ["more than 4 SWITCH within one another"]
 
 
-def test_run_ends_a_wait(bench):
+def test_run_ends_a_wait(bench, motor):
     """8 of the base language: from the top, whatever the program was doing."""
-    motor = ready(bench)
-    running(bench, motor, "a=a+1\nWAIT=30000\nEND\n")
+    run(bench, motor, "a=a+1\nWAIT=30000\nEND\n")
     assert values(bench, motor, "a") == [1]
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     assert values(bench, motor, "a") == [2]
 
 
-@pytest.mark.parametrize(
-    ("name", "low", "high"),
-    [
-        ("TH", 0, 150),
-        ("THD", 0, 65535),
-        ("E", 0, 32000),
-        ("KP", 0, 65535),
-        ("KS", 1, 255),
-        ("BASE", 0, 2**31 - 1),
-        ("SIZE", 0, 101),
-        ("MFMUL", -32768, 32767),
-        ("MFDIV", -32768, 32767),
-    ],
-)
-def test_ranges_that_no_manual_gives(bench, name, low, high):
-    """The ends are taken; beyond them Bs is set (beyond 32 bits Bd) and the value stays."""
-    motor = ready(bench)
-    for end, beyond in ((low, low - 1), (high, high + 1)):
-        tell(bench, motor, f"ZS {name}={end}")
-        assert ask(bench, motor, f"PRINT({name},#13)") == str(end)
-        assert ask(bench, motor, "PRINT(Bs+Bd,#13)") == "0"
-        tell(bench, motor, f"{name}={beyond}")
-        assert ask(bench, motor, f"PRINT({name},#13)") == str(end)
-        assert tell(bench, motor, "RBs RBd") == (b"0\r1\r" if beyond > 2**31 - 1 else b"1\r0\r")
-
-
-@pytest.mark.parametrize("value", [-1, 256, 2**31 - 1])
-def test_f_outside_its_eight_bits_sets_bs_and_changes_nothing(bench, value):
-    """Table 7.1 has eight bits."""
-    motor = ready(bench)
-    tell(bench, motor, f"F=9 F={value}")
-    assert tell(bench, motor, "RBs a=F Ra") == b"1\r9\r"
-
-
-def test_a_statement_of_any_kind_takes_a_sample(bench):
-    """Ruling 14: c=CLK comes five samples behind b=CLK, with four parameters in between."""
-    motor = ready(bench)
-    running(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")
+def test_a_statement_of_any_kind_takes_a_sample(bench, motor):
+    """Ruling 14: c=CLK comes five samples after b=CLK, with four parameters in between."""
+    run(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")
     begin, end = values(bench, motor, "bc")
     assert end - begin == 5
 
 
-def test_what_a_sample_does_first(bench):
-    """Statements, then the trajectory: G moves in its own sample, of which the statement behind it sees the end."""
-    motor = ready(bench)
-    running(bench, motor, "A=65536\nV=655360\nP=1000\nG\na=@P\nb=@P\nEND\n")
+def test_what_a_sample_does_first(bench, motor):
+    """Statements, then the trajectory: G moves in its own sample; the next statement reads the position at its end."""
+    run(bench, motor, "A=65536\nV=655360\nP=1000\nG\na=@P\nb=@P\nEND\n")
     assert values(bench, motor, "ab") == [1, 3]
 
 
-def test_rtemp_and_its_like_answer(bench):
+def test_rtemp_and_its_like_answer(bench, motor):
     """9 of the base language marks them as uncertain; TEMP is the housing, at 25 °C."""
-    motor = ready(bench)
-    assert tell(bench, motor, "RTEMP RAMPS RBASE RSIZE REPTR RADDR RBs") == b"25\r1023\r0\r0\r0\r0\r0\r"
+    assert send(bench, motor, "RTEMP RAMPS RBASE RSIZE REPTR RADDR RBs") == b"25\r1023\r0\r0\r0\r0\r0\r"
 
 
-def test_the_manuals_typing_errors(bench):
+def test_the_manuals_typing_errors(bench, motor):
     """Ruling 11: ZI is Zl, RU{pin}JA is RU{pin}A, RUE among the analog reports is RUEA."""
-    motor = ready(bench)
     for wrong in ("ZI", "RUEJA"):
-        assert tell(bench, motor, f"Zs {wrong} RBs") == b"1\r"
-    assert tell(bench, motor, "Zs Zl RUEA RUE RBs") == b"1023\r1\r0\r"
+        assert send(bench, motor, f"Zs {wrong} RBs") == b"1\r"
+    assert send(bench, motor, "Zs Zl RUEA RUE RBs") == b"1023\r1\r0\r"
 
 
-def test_c2_is_called_while_no_program_runs(bench):
+def test_c2_is_called_while_no_program_runs(bench, motor):
     """As ruling 17 says of C1; where it returns to, nothing runs."""
-    motor = ready(bench)
     load(bench, motor, "F=64\nUGI\nEND\nC2\nj=j+1\nRETURNI\nj=9\n")
-    tell(bench, motor, "RUN", 0.05)
+    send(bench, motor, "RUN", 0.05)
     for count in (1, 2):
         trigger(bench, motor)
         assert values(bench, motor, "j") == [count]
 
 
-def test_g_is_debounced_for_three_samples(bench):
+def test_g_is_debounced_for_three_samples(bench, motor):
     """7.1: "is de-bounced", without a figure."""
-    motor = ready(bench)
-    running(bench, motor, "F=64\nUGI\nWHILE 1\nLOOP\nEND\nC2\nj=j+1\nRETURNI\n")
+    run(bench, motor, "F=64\nUGI\nWHILE 1\nLOOP\nEND\nC2\nj=j+1\nRETURNI\n")
     for low, calls in ((1, 0), (2, 0), (3, 1)):
         trigger(bench, motor, low=low)
         assert values(bench, motor, "j") == [calls]
@@ -154,24 +110,23 @@ def test_a_motor_fault_that_finds_no_room_for_c1_ends_the_program(bench):
     """4.1 knows C1 or the end; ten returns wait already."""
     deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nRETURN\n" for n in range(9))
     motor = ready(bench)
-    running(bench, motor, f"F=32\nGOSUB10\nEND\n{deep}C19\nWHILE 1\nm=m+1\nLOOP\nRETURN\nC1\ni=i+1\nRETURNF\n")
-    tell(bench, motor, "E=20 A=65536 V=65536*4 MV G", 0)
+    run(bench, motor, f"F=32\nGOSUB10\nEND\n{deep}C19\nWHILE 1\nm=m+1\nLOOP\nRETURN\nC1\ni=i+1\nRETURNF\n")
+    send(bench, motor, "E=20 A=65536 V=65536*4 MV G", 0)
     motor.axes["shaft"].jam(True)
-    samples(bench, 50)
-    assert tell(bench, motor, "RBe RBs", 0) == b"1\r1\r"
+    advance(bench, 50)
+    assert send(bench, motor, "RBe RBs", 0) == b"1\r1\r"
     before = values(bench, motor, "m")
-    samples(bench, 50)
+    advance(bench, 50)
     assert values(bench, motor, "im") == [0, *before]
 
 
-def test_a_position_error_that_lasts_is_a_new_fault_each_time_be_is_cleared(bench):
-    """Ruling 10: Be is back at the end of the sample of Ze; C1 is called again behind RETURNF, every three samples."""
-    motor = ready(bench)
-    running(bench, motor, "F=33\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nZe\nRETURNF\n")
-    tell(bench, motor, "E=20 A=65536 V=65536*4 MV G A=1", 0)
+def test_a_position_error_that_lasts_is_a_new_fault_each_time_be_is_cleared(bench, motor):
+    """Ruling 10: Be is back at the end of the sample of Ze; C1 is called again after RETURNF, every three samples."""
+    run(bench, motor, "F=33\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nZe\nRETURNF\n")
+    send(bench, motor, "E=20 A=65536 V=65536*4 MV G A=1", 0)
     motor.axes["shaft"].jam(True)
-    samples(bench, 50)
+    advance(bench, 50)
     before = values(bench, motor, "i")[0]
-    samples(bench, 30)
+    advance(bench, 30)
     assert values(bench, motor, "i") == [before + 10]
     assert ask(bench, motor, "RBs", 0) == "0"

@@ -5,29 +5,9 @@ import pytest
 from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.plant.servo import FRAME17
 
-from .cam import course, pass_samples, say, start, turn_to
-from .host_records import clock, points
 from .rig import Rig
-from .talking import ask, clear, ready, tell
-
-UNIT = 65536
-
-
-@pytest.fixture
-def motor(bench):
-    made = ready(bench)
-    pass_samples(bench)
-    return made
-
-
-def wired(bench, **options):
-    """Limit switches on C and D, closed."""
-    made = ready(bench, **options)
-    made.pins["C"].drive(False)
-    made.pins["D"].drive(False)
-    assert tell(bench, made, "UCP UDM ZS RW") == b"128\r"
-    return made
-
+from .scenarios import clock, points, start_cam, turn_through, turn_to
+from .talking import UNIT, advance, ask, clear, ready, send, wired
 
 # Trajectory in progress
 
@@ -35,27 +15,22 @@ def wired(bench, **options):
 @pytest.mark.parametrize(
     ("words", "busy"),
     [
-        ("MF4", "1"),
-        ("MS", "1"),
-        ("MFR G", "1"),
-        ("BASE=80 SIZE=8 MC G", "1"),
-        ("MT T=100", "0"),
-        ("MP G", "1"),
+        ("MF4", "1"), ("MS", "1"), ("MFR G", "1"), ("BASE=80 SIZE=8 MC G", "1"), ("MT T=100", "0"), ("MP G", "1"),
     ],
-)
+)  # fmt: skip
 def test_bt_in_each_mode(bench, motor, words, busy):
     """10 of the base language: "trajectory in progress"; following is one, torque has none."""
-    assert say(bench, motor, f"A=1 V=1 P=9 {words} RBt RBo ") == f"{busy}\r0\r".encode()
+    assert send(bench, motor, f"A=1 V=1 P=9 {words} RBt RBo", 0) == f"{busy}\r0\r".encode()
 
 
 def test_bt_in_host_mode(bench, motor):
-    say(bench, motor, "MD " + points((0, 0), (100, 100)) + "G ")
-    assert say(bench, motor, "RBt ") == b"1\r"
+    send(bench, motor, "MD " + points((0, 0), (100, 100)) + "G", 0)
+    assert send(bench, motor, "RBt", 0) == b"1\r"
 
 
 def test_enc1_is_refused(bench, motor):
     """5 of the base language: servo from an external encoder; there is none on the shaft."""
-    assert say(bench, motor, "ENC0 RBs ENC1 RBs ") == b"0\r1\r"
+    assert send(bench, motor, "ENC0 RBs ENC1 RBs", 0) == b"0\r1\r"
 
 
 # Cam
@@ -63,25 +38,25 @@ def test_enc1_is_refused(bench, motor):
 
 def test_base_need_not_be_a_multiple_of_size(bench, motor):
     """BASE/SIZE is 2.5: at 1 count 1/2.5 of the way to aw[1], at 3 counts 0.5/2.5 from aw[1] to aw[2]."""
-    say(bench, motor, "MF4 F=16 D=0 BASE=10 SIZE=4 aw[0] 0 100 200 300 400. MC G ")
-    assert course(bench, motor, list(range(11)), 1) == [0, 40, 80, 120, 160, 200, 240, 280, 320, 360, 400]
+    send(bench, motor, "MF4 F=16 D=0 BASE=10 SIZE=4 aw[0] 0 100 200 300 400. MC G", 0)
+    assert turn_through(bench, motor, list(range(11)), 1) == [0, 40, 80, 120, 160, 200, 240, 280, 320, 360, 400]
 
 
 def test_a_cam_of_one_interval(bench, motor):
     """9.4: "SIZE is at least 4"; a smaller one makes a cam all the same, here a straight line of 3 counts in 10."""
-    say(bench, motor, "MF4 F=16 D=0 BASE=10 SIZE=1 aw[0] 0 3. MC RBs G ")
-    assert course(bench, motor, [1, 4, 7, 10, 20], 1) == [0, 1, 2, 3, 6]
+    send(bench, motor, "MF4 F=16 D=0 BASE=10 SIZE=1 aw[0] 0 3. MC RBs G", 0)
+    assert turn_through(bench, motor, [1, 4, 7, 10, 20], 1) == [0, 1, 2, 3, 6]
 
 
 def test_between_counts_the_cam_is_rounded_down(bench, motor):
     """Half way from 0 to 1 is 0, half way from 0 to -1 is -1."""
-    say(bench, motor, "MF4 F=16 D=0 BASE=8 SIZE=4 aw[0] 0 1 0 -1 0. MC G ")
-    assert course(bench, motor, list(range(9)), 1) == [0, 0, 1, 0, 0, -1, -1, -1, 0]
+    send(bench, motor, "MF4 F=16 D=0 BASE=8 SIZE=4 aw[0] 0 1 0 -1 0. MC G", 0)
+    assert turn_through(bench, motor, list(range(9)), 1) == [0, 0, 1, 0, 0, -1, -1, -1, 0]
 
 
 def test_a_master_that_goes_a_quarter_of_base_in_a_sample_passes_the_zero_point_unseen(bench, motor):
     """9.4, example 3: less than a quarter of BASE in a sample.  Here 10,000 counts in four: no new origin of 500."""
-    start(bench, motor, dwell=0)
+    start_cam(bench, motor, dwell=0)
     assert turn_to(bench, motor, 10_000, 2500) == 500  # aw[2]
     assert turn_to(bench, motor, 16_000, 1000) == 500  # this time it is seen: aw[0] and one origin
 
@@ -91,35 +66,35 @@ def test_a_master_that_goes_a_quarter_of_base_in_a_sample_passes_the_zero_point_
 
 def test_a_clock_value_that_goes_backwards_is_none(bench, motor):
     """10.1: Bs; the point is not taken, and the position keeps waiting for its time."""
-    say(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 0), (10, 10), (20, 9)) + clock(20) + clock(20))
-    assert say(bench, motor, "RBs G ") == b"1\r"
-    pass_samples(bench, 20)
+    send(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 0), (10, 10), (20, 9)) + clock(20) + clock(20), 0)
+    assert send(bench, motor, "RBs G", 0) == b"1\r"
+    advance(bench, 20)
     assert motor.axes["shaft"].position == 20
-    assert say(bench, motor, "RMODE ") == b"V\r"
+    assert send(bench, motor, "RMODE", 0) == b"V\r"
 
 
 def test_the_clock_of_host_mode_goes_on_at_0_behind_32_bits(bench, motor):
     """FFFFFFF6h, 0 and 10 are 10 samples apart."""
-    say(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 2**32 - 10), (10, 0), (20, 10)) + clock(10) + "G ")
-    pass_samples(bench, 25)
+    send(bench, motor, "O=0 MV V=65536 A=1 MD " + points((0, 2**32 - 10), (10, 0), (20, 10)) + clock(10) + "G", 0)
+    advance(bench, 25)
     assert motor.axes["shaft"].position == 25
-    assert say(bench, motor, "RMODE RBs ") == b"V\r0\r"
+    assert send(bench, motor, "RMODE RBs", 0) == b"V\r0\r"
 
 
 @pytest.mark.parametrize(("words", "letter"), [("", "B"), ("BRKRLS OFF ", "E")])
 def test_an_underflow_is_mode_e_unless_mtb_follows(bench, motor, words, letter):
     """10.2: "entering mode E, losing control"; 5.2: B while MTB is active, which it is unless it has been ended."""
-    say(bench, motor, f"{words}O=0 MD " + points((0, 0), (10, 10)) + "G ")
-    pass_samples(bench, 12)
-    assert say(bench, motor, "RMODE RBo ") == letter.encode() + b"\r1\r"
+    send(bench, motor, f"{words}O=0 MD " + points((0, 0), (10, 10)) + "G", 0)
+    advance(bench, 12)
+    assert send(bench, motor, "RMODE RBo", 0) == letter.encode() + b"\r1\r"
 
 
 def test_host_mode_has_32_points_of_its_own(bench, motor):
     """11 of the base language does not know how many; 33 are one too many, and no variable is touched."""
-    say(bench, motor, "al[0]=5 zz=6 O=0 MD " + points(*((n, n) for n in range(32))))
-    assert say(bench, motor, "RBc ") == b"0\r"
-    say(bench, motor, points((32, 32)))
-    assert say(bench, motor, "RBc Ral[0] Rzz ") == b"1\r5\r6\r"
+    send(bench, motor, "al[0]=5 zz=6 O=0 MD " + points(*((n, n) for n in range(32))), 0)
+    assert send(bench, motor, "RBc", 0) == b"0\r"
+    send(bench, motor, points((32, 32)), 0)
+    assert send(bench, motor, "RBc Ral[0] Rzz", 0) == b"1\r5\r6\r"
 
 
 # Limits and faults
@@ -127,20 +102,20 @@ def test_host_mode_has_32_points_of_its_own(bench, motor):
 
 def test_soft_limits_refuse_new_values_while_enabled_with_bs(bench, motor):
     """3.2, note: SLD "before their values are changed"."""
-    assert say(bench, motor, "SLP=500 SLN=-500 SLE RBs ") == b"0\r"
-    assert say(bench, motor, "SLP=10 RBs Zs SLN=-10 RBs PRINT(SLP,SLN) ") == b"1\r1\r500-500"
+    assert send(bench, motor, "SLP=500 SLN=-500 SLE RBs", 0) == b"0\r"
+    assert send(bench, motor, "SLP=10 RBs Zs SLN=-10 RBs PRINT(SLP,SLN)", 0) == b"1\r1\r500-500"
 
 
 def test_with_a_zero_the_stop_of_f_1_is_abrupt(bench):
     """3.2: "at the acceleration value set by A"; with none it would never stop."""
     motor = wired(bench)
-    tell(bench, motor, f"F=1 A={UNIT} V={UNIT * 10} MV G", 0.05)
-    tell(bench, motor, "A=0", 0)
-    pass_samples(bench)
+    send(bench, motor, f"F=1 A={UNIT} V={UNIT * 10} MV G", 0.05)
+    send(bench, motor, "A=0", 0)
+    advance(bench)
     motor.pins["C"].drive(True)
-    pass_samples(bench, 1)
+    advance(bench, 1)
     stood = motor.axes["shaft"].position
-    pass_samples(bench, 5)
+    advance(bench, 5)
     assert motor.axes["shaft"].position == stood
     assert ask(bench, motor, "RMODE") == "B"
 
@@ -156,18 +131,18 @@ def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledge
     go = f"Zr A={UNIT} V={-10 * UNIT} MV G"
     if acknowledged:
         motor.pins["C"].release()
-        pass_samples(bench, 2)
-        tell(bench, motor, go, 0.02)
+        advance(bench, 2)
+        send(bench, motor, go, 0.02)
     else:
-        tell(bench, motor, go, 0.02)
+        send(bench, motor, go, 0.02)
         motor.pins["C"].release()
-    pass_samples(bench, 2)
+    advance(bench, 2)
     assert ask(bench, motor, "RBr", 0) == "1"
     at = motor.axes["shaft"].position
-    tell(bench, motor, word, 0)
-    pass_samples(bench, 20)
+    send(bench, motor, word, 0)
+    advance(bench, 20)
     assert motor.axes["shaft"].position == at - rest
-    assert tell(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
+    assert send(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
 
 
 # Brakes
@@ -175,16 +150,16 @@ def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledge
 
 def test_brktrj_without_mtb_lets_the_servo_hold(bench, motor):
     """5.2, BRKTRJ says what MTB does; after BRKRLS and OFF there is none."""
-    tell(bench, motor, f"BRKRLS OFF BRKTRJ A={UNIT} V={UNIT * 10} P=100 G", 0.1)
-    assert tell(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
+    send(bench, motor, f"BRKRLS OFF BRKTRJ A={UNIT} V={UNIT * 10} P=100 G", 0.1)
+    assert send(bench, motor, "RMODE RBo RBt") == b"P\r0\r0\r"
     assert motor.pins["brake"].level is True
 
 
 def test_mode_torque_under_brktrj_has_no_torque(bench, motor):
     """5.2: "When Bt is 0, MTB will be active", and Bt is 0 in torque mode."""
-    tell(bench, motor, "BRKTRJ T=320 MT", 0.1)
-    assert tell(bench, motor, "RMODE RBo RP") == b"B\r1\r0\r"
-    tell(bench, motor, "BRKSRV MT", 0.1)
+    send(bench, motor, "BRKTRJ T=320 MT", 0.1)
+    assert send(bench, motor, "RMODE RBo RP") == b"B\r1\r0\r"
+    send(bench, motor, "BRKSRV MT", 0.1)
     assert ask(bench, motor, "RMODE") == "T"
 
 
@@ -194,10 +169,10 @@ def test_mode_torque_under_brktrj_has_no_torque(bench, motor):
 def test_one_index_is_kept_until_it_has_been_read(bench):
     """10 of the base language: cleared by RI or by using I.  Marks at 300 and 2300; the second is not captured."""
     motor = ready(bench, index_at=300)
-    tell(bench, motor, f"A={UNIT} V={UNIT * 10} P=2400 G", 0.2)
-    assert tell(bench, motor, "RBi RI RBi") == b"1\r300\r0\r"
-    tell(bench, motor, "P=2200 G", 0.1)
-    assert tell(bench, motor, "RBi RI") == b"1\r2300\r"
+    send(bench, motor, f"A={UNIT} V={UNIT * 10} P=2400 G", 0.2)
+    assert send(bench, motor, "RBi RI RBi") == b"1\r300\r0\r"
+    send(bench, motor, "P=2200 G", 0.1)
+    assert send(bench, motor, "RBi RI") == b"1\r2300\r"
 
 
 # Physics
@@ -221,7 +196,7 @@ def test_current_is_a_magnitude_without_inductance_filtered_over_16_samples():
 def test_the_factorys_tuning(bench, shaft, limit):
     """13 of the base language has typical figures of a frame 23; a frame 17 needs more of its integral."""
     motor = ready(bench, shaft=shaft)
-    answer = tell(bench, motor, "RKP RKI RKD RKL RKS RKV RKA RKG")
+    answer = send(bench, motor, "RKP RKI RKD RKL RKS RKV RKA RKG")
     assert answer == b"42\r28\r550\r%d\r1\r0\r0\r0\r" % limit
 
 
@@ -230,7 +205,7 @@ def test_the_supply_voltage_does_not_sag(bench):
     motor = ready(bench, shaft={"motor": "frame23"})
     assert ask(bench, motor, "PRINT(UJA,#13)") == "480"
     motor.axes["shaft"].jam(True)
-    tell(bench, motor, "MT T=1023", 0.1)
+    send(bench, motor, "MT T=1023", 0.1)
     assert ask(bench, motor, "PRINT(UJA,#13)") == "480"
 
 

@@ -7,16 +7,15 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, load, ready, tell
+from .talking import SAMPLE_NS, ask, load, ready, send
 
-SAMPLE_NS = 245_760
 MOTORS = ["frame17", "frame23", "frame34"]
 
 
 def spinning(bench: Bench, name: str, torque: int = 400) -> Controller:
     """A motor at its speed in torque mode."""
     motor = ready(bench, shaft={"motor": name})
-    tell(bench, motor, f"MT T={torque}", 1.0)
+    send(bench, motor, f"MT T={torque}", 1.0)
     assert abs(motor.axes["shaft"].velocity) > 10_000
     return motor
 
@@ -42,7 +41,7 @@ def speeds(bench: Bench, motor: Controller, every: float, count: int) -> list[fl
 def stopped_by(name: str, command: str, torque: int = 400) -> tuple[int, int]:
     bench = Bench()
     motor = spinning(bench, name, torque)
-    tell(bench, motor, command, 0)
+    send(bench, motor, command, 0)
     return way_to_stand(bench, motor)
 
 
@@ -68,7 +67,7 @@ def test_braking_is_the_same_in_both_directions(name):
 def test_a_shaft_that_is_not_driven_only_becomes_slower_and_never_turns_back(bench, command):
     """5.2: a resistance torque cannot drive."""
     motor = spinning(bench, "frame23")
-    tell(bench, motor, command, 0)
+    send(bench, motor, command, 0)
     bench.clock.run_to(-(-bench.now // SAMPLE_NS) * SAMPLE_NS)
     places = [motor.axes["shaft"].position]
     for _ in range(400):
@@ -94,9 +93,9 @@ def test_brkrls_alone_does_not_end_mtb():
 def test_mtb_after_coasting_has_begun(bench):
     """5.2: "To re-enable the mode torque brake issue MTB again"."""
     motor = spinning(bench, "frame23")
-    tell(bench, motor, "BRKRLS OFF", 0.02)
+    send(bench, motor, "BRKRLS OFF", 0.02)
     assert motor.axes["shaft"].velocity > 10_000
-    tell(bench, motor, "MTB", 0)
+    send(bench, motor, "MTB", 0)
     assert ask(bench, motor, "RMODE", 0) == "B"
     assert way_to_stand(bench, motor)[1] < 100_000_000
 
@@ -107,7 +106,7 @@ def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench
     Three torques, equally apart, much above friction: three speeds, equally apart.
     """
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "BRKRLS MTB BRKRLS")
+    send(bench, motor, "BRKRLS MTB BRKRLS")
     found = []
     for torque in (0.1, 0.2, 0.3):
         motor.axes["shaft"].load(torque)
@@ -120,7 +119,7 @@ def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench
 def test_without_mtb_a_load_accelerates_the_shaft(bench):
     """3.2: freewheel."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "BRKRLS OFF")
+    send(bench, motor, "BRKRLS OFF")
     motor.axes["shaft"].load(0.1)
     found = [abs(speed) for speed in speeds(bench, motor, 0.01, 5)]
     assert found[0] < found[1] < found[2] < found[3] < found[4]
@@ -130,16 +129,16 @@ def test_without_mtb_a_load_accelerates_the_shaft(bench):
 def test_the_position_is_counted_while_braking_and_while_coasting(bench):
     """4 of the base language, OFF: "position tracking continues"."""
     motor = spinning(bench, "frame23")
-    tell(bench, motor, "BRKRLS OFF", 0.05)
+    send(bench, motor, "BRKRLS OFF", 0.05)
     assert ask(bench, motor, "RP", 0) == str(motor.axes["shaft"].position)
-    tell(bench, motor, "MTB", 0.5)
+    send(bench, motor, "MTB", 0.5)
     assert ask(bench, motor, "RP", 0) == str(motor.axes["shaft"].position)
 
 
 def wired(bench: Bench, motor: Controller) -> None:
     motor.pins["C"].drive(False)
     motor.pins["D"].drive(False)
-    tell(bench, motor, "UCP UDM ZS", 0.01)
+    send(bench, motor, "UCP UDM ZS", 0.01)
 
 
 @pytest.mark.parametrize(("words", "letter", "off"), [("", "B", "1"), ("BRKRLS OFF", "O", "1")])
@@ -147,10 +146,10 @@ def test_a_limit_while_turning(bench, words, letter, off):
     """3.2 note 3.1: with MTB "rapidly and dynamically brake", without "freewheel coast to a stop"."""
     motor = ready(bench, shaft={"motor": "frame23"})
     wired(bench, motor)
-    tell(bench, motor, f"{words} MT T=400", 0.5)
+    send(bench, motor, f"{words} MT T=400", 0.5)
     motor.pins["C"].drive(True)
     bench.run(0.002)
-    assert tell(bench, motor, "RMODE RBo", 0) == f"{letter}\r{off}\r".encode()
+    assert send(bench, motor, "RMODE RBo", 0) == f"{letter}\r{off}\r".encode()
     _, lasted_ns = way_to_stand(bench, motor)
     assert (lasted_ns < 50_000_000) is (letter == "B")
 
@@ -158,18 +157,18 @@ def test_a_limit_while_turning(bench, words, letter, off):
 def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
     """A new move begins where the shaft has come to rest: no jump back, no position error."""
     motor = spinning(bench, "frame23")
-    tell(bench, motor, "MTB", 0.5)
+    send(bench, motor, "MTB", 0.5)
     at = motor.axes["shaft"].position
-    tell(bench, motor, "MP A=100 V=100000 D=0 G", 0.2)
+    send(bench, motor, "MP A=100 V=100000 D=0 G", 0.2)
     assert abs(motor.axes["shaft"].position - at) <= 2
-    assert tell(bench, motor, "RBe RBo") == b"0\r0\r"
+    assert send(bench, motor, "RBe RBo") == b"0\r0\r"
 
 
 def test_a_program_brakes_and_reports(bench):
     """5.2 from a program."""
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, "MT\nT=300\nWAIT=2000\nMTB\nWAIT=1000\nPRINT(@V,#13)\nRMODE\nEND\n")
-    assert tell(bench, motor, "RUN", 1.0) == b"0\rB\r"
+    assert send(bench, motor, "RUN", 1.0) == b"0\rB\r"
     assert motor.axes["shaft"].velocity == 0
 
 
@@ -180,7 +179,7 @@ def test_the_same_stop_whole_or_in_pieces(command):
     def course(pieces: int) -> list[int]:
         bench = Bench()
         motor = spinning(bench, "frame34")
-        tell(bench, motor, command, 0)
+        send(bench, motor, command, 0)
         found = []
         for _ in range(5):
             for _ in range(pieces):
@@ -198,7 +197,7 @@ def test_power_off_in_the_middle_lets_the_motor_come_back_in_mtb(bench):
     bench.run(0.01)
     motor.power(True)
     bench.run(0.3)
-    assert tell(bench, motor, "RMODE RBo") == b"B\r1\r"
+    assert send(bench, motor, "RMODE RBo") == b"B\r1\r"
     bench.run(1)
     assert motor.axes["shaft"].velocity == 0
 
@@ -207,6 +206,6 @@ def test_power_off_in_the_middle_lets_the_motor_come_back_in_mtb(bench):
 def test_bt_and_brake_with_brktrj_on_a_real_motor(bench, name):
     """5.2: at the end of the trajectory the windings are shorted, and the shaft stays near its target."""
     motor = ready(bench, shaft={"motor": name})
-    tell(bench, motor, "BRKTRJ A=50 V=100000 P=5000 G", 1.5)
-    assert tell(bench, motor, "RBt RMODE") == b"0\rB\r"
+    send(bench, motor, "BRKTRJ A=50 V=100000 P=5000 G", 1.5)
+    assert send(bench, motor, "RBt RMODE") == b"0\rB\r"
     assert abs(motor.axes["shaft"].position - 5000) < 50

@@ -5,43 +5,37 @@ import json
 import pytest
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .talking import ask, clear, load, ready, tell
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    return ready(bench)
+from .talking import ask, clear, load, ready, send
 
 
 def test_variables_survive_without_power(bench, motor):
     """VST and VLD."""
-    assert tell(bench, motor, "x=-5 y=70000 z=3 EPTR=100 VST(x,3) REPTR") == b"112\r"
+    assert send(bench, motor, "x=-5 y=70000 z=3 EPTR=100 VST(x,3) REPTR") == b"112\r"
     motor.power_cycle()
     clear(bench, motor)
-    assert tell(bench, motor, "Rx EPTR=100 VLD(a,3) Ra Rb Rc REPTR") == b"0\r-5\r70000\r3\r112\r"
+    assert send(bench, motor, "Rx EPTR=100 VLD(a,3) Ra Rb Rc REPTR") == b"0\r-5\r70000\r3\r112\r"
 
 
 def test_the_pointer_moves_by_the_size_of_what_is_stored(bench, motor):
     """EPTR: 4 bytes for a variable, 1 for ab[], 2 for aw[]; three variables are 12."""
-    tell(bench, motor, "EPTR=4000")
+    send(bench, motor, "EPTR=4000")
     pointers = [ask(bench, motor, f"VST({run}) REPTR") for run in ("hh,1", "ab[7],1", "aw[7],1", "x,3", "al[3],2")]
     assert pointers == ["4004", "4005", "4007", "4019", "4027"]
 
 
 def test_the_most_significant_byte_comes_first(bench, motor):
-    assert tell(bench, motor, "EPTR=0 a=16909060 VST(a,1) EPTR=0 VLD(ab[0],4) Rab[0] Rab[3]") == b"1\r4\r"
-    assert tell(bench, motor, "EPTR=0 VLD(aw[10],2) Raw[10] Raw[11]") == b"258\r772\r"
+    assert send(bench, motor, "EPTR=0 a=16909060 VST(a,1) EPTR=0 VLD(ab[0],4) Rab[0] Rab[3]") == b"1\r4\r"
+    assert send(bench, motor, "EPTR=0 VLD(aw[10],2) Raw[10] Raw[11]") == b"258\r772\r"
 
 
 def test_bytes_and_words_are_signed(bench, motor):
-    assert tell(bench, motor, "ab[0]=-2 aw[1]=-3 EPTR=0 VST(ab[0],1) VST(aw[1],1) ab[0]=0 aw[1]=0") == b""
-    assert tell(bench, motor, "EPTR=0 VLD(ab[0],1) VLD(aw[1],1) Rab[0] Raw[1]") == b"-2\r-3\r"
+    assert send(bench, motor, "ab[0]=-2 aw[1]=-3 EPTR=0 VST(ab[0],1) VST(aw[1],1) ab[0]=0 aw[1]=0") == b""
+    assert send(bench, motor, "EPTR=0 VLD(ab[0],1) VLD(aw[1],1) Rab[0] Raw[1]") == b"-2\r-3\r"
 
 
 def test_what_was_never_written_is_erased(bench, motor):
-    assert tell(bench, motor, "EPTR=7000 VLD(a,1) Ra VLD(ab[0],1) Rab[0]") == b"-1\r-1\r"
+    assert send(bench, motor, "EPTR=7000 VLD(a,1) Ra VLD(ab[0],1) Rab[0]") == b"-1\r-1\r"
 
 
 @pytest.mark.parametrize(
@@ -52,53 +46,53 @@ def test_what_was_never_written_is_erased(bench, motor):
 )  # fmt: skip
 def test_a_run_that_goes_beyond_its_group_is_invalid(bench, motor, command):
     """6: a…z, aa…zz, aaa…zzz; EPTR stays; Bs."""
-    assert tell(bench, motor, f"EPTR=40 {command} REPTR RBs") == b"40\r1\r"
+    assert send(bench, motor, f"EPTR=40 {command} REPTR RBs") == b"40\r1\r"
 
 
 @pytest.mark.parametrize("run", ["x,3", "aa,26", "aaa,26", "ab[0],204", "aw[0],102", "al[0],51", "a,26"])
 def test_a_whole_group_is_valid(bench, motor, run):
-    assert tell(bench, motor, f"EPTR=0 VST({run}) EPTR=0 VLD({run}) RBs") == b"0\r"
+    assert send(bench, motor, f"EPTR=0 VST({run}) EPTR=0 VLD({run}) RBs") == b"0\r"
 
 
 def test_an_index_may_be_an_expression(bench, motor):
-    assert tell(bench, motor, "n=4 ab[5]=77 EPTR=9 VST(ab[n+1],1) EPTR=9 VLD(ab[0],n-3) Rab[0]") == b"77\r"
+    assert send(bench, motor, "n=4 ab[5]=77 EPTR=9 VST(ab[n+1],1) EPTR=9 VLD(ab[0],n-3) Rab[0]") == b"77\r"
 
 
 def test_the_eeprom_has_8000_bytes(bench, motor):
     """6: EPTR 0…7999."""
-    assert tell(bench, motor, "EPTR=7996 VST(a,1) REPTR RBs") == b"8000\r0\r"
+    assert send(bench, motor, "EPTR=7996 VST(a,1) REPTR RBs") == b"8000\r0\r"
     assert (
-        tell(bench, motor, "VST(ab[0],1) REPTR RBs Zs EPTR=8000 REPTR RBs Zs EPTR=-1 RBs") == b"8000\r1\r8000\r1\r1\r"
+        send(bench, motor, "VST(ab[0],1) REPTR RBs Zs EPTR=8000 REPTR RBs Zs EPTR=-1 RBs") == b"8000\r1\r8000\r1\r1\r"
     )
-    assert tell(bench, motor, "Zs EPTR=7997 VST(a,1) REPTR RBs") == b"7997\r1\r"
+    assert send(bench, motor, "Zs EPTR=7997 VST(a,1) REPTR RBs") == b"7997\r1\r"
 
 
 def test_its_size_is_an_option(bench):
     motor = ready(bench, data_bytes=256)
-    assert tell(bench, motor, "EPTR=255 VST(ab[0],1) REPTR EPTR=256 RBs") == b"256\r1\r"
+    assert send(bench, motor, "EPTR=255 VST(ab[0],1) REPTR EPTR=256 RBs") == b"256\r1\r"
 
 
 def test_writing_takes_a_program_5_ms(bench, motor):
     """Silent in the manuals; 21 samples are 5.16 ms, an EEPROM's write cycle.  Reading takes a statement."""
     load(bench, motor, "CLK=0\nVST(a,1)\na=CLK\nVLD(b,1)\nb=CLK\nEND\n")
-    tell(bench, motor, "RUN", 0.1)
-    assert tell(bench, motor, "Ra Rb") == b"22\r24\r"
+    send(bench, motor, "RUN", 0.1)
+    assert send(bench, motor, "Ra Rb") == b"22\r24\r"
 
 
 def test_what_is_written_is_on_the_disk_at_once(bench, tmp_path):
     motor = ready(bench, state=tmp_path)
-    tell(bench, motor, "EPTR=2 a=1 VST(a,1)")
+    send(bench, motor, "EPTR=2 a=1 VST(a,1)")
     assert json.loads((tmp_path / "smartmotor.json").read_text())["eeprom"] == "ffff00000001"
     other = Bench()
     again = ready(other, state=tmp_path)
-    assert tell(other, again, "EPTR=2 VLD(a,1) Ra") == b"1\r"
+    assert send(other, again, "EPTR=2 VLD(a,1) Ra") == b"1\r"
 
 
 def test_writing_what_is_there_already_changes_nothing(bench, tmp_path):
     motor = ready(bench, state=tmp_path)
-    tell(bench, motor, "a=1 VST(a,1)")
+    send(bench, motor, "a=1 VST(a,1)")
     kept = (tmp_path / "smartmotor.json").stat().st_ino
-    tell(bench, motor, "EPTR=0 VST(a,1)")
+    send(bench, motor, "EPTR=0 VST(a,1)")
     assert (tmp_path / "smartmotor.json").stat().st_ino == kept
-    tell(bench, motor, "EPTR=0 a=2 VST(a,1)")
+    send(bench, motor, "EPTR=0 a=2 VST(a,1)")
     assert (tmp_path / "smartmotor.json").stat().st_ino != kept

@@ -1,7 +1,5 @@
 """Chapter 7: the bits of F, one by one and together."""
 
-from itertools import pairwise
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -9,9 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, clear, load, ready, tell
+from .talking import advance, ask, clear, load, ready, send, steps, wired
 
-SAMPLE_NS = 245_760
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 OPEN = "OCHN(RS4,1,N,9600,1,8,C)"
 
@@ -21,38 +18,14 @@ def motor(bench: Bench) -> Controller:
     return wired(bench)
 
 
-def wired(bench: Bench, **options) -> Controller:
-    """Limit switches on pins C and D, closed; at a whole sample."""
-    motor = ready(bench, **options)
-    motor.pins["C"].drive(False)
-    motor.pins["D"].drive(False)
-    tell(bench, motor, "UCP UDM ZS", 0.01)
-    samples(bench, 1)
-    assert ask(bench, motor, "RW", 0) == "128"
-    return motor
-
-
-def samples(bench: Bench, count: int) -> None:
-    bench.clock.run_to((-(-bench.now // SAMPLE_NS) + count) * SAMPLE_NS)
-
-
-def ways(bench: Bench, motor: Controller, count: int) -> list[int]:
-    """Counts in each of the samples to come."""
-    places = [motor.axes["shaft"].position]
-    for _ in range(count):
-        samples(bench, 1)
-        places.append(motor.axes["shaft"].position)
-    return [later - earlier for earlier, later in pairwise(places)]
-
-
 def f_of(bench: Bench, motor: Controller) -> int:
-    return int(tell(bench, motor, "x=F Rx", 0))
+    return int(send(bench, motor, "x=F Rx", 0))
 
 
 def test_f_is_0_at_power_up(bench, motor):
     """7.0: "Upon power up F=0 is the default state", and again after a power cut."""
     assert f_of(bench, motor) == 0
-    tell(bench, motor, "F=255")
+    send(bench, motor, "F=255")
     motor.power(False)
     bench.run(0.1)
     motor.power(True)
@@ -63,16 +36,16 @@ def test_f_is_0_at_power_up(bench, motor):
 @pytest.mark.parametrize("value", [0, 1, 2, 4, 8, 16, 32, 33, 35, 64, 96, 128, 144, 191, 255])
 def test_f_is_a_sum_of_bits(bench, motor, value):
     """7.0: F= the sum of the functions' values; 4.3's F=33, 9.5's F=144, 7.1's F&191."""
-    tell(bench, motor, f"F={value}", 0)
+    send(bench, motor, f"F={value}", 0)
     assert f_of(bench, motor) == value
-    tell(bench, motor, "F=F&191", 0)
+    send(bench, motor, "F=F&191", 0)
     assert f_of(bench, motor) == value & 191
     assert ask(bench, motor, "RBs") == "0"
 
 
 def test_f_with_an_equal_sign_is_not_the_f_without(bench, motor):
     """13 of the base language: F alone takes the tuning over; the functions stay."""
-    tell(bench, motor, "F=35 KP=100 F", 0)
+    send(bench, motor, "F=35 KP=100 F", 0)
     assert f_of(bench, motor) == 35
 
 
@@ -82,10 +55,10 @@ def test_f_with_an_equal_sign_is_not_the_f_without(bench, motor):
 @pytest.mark.parametrize("functions", [1, 33, 35 - 2])
 def test_f_1_decelerates_to_a_stop_at_a_limit(bench, motor, functions):
     """7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here 9+8+…+1 counts."""
-    tell(bench, motor, f"F={functions} {CRUISE}", 0)
-    samples(bench, 50)
+    send(bench, motor, f"F={functions} {CRUISE}", 0)
+    advance(bench, 50)
     motor.pins["C"].drive(True)
-    found = ways(bench, motor, 20)
+    found = steps(bench, motor, 20)
     assert found[:2].count(10) <= 2
     rest = [way for way in found if way != 10]
     assert rest[:10] == [9, 8, 7, 6, 5, 4, 3, 2, 1, 0]
@@ -95,65 +68,65 @@ def test_f_1_decelerates_to_a_stop_at_a_limit(bench, motor, functions):
 
 def test_while_it_decelerates_bo_is_0(bench, motor):
     """7.1, F=1: "Bo will equal 0"."""
-    tell(bench, motor, f"F=1 {CRUISE}", 0)
-    samples(bench, 50)
+    send(bench, motor, f"F=1 {CRUISE}", 0)
+    advance(bench, 50)
     motor.pins["C"].drive(True)
-    samples(bench, 5)
-    assert tell(bench, motor, "RBo RBr RBp", 0) == b"0\r1\r1\r"
+    advance(bench, 5)
+    assert send(bench, motor, "RBo RBr RBp", 0) == b"0\r1\r1\r"
 
 
 def test_f_1_with_mtb_ends_in_mtb(bench, motor):
     """4.2, F=1: "With MTB enabled, the motor will decelerate to a stop and then switch to MTB"."""
-    tell(bench, motor, f"F=1 {CRUISE}", 0)
-    samples(bench, 50)
+    send(bench, motor, f"F=1 {CRUISE}", 0)
+    advance(bench, 50)
     motor.pins["C"].drive(True)
-    samples(bench, 5)
+    advance(bench, 5)
     assert ask(bench, motor, "RMODE", 0) != "B"
-    samples(bench, 10)
-    assert tell(bench, motor, "RMODE RBt", 0) == b"B\r0\r"
+    advance(bench, 10)
+    assert send(bench, motor, "RMODE RBt", 0) == b"B\r0\r"
 
 
 def test_f_1_without_mtb_ends_in_holding(bench, motor):
     """4.2, F=1: "With MTB disabled the motor will decelerate to a stop and hold position"."""
-    tell(bench, motor, f"BRKRLS OFF F=1 {CRUISE}", 0)
-    samples(bench, 50)
+    send(bench, motor, f"BRKRLS OFF F=1 {CRUISE}", 0)
+    advance(bench, 50)
     motor.pins["C"].drive(True)
-    samples(bench, 30)
-    assert tell(bench, motor, "RBt RBo", 0) == b"0\r0\r"
+    advance(bench, 30)
+    assert send(bench, motor, "RBt RBo", 0) == b"0\r0\r"
     at = motor.axes["shaft"].position
     motor.axes["shaft"].encoder.displace(30)
-    samples(bench, 30)
+    advance(bench, 30)
     assert motor.axes["shaft"].position == at
 
 
 def test_f_1_decelerates_at_the_newest_a(bench, motor):
     """3.2: "at the acceleration value set by "A""; two counts per sample²: 8+6+4+2."""
-    tell(bench, motor, f"F=1 {CRUISE}", 0)
-    samples(bench, 50)
-    tell(bench, motor, "A=65536*2", 0)
+    send(bench, motor, f"F=1 {CRUISE}", 0)
+    advance(bench, 50)
+    send(bench, motor, "A=65536*2", 0)
     motor.pins["C"].drive(True)
-    found = [way for way in ways(bench, motor, 20) if way != 10]
+    found = [way for way in steps(bench, motor, 20) if way != 10]
     assert found[:6] == [8, 6, 4, 2, 0, 0]
 
 
 def test_f_0_turns_the_amplifier_off_at_a_limit(bench, motor):
     """7.1, F=0: an ideal shaft stands at once; Bo 1, MTB."""
-    tell(bench, motor, f"F=1 F=0 {CRUISE}", 0)
-    samples(bench, 50)
+    send(bench, motor, f"F=1 F=0 {CRUISE}", 0)
+    advance(bench, 50)
     motor.pins["C"].drive(True)
-    found = ways(bench, motor, 10)
+    found = steps(bench, motor, 10)
     assert set(found) <= {10, 0}
     assert found.count(10) <= 1
-    assert tell(bench, motor, "RBo RMODE", 0) == b"1\rB\r"
+    assert send(bench, motor, "RBo RMODE", 0) == b"1\rB\r"
 
 
 @pytest.mark.parametrize(("functions", "end"), [(0, 105), (1, 150)])
 def test_a_soft_limit_with_f(bench, motor, functions, end):
     """7.1: 1+2+…+10 = 55, 65, …, 105 is beyond 100; with F=1 9+8+…+1 = 45 more."""
-    tell(bench, motor, f"F={functions} SLP=100 SLN=-100 SLE {CRUISE}", 0)
-    samples(bench, 100)
+    send(bench, motor, f"F={functions} SLP=100 SLN=-100 SLE {CRUISE}", 0)
+    advance(bench, 100)
     assert motor.axes["shaft"].position == end
-    assert tell(bench, motor, "RBr RBl", 0) == b"1\r0\r"
+    assert send(bench, motor, "RBr RBl", 0) == b"1\r0\r"
 
 
 # Bit 1: the direction of the shaft
@@ -161,24 +134,24 @@ def test_a_soft_limit_with_f(bench, motor, functions, end):
 
 def test_f_2_reverses_velocity_mode_at_once(bench, motor):
     """7.1, F=2: "will take effect at the moment the second bit of F is set"."""
-    tell(bench, motor, CRUISE, 0)
-    samples(bench, 50)
-    tell(bench, motor, "F=2", 0)
-    assert ways(bench, motor, 20) == [-10] * 20
-    tell(bench, motor, "F=34", 0)
-    assert ways(bench, motor, 5) == [-10] * 5
-    tell(bench, motor, "F=32", 0)
-    assert ways(bench, motor, 20) == [10] * 20
+    send(bench, motor, CRUISE, 0)
+    advance(bench, 50)
+    send(bench, motor, "F=2", 0)
+    assert steps(bench, motor, 20) == [-10] * 20
+    send(bench, motor, "F=34", 0)
+    assert steps(bench, motor, 5) == [-10] * 5
+    send(bench, motor, "F=32", 0)
+    assert steps(bench, motor, 20) == [10] * 20
 
 
 def test_f_2_reverses_position_mode(bench, motor):
     """7.1, F=2: "in the opposite direction for any given mode"; the motor's own numbers are as commanded."""
-    tell(bench, motor, "F=2 A=65536 V=65536*10 P=300 G", 0)
-    samples(bench, 100)
+    send(bench, motor, "F=2 A=65536 V=65536*10 P=300 G", 0)
+    advance(bench, 100)
     assert motor.axes["shaft"].position == -300
-    assert tell(bench, motor, "RP RPE", 0) == b"300\r0\r"
-    tell(bench, motor, "D=-500 G", 0)
-    samples(bench, 100)
+    assert send(bench, motor, "RP RPE", 0) == b"300\r0\r"
+    send(bench, motor, "D=-500 G", 0)
+    advance(bench, 100)
     assert motor.axes["shaft"].position == 200
 
 
@@ -189,7 +162,7 @@ def test_f_2_reverses_following(mode):
     for functions in (0, 2):
         bench = Bench()
         motor = wired(bench)
-        tell(bench, motor, f"F={functions} A=65536 V=65536*50 {mode}", 0.01)
+        send(bench, motor, f"F={functions} A=65536 V=65536*50 {mode}", 0.01)
         motor.master.move(400, 0.5)
         bench.run(1.0)
         found.append(motor.axes["shaft"].position)
@@ -199,12 +172,12 @@ def test_f_2_reverses_following(mode):
 def test_f_2_reverses_torque_mode(bench):
     """7.1, F=2: "including Mode Torque", with a real motor, at the same speed the other way."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "MT T=300", 1.0)
+    send(bench, motor, "MT T=300", 1.0)
     speed = motor.axes["shaft"].velocity
     assert speed > 0
-    tell(bench, motor, "F=2", 1.0)
+    send(bench, motor, "F=2", 1.0)
     assert motor.axes["shaft"].velocity == -speed
-    tell(bench, motor, "F=0", 1.0)
+    send(bench, motor, "F=0", 1.0)
     assert motor.axes["shaft"].velocity == speed
 
 
@@ -212,11 +185,11 @@ def test_f_2_reverses_torque_mode(bench):
 def test_f_2_and_back_leaves_a_standing_motor_where_it_is(bench, functions):
     """F=2 turns the sense, not the shaft; neither place nor error changes."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "A=500 V=100000 P=2000 G", 1.0)
+    send(bench, motor, "A=500 V=100000 P=2000 G", 1.0)
     at = motor.axes["shaft"].position
-    tell(bench, motor, functions, 0.2)
+    send(bench, motor, functions, 0.2)
     assert abs(motor.axes["shaft"].position - at) <= 1
-    assert tell(bench, motor, "RBe RBo", 0) == b"0\r0\r"
+    assert send(bench, motor, "RBe RBo", 0) == b"0\r0\r"
 
 
 # Bit 2: channel 1
@@ -225,15 +198,15 @@ def test_f_2_and_back_leaves_a_standing_motor_where_it_is(bench, functions):
 def test_f_4_sends_a_programs_prints_and_reports_to_channel_1(bench, motor):
     """7.1, F=4: "Directs user program prints and report command to channel 1"."""
     port = motor.rs485
-    tell(bench, motor, OPEN, 0)
+    send(bench, motor, OPEN, 0)
     load(bench, motor, 'PRINT("a",#13)\nRP\nF=4\nPRINT("b",#13)\nRP\nRUA\nF=0\nPRINT("c",#13)\nRF=1\nEND\n')
-    assert tell(bench, motor, "RUN", 0.3) == b"a\r0\rc\r"
+    assert send(bench, motor, "RUN", 0.3) == b"a\r0\rc\r"
     assert port.read() == b"b\r0\r1\r"
 
 
 def test_f_4_leaves_the_hosts_answers(bench, motor):
-    """7.1, F=4: a *program's* output; a host hears its answers where it asked (6.2: the active channel)."""
-    tell(bench, motor, f"{OPEN} F=4", 0)
+    """7.1, F=4: a *program's* output; a host receives its answers where it asked (6.2: the active channel)."""
+    send(bench, motor, f"{OPEN} F=4", 0)
     assert ask(bench, motor, "RP") == "0"
     motor.rs485.write(b"RP\r")
     bench.run(0.1)
@@ -247,21 +220,21 @@ def largest_error_after_the_end(functions: int) -> int:
     """A constant torque on the shaft is carried by the integral term."""
     bench = Bench()
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, f"F={functions} KI=100 KL=20000 F A=500 V=100000 P=0 G", 0.2)
+    send(bench, motor, f"F={functions} KI=100 KL=20000 F A=500 V=100000 P=0 G", 0.2)
     motor.axes["shaft"].load(-0.2)
     bench.run(1.0)
-    tell(bench, motor, "P=1000 G", 0)
+    send(bench, motor, "P=1000 G", 0)
     assert bench.run_until(lambda: ask(bench, motor, "RBt", 0) == "0", 5)
     found = []
     for _ in range(500):
-        samples(bench, 1)
+        advance(bench, 1)
         found.append(abs(int(ask(bench, motor, "RPE", 0))))
     assert found[-1] <= 1
     return max(found)
 
 
 def test_f_8_clears_the_integral_at_the_end_of_a_trajectory():
-    """7.1, F=8: the shaft gives way to the torque until the integral has built up anew."""
+    """7.1, F=8: the shaft gives way to the torque until the integral has built up again."""
     assert largest_error_after_the_end(8) > largest_error_after_the_end(0) + 4
 
 
@@ -274,10 +247,10 @@ def cam_after(functions: int, counts: int) -> tuple[int, int, int]:
     """Shaft, RP and CTR after the master has moved so far."""
     bench = Bench()
     motor = ready(bench)
-    tell(bench, motor, f"MF4 F={functions} {CAM} O=0 MC G", 0.01)
+    send(bench, motor, f"MF4 F={functions} {CAM} O=0 MC G", 0.01)
     motor.master.move(counts, 1.0)
     bench.run(1.1)
-    position, counter = tell(bench, motor, "RP RCTR", 0).split()
+    position, counter = send(bench, motor, "RP RCTR", 0).split()
     return motor.axes["shaft"].position, int(position), int(counter)
 
 
@@ -299,12 +272,12 @@ def test_f_128_resets_position_and_counter_at_base_plus_dwell():
 def test_f_35_is_1_2_and_32(bench, motor):
     """7.0: "F=35 activates F=1, F=2, and F=32 functions"."""
     load(bench, motor, f"F=35\n{CRUISE.replace(' ', chr(10))}\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n")
-    tell(bench, motor, "RUN", 0)
-    samples(bench, 60)
-    assert ways(bench, motor, 3) == [-10, -10, -10]
+    send(bench, motor, "RUN", 0)
+    advance(bench, 60)
+    assert steps(bench, motor, 3) == [-10, -10, -10]
     motor.pins["C"].drive(True)
     motor.pins["D"].drive(True)
-    rest = [way for way in ways(bench, motor, 20) if way != -10]
+    rest = [way for way in steps(bench, motor, 20) if way != -10]
     assert rest[:10] == [-9, -8, -7, -6, -5, -4, -3, -2, -1, 0]
     assert int(ask(bench, motor, "Ri", 0)) >= 1
 
@@ -312,9 +285,9 @@ def test_f_35_is_1_2_and_32(bench, motor):
 @pytest.mark.parametrize("text", ["F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0"])
 def test_what_is_no_value_of_f_changes_nothing(bench, motor, text):
     """7 and 8.1: an equal sign and an expression; a flag is set, nothing is returned."""
-    tell(bench, motor, "F=9 ZS", 0)
-    assert tell(bench, motor, f"{text} ") == b""
-    assert tell(bench, motor, "a=Bs|Bd Ra") == b"1\r" or text == "F=x y"
+    send(bench, motor, "F=9 ZS", 0)
+    assert send(bench, motor, f"{text} ") == b""
+    assert send(bench, motor, "a=Bs|Bd Ra") == b"1\r" or text == "F=x y"
     assert f_of(bench, motor) == (0 if text == "F=x y" else 9)
 
 
@@ -326,10 +299,10 @@ def test_any_values_while_moving(values):
     def course() -> tuple[bytes, int]:
         bench = Bench()
         motor = wired(bench)
-        tell(bench, motor, CRUISE, 0.01)
+        send(bench, motor, CRUISE, 0.01)
         for value in values:
-            tell(bench, motor, f"F={value}", 0.002)
-        return tell(bench, motor, "RP RW RBo a=F Ra"), motor.axes["shaft"].position
+            send(bench, motor, f"F={value}", 0.002)
+        return send(bench, motor, "RP RW RBo a=F Ra"), motor.axes["shaft"].position
 
     first = course()
     last = int(first[0].split()[-1])

@@ -7,61 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .talking import ask, load, ready, tell
+from .bits import BE, BO, BP, BR, BT
+from .scenarios import jam, open_limit
+from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send, status_word, steps, wired
 
-SAMPLE_NS = 245_760
-BT, BR, BI, BE, BO, BP, BA = 1, 2, 8, 32, 128, 512, 16384
-UNIT = 65_536
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
 WITH_C1 = "F={f}\n" + COUNTING + "C1\nc=c+1\nRETURNF\n"
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 
-def word(bench: Bench, motor: Controller) -> int:
-    """RW without Bi and Ba: index mark and current limit are no matter of this chapter."""
-    return int(ask(bench, motor, "RW")) & ~BI & ~BA
-
-
-def samples(bench: Bench, number: int) -> None:
-    """To the end of so many samples from now."""
-    bench.clock.run_to((bench.now // SAMPLE_NS + number) * SAMPLE_NS)
-
-
-def steps(bench: Bench, motor: Controller, number: int) -> list[int]:
-    """How far the shaft turns in each of the samples to come."""
-    found, before = [], motor.axes["shaft"].position
-    for _ in range(number):
-        samples(bench, 1)
-        now = motor.axes["shaft"].position
-        found, before = [*found, now - before], now
-    return found
-
-
-def wired(bench: Bench, **options) -> Controller:
-    """Closed limit switches on C and D, no fault."""
-    motor = ready(bench, **options)
-    motor.pins["C"].drive(0.0)
-    motor.pins["D"].drive(0.0)
-    assert tell(bench, motor, "UCP UDM ZS RW") == b"128\r"
-    return motor
-
-
-def block(bench: Bench, motor: Controller) -> None:
-    """The shaft cannot turn for 110 samples: at 10 counts per sample it is 1010 behind in the 101st, E is 1000."""
-    motor.axes["shaft"].jam(True)
-    samples(bench, 110)
-    motor.axes["shaft"].jam(False)
-
-
-def limit(bench: Bench, motor: Controller) -> None:
-    """The limit switch on C opens."""
-    motor.pins["C"].release()
-    samples(bench, 3)
-
-
-FAULTS = {"limit": (limit, BR + BP, "Zr"), "position error": (block, BE, "Ze")}
+FAULTS = {"limit": (open_limit, BR + BP, "Zr"), "position error": (jam, BE, "Ze")}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -69,17 +25,17 @@ def test_the_sequence_of_a_fault(bench, fault):
     """4.1 items 1 to 3: servo amplifier off, dynamic brake, static brake; table 4.1's bit; it is latched."""
     motor = wired(bench)
     cause, bits, clear = FAULTS[fault]
-    tell(bench, motor, MOVE, 0.1)
+    send(bench, motor, MOVE, 0.1)
     cause(bench, motor)
-    assert word(bench, motor) == BO + bits
+    assert status_word(bench, motor) == BO + bits
     assert ask(bench, motor, "RMODE") == "B"
     assert motor.pins["brake"].level
     assert steps(bench, motor, 10) == [0] * 10
     motor.pins["C"].drive(0.0)
-    samples(bench, 3)
-    assert word(bench, motor) == BO + bits & ~BP
-    tell(bench, motor, clear)
-    assert word(bench, motor) == BO
+    advance(bench, 3)
+    assert status_word(bench, motor) == BO + bits & ~BP
+    send(bench, motor, clear)
+    assert status_word(bench, motor) == BO
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -90,77 +46,69 @@ def test_what_is_inhibited_by_a_fault(bench, fault, command):
     """4.1 note: "no action occurs when these commands are received. The fault has to be cleared before"."""
     motor = wired(bench)
     cause, bits, clear = FAULTS[fault]
-    tell(bench, motor, MOVE, 0.1)
+    send(bench, motor, MOVE, 0.1)
     cause(bench, motor)
     motor.pins["C"].drive(0.0)
-    samples(bench, 3)
+    advance(bench, 3)
     stood = motor.axes["shaft"].position
     motor.master.move(3000, 0.01)
     motor.pins["G"].drive(command != "pin G")
-    tell(bench, motor, "" if command == "pin G" else command, 0.1)
+    send(bench, motor, "" if command == "pin G" else command, 0.1)
     assert motor.axes["shaft"].position == stood
-    assert word(bench, motor) == BO + bits & ~BP
+    assert status_word(bench, motor) == BO + bits & ~BP
     assert ask(bench, motor, "RMODE") == "B"
-    tell(bench, motor, f"{clear} MV G", 0.1)
-    assert word(bench, motor) == BT
+    send(bench, motor, f"{clear} MV G", 0.1)
+    assert status_word(bench, motor) == BT
     assert motor.axes["shaft"].position > stood
 
 
 @pytest.mark.parametrize(
     ("fault", "clear", "left"),
     [
-        ("limit", "ZS", 0),
-        ("limit", "Zr", 0),
-        ("limit", "Zl", BR),
-        ("limit", "Ze Zh Zs", BR),
-        ("position error", "ZS", 0),
-        ("position error", "Ze", 0),
-        ("position error", "Zr Zl Zh", BE),
+        ("limit", "ZS", 0), ("limit", "Zr", 0), ("limit", "Zl", BR), ("limit", "Ze Zh Zs", BR),
+        ("position error", "ZS", 0), ("position error", "Ze", 0), ("position error", "Zr Zl Zh", BE),
         ("position error", "G", BE),
     ],
-)
+)  # fmt: skip
 def test_what_clears_a_fault(bench, fault, clear, left):
     """4.2: "reset by ZS or clear the fault bits individually by Zr, Zl, Ze, and Zh"."""
     motor = wired(bench)
-    tell(bench, motor, MOVE, 0.1)
+    send(bench, motor, MOVE, 0.1)
     FAULTS[fault][0](bench, motor)
     motor.pins["C"].drive(0.0)
-    samples(bench, 3)
-    tell(bench, motor, clear)
-    assert word(bench, motor) == BO + left
+    advance(bench, 3)
+    send(bench, motor, clear)
+    assert status_word(bench, motor) == BO + left
 
 
 @pytest.mark.parametrize(("target", "trips"), [(1000, False), (1001, True), (-1000, False), (-1001, True)])
-def test_the_position_error_must_exceed_e(bench, target, trips):
+def test_the_position_error_must_exceed_e(bench, motor, target, trips):
     """Reference 13: |e| > E; E is 1000 at power-up."""
-    motor = ready(bench)
     motor.axes["shaft"].jam(True)
-    tell(bench, motor, f"A={UNIT} V={UNIT} P={target} G", 0.5)
-    assert word(bench, motor) == (BO + BE if trips else 0)
+    send(bench, motor, f"A={UNIT} V={UNIT} P={target} G", 0.5)
+    assert status_word(bench, motor) == (BO + BE if trips else 0)
     assert ask(bench, motor, "RPE") == str(0 if trips else target)
 
 
 @pytest.mark.parametrize("error", [0, 1, 10, 32000])
-def test_another_e(bench, error):
+def test_another_e(bench, motor, error):
     """E= at once: that many counts are allowed, one more is not."""
-    motor = ready(bench)
-    tell(bench, motor, f"E={error}")
+    send(bench, motor, f"E={error}")
     motor.axes["shaft"].jam(True)
-    tell(bench, motor, f"A={UNIT} V={100 * UNIT} P={error} G", 0.5)
-    assert word(bench, motor) == 0
-    tell(bench, motor, f"P={error + 1} G", 0.1)
-    assert word(bench, motor) == BO + BE
+    send(bench, motor, f"A={UNIT} V={100 * UNIT} P={error} G", 0.5)
+    assert status_word(bench, motor) == 0
+    send(bench, motor, f"P={error + 1} G", 0.1)
+    assert status_word(bench, motor) == BO + BE
 
 
-def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench):
+def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench, motor):
     """Position tracking continues; there is nothing it should follow."""
-    motor = ready(bench)
     motor.axes["shaft"].encoder.displace(50_000)
-    samples(bench, 3)
-    assert tell(bench, motor, "RP RPE") == b"50000\r0\r"
-    assert word(bench, motor) == BO
-    tell(bench, motor, "G")
-    assert word(bench, motor) == 0
+    advance(bench, 3)
+    assert send(bench, motor, "RP RPE") == b"50000\r0\r"
+    assert status_word(bench, motor) == BO
+    send(bench, motor, "G")
+    assert status_word(bench, motor) == 0
 
 
 @pytest.mark.parametrize("f", [1, 33])
@@ -168,14 +116,14 @@ def test_a_shaft_that_is_turned_with_the_servo_off_is_no_error(bench):
 def test_f_1_decelerates_to_a_stop(bench, f, mtb):
     """Table 4.2: at "A", then MTB; with MTB disabled (BRKRLS, OFF) it holds position.  10 9 8 … 1 0: 45 counts."""
     motor = wired(bench)
-    tell(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F={f} {MOVE}", 0.1)
+    send(bench, motor, f"{'' if mtb else 'BRKRLS OFF '}F={f} {MOVE}", 0.1)
     motor.pins["C"].release()
     path = steps(bench, motor, 30)
     begin = path.index(9)
     assert path[:begin] == [10] * begin
     assert begin <= 2
     assert path[begin:] == [9, 8, 7, 6, 5, 4, 3, 2, 1] + [0] * (30 - begin - 9)
-    assert word(bench, motor) == BR + BP + (BO if mtb else 0)
+    assert status_word(bench, motor) == BR + BP + (BO if mtb else 0)
     assert motor.pins["brake"].level is mtb
     if mtb:
         assert ask(bench, motor, "RMODE") == "B"
@@ -184,25 +132,25 @@ def test_f_1_decelerates_to_a_stop(bench, f, mtb):
 def test_while_decelerating_the_servo_is_on_and_nothing_else_is_obeyed(bench):
     """Table 7.1: "Bo will equal 0"; G, S and X are inhibited; A counts as it is now."""
     motor = wired(bench)
-    tell(bench, motor, f"F=1 {MOVE}", 0.1)
-    tell(bench, motor, "A=6553", 0)
-    limit(bench, motor)
-    assert word(bench, motor) == BT + BR + BP
+    send(bench, motor, f"F=1 {MOVE}", 0.1)
+    send(bench, motor, "A=6553", 0)
+    open_limit(bench, motor)
+    assert status_word(bench, motor) == BT + BR + BP
     assert not motor.pins["brake"].level
-    tell(bench, motor, "V=65536*50 G S X MT T=1000 MV G", 0.001)
+    send(bench, motor, "V=65536*50 G S X MT T=1000 MV G", 0.001)
     path = steps(bench, motor, 120)
     assert 80 < sum(step > 0 for step in path) < 95
     assert all(later - earlier in (-1, 0, 1) for earlier, later in pairwise(path))
-    assert word(bench, motor) == BO + BR + BP
+    assert status_word(bench, motor) == BO + BR + BP
 
 
 def test_f_0_after_f_1_switches_off_again(bench):
     """Table 4.2, F=0: "the motor turns off servo amplifier"."""
     motor = wired(bench)
-    tell(bench, motor, f"F=1 F=0 {MOVE}", 0.1)
-    limit(bench, motor)
+    send(bench, motor, f"F=1 F=0 {MOVE}", 0.1)
+    open_limit(bench, motor)
     assert steps(bench, motor, 5) == [0] * 5
-    assert word(bench, motor) == BO + BR + BP
+    assert status_word(bench, motor) == BO + BR + BP
 
 
 @pytest.mark.parametrize("what", ["jam", "load"])
@@ -212,34 +160,18 @@ def test_a_motor_that_cannot_follow_trips_at_e(bench, what, error):
     motor = ready(bench, shaft={"motor": "frame23"})
     shaft = motor.axes["shaft"]
     load(bench, motor, "C10\nb=@PE\nGOTO10\n")
-    tell(bench, motor, f"E={error} A=50 V={2 * UNIT} MV G RUN", 1.0)
-    assert word(bench, motor) == BT
+    send(bench, motor, f"E={error} A=50 V={2 * UNIT} MV G RUN", 1.0)
+    assert status_word(bench, motor) == BT
     shaft.jam(True) if what == "jam" else shaft.load(-2.0)
     assert bench.run_until(lambda: motor.pins["brake"].level, 2.0)
     shaft.jam(True)
-    assert word(bench, motor) == BO + BE
+    assert status_word(bench, motor) == BO + BE
     assert error - 100 <= abs(int(ask(bench, motor, "Rb"))) <= error + 400
     assert ask(bench, motor, "RPE") == "0"
     shaft.jam(False)
     shaft.load(0.0)
-    tell(bench, motor, "Ze G", 1.0)
-    assert word(bench, motor) == BT
-
-
-def test_mtb_stops_a_turning_shaft_sooner_than_free_wheeling(bench):
-    """3.2 note 3: with MTB it "will rapidly and dynamically brake to a stop", without "freewheel coast to a stop"."""
-    ways = []
-    for before in ("", "BRKRLS OFF "):
-        world = Bench()
-        motor = wired(world, shaft={"motor": "frame23"})
-        tell(world, motor, f"{before}A=200 V={6 * UNIT} MV G", 1.0)
-        stood = motor.axes["shaft"].position
-        limit(bench, motor)
-        world.run(3.0)
-        assert motor.axes["shaft"].velocity == 0
-        ways.append(motor.axes["shaft"].position - stood)
-        assert ask(world, motor, "RMODE") == ("O" if before else "B")
-    assert 0 < 5 * ways[0] < ways[1]
+    send(bench, motor, "Ze G", 1.0)
+    assert status_word(bench, motor) == BT
 
 
 @settings(deadline=None, max_examples=20)
@@ -279,8 +211,8 @@ def test_no_order_of_faults_and_commands_harms_it(acts):
         motor.serial.read()
         motor.serial.write(b"\r\r OFF END TALK WAKE ECHO_OFF ")
         bench.run(0.3)
-        ends.append(tell(bench, motor, "RW RP RMODE Ra Rb Rc"))
-        assert tell(bench, motor, "z=41 z=z+1 Rz").endswith(b"42\r")
+        ends.append(send(bench, motor, "RW RP RMODE Ra Rb Rc"))
+        assert send(bench, motor, "z=41 z=z+1 Rz").endswith(b"42\r")
     assert ends[0] == ends[1]
 
 
@@ -289,7 +221,7 @@ def test_a_power_cut_leaves_the_shaft_turning_where_it_is(bench, cut):
     """Six counts per sample, of which a millisecond has four or five: at most 30 counts."""
     motor = ready(bench, shaft={"motor": "frame23"})
     shaft = motor.axes["shaft"]
-    tell(bench, motor, f"A=200 V={6 * UNIT} MV G", 1.0)
+    send(bench, motor, f"A=200 V={6 * UNIT} MV G", 1.0)
     path = [shaft.position]
     if cut == "Z":
         motor.serial.write(b"Z ")
@@ -325,7 +257,7 @@ def test_a_load_turns_a_motor_that_has_no_power(bench):
 def test_a_hand_that_turns_the_shaft_against_the_servo(bench, by, trips):
     """Up to E=1000 counts the servo brings it back; further is a position error, and it stays where it is."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "G", 0.1)
+    send(bench, motor, "G", 0.1)
     motor.axes["shaft"].encoder.displace(by)
     bench.run(1.0)
     assert ask(bench, motor, "RP") == str(by if trips else 0)
@@ -336,9 +268,9 @@ def test_a_hand_that_turns_the_shaft_against_the_servo(bench, by, trips):
 def test_the_static_brake_signal_follows_the_fault(bench, signal, setup):
     """4.1 item 3: "external and/or internal"; 5.1: 5 V engaged, 0 V released."""
     motor = wired(bench)
-    tell(bench, motor, f"{setup} {MOVE}")
+    send(bench, motor, f"{setup} {MOVE}")
     assert not motor.pins[signal].level
-    limit(bench, motor)
+    open_limit(bench, motor)
     assert motor.pins[signal].level
-    tell(bench, motor, f"Zr V=-{UNIT} G")
+    send(bench, motor, f"Zr V=-{UNIT} G")
     assert not motor.pins[signal].level

@@ -5,11 +5,10 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, load, ready, send, tell
+from .bits import BE, BL, BM, BO, BP, BR, BS
+from .scenarios import jam, open_limit
+from .talking import UNIT, advance, ask, load, ready, send, status_word, wired
 
-SAMPLE_NS = 245_760
-BR, BL, BI, BE, BO, BP, BM, BS, BA = 2, 4, 8, 32, 128, 512, 1024, 8192, 16384
-UNIT = 65_536
 COUNTING = "WHILE 1\na=a+1\nLOOP\n"
 WITH_C1 = "F={f}\n" + COUNTING + "C1\nc=c+1\nRETURNF\n"
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
@@ -35,43 +34,11 @@ RETURN
 """
 
 
-def word(bench: Bench, motor: Controller) -> int:
-    """RW without Bi and Ba: index mark and current limit are no matter of this chapter."""
-    return int(ask(bench, motor, "RW")) & ~BI & ~BA
-
-
-def samples(bench: Bench, number: int) -> None:
-    """To the end of so many samples from now."""
-    bench.clock.run_to((bench.now // SAMPLE_NS + number) * SAMPLE_NS)
-
-
-def wired(bench: Bench, **options) -> Controller:
-    """Closed limit switches on C and D, no fault."""
-    motor = ready(bench, **options)
-    motor.pins["C"].drive(0.0)
-    motor.pins["D"].drive(0.0)
-    assert tell(bench, motor, "UCP UDM ZS RW") == b"128\r"
-    return motor
-
-
 def counts(bench: Bench, motor: Controller) -> bool:
-    """Whether the program that counts in `a` is running."""
+    """True if the program that counts in `a` is running."""
     before = ask(bench, motor, "Ra")
-    samples(bench, 20)
+    advance(bench, 20)
     return ask(bench, motor, "Ra") != before
-
-
-def block(bench: Bench, motor: Controller) -> None:
-    """The shaft cannot turn for 110 samples: at 10 counts per sample it is 1010 behind in the 101st, E is 1000."""
-    motor.axes["shaft"].jam(True)
-    samples(bench, 110)
-    motor.axes["shaft"].jam(False)
-
-
-def limit(bench: Bench, motor: Controller) -> None:
-    """The limit switch on C opens."""
-    motor.pins["C"].release()
-    samples(bench, 3)
 
 
 @pytest.mark.parametrize(("f", "ends"), [(0, False), (1, False), (32, False), (33, False)])
@@ -79,74 +46,61 @@ def test_a_limit_does_not_end_the_program(bench, f, ends):
     """4.1 item 4: "Program execution continues to run, if F=32 is not issued. with F=32 it goes to C1."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=f))
-    tell(bench, motor, "RUN", 0.1)
-    limit(bench, motor)
-    samples(bench, 30)
+    send(bench, motor, "RUN", 0.1)
+    open_limit(bench, motor)
+    advance(bench, 30)
     assert counts(bench, motor) is not ends
     assert ask(bench, motor, "Rc") == str(f // 32)
 
 
 @pytest.mark.parametrize(("f", "ends"), [(0, True), (1, True), (32, False), (33, False)])
-def test_a_position_error_ends_the_program_or_calls_c1(bench, f, ends):
+def test_a_position_error_ends_the_program_or_calls_c1(bench, motor, f, ends):
     """4.1 item 4: "End program execution, if F=32 is not issued. If F=32 is issued, program goes to label "C1""."""
-    motor = ready(bench)
     load(bench, motor, WITH_C1.format(f=f))
-    tell(bench, motor, f"RUN {MOVE}", 0.1)
+    send(bench, motor, f"RUN {MOVE}", 0.1)
     assert counts(bench, motor)
-    block(bench, motor)
-    samples(bench, 30)
+    jam(bench, motor)
+    advance(bench, 30)
     assert counts(bench, motor) is not ends
     assert ask(bench, motor, "Rc") == str(f // 32)
 
 
 @pytest.mark.parametrize("f", [0, 32])
-def test_run_is_inhibited_during_a_motor_protection_fault(bench, f):
+def test_run_is_inhibited_during_a_motor_protection_fault(bench, motor, f):
     """4.1: "during a motor protection fault the "RUN" command is inhibited"; LOAD is too (2.0 item 6)."""
-    motor = ready(bench)
     load(bench, motor, "a=a+1\nEND\n")
-    tell(bench, motor, f"F={f} {MOVE}", 0.01)
-    block(bench, motor)
-    tell(bench, motor, "Za RUN", 0.01)
+    send(bench, motor, f"F={f} {MOVE}", 0.01)
+    jam(bench, motor)
+    send(bench, motor, "Za RUN", 0.01)
     assert send(bench, motor, b"LOAD ") == b""
     assert ask(bench, motor, "Ra") == "0"
-    tell(bench, motor, "Ze RUN", 0.01)
+    send(bench, motor, "Ze RUN", 0.01)
     assert ask(bench, motor, "Ra") == "1"
 
 
-def test_run_is_not_inhibited_by_a_limit(bench):
+def test_run_is_not_inhibited_by_a_limit(bench, motor):
     """4.1 says it of motor protection only; the sample code of 3.1 depends on it."""
-    motor = ready(bench)
     load(bench, motor, "UCI\nUDI\nZS\na=a+1\nEND\n")
-    tell(bench, motor, "UCP UDM")
-    assert word(bench, motor) == BO + BR + BL + BP + BM
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "UCP UDM")
+    assert status_word(bench, motor) == BO + BR + BL + BP + BM
+    send(bench, motor, "RUN", 0.01)
     assert ask(bench, motor, "Ra") == "1"
-    assert word(bench, motor) == BO
-
-
-def test_c1_is_called_when_the_main_program_has_ended(bench):
-    """RULINGS 17; and the main program does not go on when C1 returns."""
-    motor = wired(bench)
-    load(bench, motor, "F=32\na=1\nEND\na=2\nC1\nc=c+1\nRETURNF\na=3\n")
-    tell(bench, motor, "RUN", 0.1)
-    limit(bench, motor)
-    samples(bench, 30)
-    assert tell(bench, motor, "Ra Rc") == b"1\r1\r"
+    assert status_word(bench, motor) == BO
 
 
 def test_c1_is_called_on_a_new_occurrence_only(bench):
     """1.2: "on a new occurrence of motor protection fault"; 7.1: "becomes active (=1)": Bp stays, Bp comes again."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=32))
-    limit(bench, motor)
-    tell(bench, motor, "RUN", 0.1)
+    open_limit(bench, motor)
+    send(bench, motor, "RUN", 0.1)
     assert ask(bench, motor, "Rc") == "0"
-    tell(bench, motor, "Zr", 0.1)
+    send(bench, motor, "Zr", 0.1)
     assert ask(bench, motor, "Rc") == "0"
     for times in (1, 2, 3):
         motor.pins["C"].drive(0.0)
-        tell(bench, motor, "ZS", 0.1)
-        limit(bench, motor)
+        send(bench, motor, "ZS", 0.1)
+        open_limit(bench, motor)
         bench.run(0.1)
         assert ask(bench, motor, "Rc") == str(times)
 
@@ -159,31 +113,31 @@ def test_c1_returns_to_where_the_program_was(bench):
         motor,
         "F=32\nGOSUB5\nb=1\nEND\nC5\nWHILE a<500\na=a+1\nLOOP\nRETURN\nC1\nc=a\nGOSUB6\nRETURNF\nC6\nd=7\nRETURN\n",
     )
-    tell(bench, motor, "RUN", 0.05)
-    limit(bench, motor)
+    send(bench, motor, "RUN", 0.05)
+    open_limit(bench, motor)
     bench.run(1.0)
-    assert tell(bench, motor, "Ra Rb Rd RBs") == b"500\r1\r7\r0\r"
+    assert send(bench, motor, "Ra Rb Rd RBs") == b"500\r1\r7\r0\r"
     assert 40 < int(ask(bench, motor, "Rc")) < 110
 
 
 @pytest.mark.parametrize("program", ["", "F=32\nEND\n", COUNTING])
 def test_f_32_without_a_label_c1(bench, program):
-    """Nothing to call; the motor stops all the same and goes on answering."""
+    """With nothing to call the motor stops all the same, and answers."""
     motor = wired(bench)
     if program:
         load(bench, motor, program)
-    tell(bench, motor, f"RUN F=32 {MOVE}", 0.1)
-    limit(bench, motor)
-    samples(bench, 5)
-    assert word(bench, motor) & ~BS == BO + BR + BP
+    send(bench, motor, f"RUN F=32 {MOVE}", 0.1)
+    open_limit(bench, motor)
+    advance(bench, 5)
+    assert status_word(bench, motor) & ~BS == BO + BR + BP
 
 
 def test_wait_is_not_cut_short_by_c1(bench):
     """7.1: WAIT is truncated "when GOSUB2 is called"; all else finishes first."""
     motor = wired(bench)
     load(bench, motor, "F=32\nCLK=0\nWAIT=1000\nEND\nC1\nc=CLK\nRETURNF\n")
-    tell(bench, motor, "RUN", 0.1)
-    limit(bench, motor)
+    send(bench, motor, "RUN", 0.1)
+    open_limit(bench, motor)
     bench.run(0.1)
     assert ask(bench, motor, "Rc") == "0"
     bench.run(0.1)
@@ -193,32 +147,32 @@ def test_wait_is_not_cut_short_by_c1(bench):
 def test_a_fault_takes_priority_over_pin_g(bench):
     """7.1: "The fault takes priority and GOSUB2 will not be called"."""
     motor = wired(bench, debounce_samples=1)
-    tell(bench, motor, "UGI")
+    send(bench, motor, "UGI")
     load(bench, motor, "F=96\n" + COUNTING + "C1\nc=c+1\nRETURNF\nC2\nd=d+1\nRETURNI\n")
-    tell(bench, motor, "RUN", 0.1)
+    send(bench, motor, "RUN", 0.1)
     motor.pins["C"].release()
     motor.pins["G"].drive(False)
     bench.run(0.1)
-    assert tell(bench, motor, "Rc Rd") == b"1\r0\r"
+    assert send(bench, motor, "Rc Rd") == b"1\r0\r"
     motor.pins["G"].drive(True)
     bench.run(0.1)
     motor.pins["G"].drive(False)
     bench.run(0.1)
-    assert tell(bench, motor, "Rc Rd") == b"1\r1\r"
+    assert send(bench, motor, "Rc Rd") == b"1\r1\r"
 
 
 def test_a_fault_inside_c2_calls_c1_and_returns_to_c2(bench):
     """7.1: "C1 will be called and return to C2"."""
     motor = wired(bench)
-    tell(bench, motor, "UGI")
+    send(bench, motor, "UGI")
     load(bench, motor, "F=96\n" + COUNTING + "C1\nc=b\nRETURNF\nC2\nWHILE b<400\nb=b+1\nLOOP\nd=1\nRETURNI\n")
-    tell(bench, motor, "RUN", 0.1)
+    send(bench, motor, "RUN", 0.1)
     motor.pins["G"].drive(False)
     bench.run(0.05)
-    limit(bench, motor)
+    open_limit(bench, motor)
     bench.run(0.5)
     assert 30 < int(ask(bench, motor, "Rc")) < 120
-    assert tell(bench, motor, "Rb Rd RBs") == b"400\r1\r0\r"
+    assert send(bench, motor, "Rb Rd RBs") == b"400\r1\r0\r"
     assert counts(bench, motor)
 
 
@@ -226,42 +180,41 @@ def test_the_sample_program_moves_2000_times_10_counts(bench):
     """4.3, loaded as it is printed."""
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, SAMPLE)
-    assert tell(bench, motor, "RUN", 3.0) == b""
-    assert (word(bench, motor), ask(bench, motor, "RP")) == (0, "20000")
+    assert send(bench, motor, "RUN", 3.0) == b""
+    assert (status_word(bench, motor), ask(bench, motor, "RP")) == (0, "20000")
 
 
-def test_the_sample_program_tells_a_position_error(bench):
-    """4.3: blocked until it is more than E=1000 counts behind, it prints by how much and resets Be; main had ended.
+def test_the_sample_program_tells_a_position_error(bench, motor):
+    """4.3: jammed until it is more than E=1000 counts late, it prints by how much and resets Be; main had ended.
 
     V=537*600 is 4.9 counts per sample, and IF, pp=@PE come one and two samples after Be: less than 1020.
     """
-    motor = ready(bench)
     load(bench, motor, SAMPLE)
-    tell(bench, motor, "RUN", 0.5)
+    send(bench, motor, "RUN", 0.5)
     motor.axes["shaft"].jam(True)
     said = b""
     while not said:
-        samples(bench, 1)
+        advance(bench, 1)
         said = motor.serial.read()
     motor.axes["shaft"].jam(False)
-    said += tell(bench, motor, "", 3.0)
+    said += send(bench, motor, "", 3.0)
     first = said.split(b"\r")[0]
     assert first.startswith(b"POSTION ERROR= ")
     assert 1000 < int(first[15:]) < 1020
-    assert word(bench, motor) & (BE + BS) == 0
+    assert status_word(bench, motor) & (BE + BS) == 0
 
 
 def test_the_sample_program_survives_a_jammed_motor(bench):
     """4.3: the manual's own program ends without an error of its stack, and the fault is cleared."""
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, SAMPLE)
-    tell(bench, motor, "RUN", 0.5)
+    send(bench, motor, "RUN", 0.5)
     motor.axes["shaft"].jam(True)
-    said = tell(bench, motor, "", 3.0)
+    said = send(bench, motor, "", 3.0)
     assert said.startswith(b"POSTION ERROR= 10")
     motor.axes["shaft"].jam(False)
-    assert word(bench, motor) & BS == 0
-    tell(bench, motor, "ZS RUN", 4.0)
+    assert status_word(bench, motor) & BS == 0
+    send(bench, motor, "ZS RUN", 4.0)
     assert ask(bench, motor, "RP") == "20000"
 
 
@@ -269,45 +222,43 @@ def test_the_sample_program_survives_a_jammed_motor(bench):
     ("ending", "runs_on"), [("RETURNF", True), ("END", False), ("STACK\nGOTO9", True), ("", False)]
 )
 def test_c1_is_called_for_the_next_fault_however_it_ended(bench, ending, runs_on):
-    """RETURNF goes back, END ends; after either a new fault calls C1 again (as 7.1 tells of C2)."""
+    """RETURNF goes back, END ends; after either a new fault calls C1 again (as 7.1 says of C2)."""
     motor = wired(bench)
     load(bench, motor, f"F=32\nC9\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\n{ending}\n")
-    tell(bench, motor, "RUN", 0.05)
+    send(bench, motor, "RUN", 0.05)
     for times in (1, 2, 3):
-        limit(bench, motor)
+        open_limit(bench, motor)
         bench.run(0.05)
         assert ask(bench, motor, "Rc") == str(times)
         assert counts(bench, motor) is runs_on
         motor.pins["C"].drive(0.0)
-        tell(bench, motor, "ZS", 0.01)
+        send(bench, motor, "ZS", 0.01)
 
 
 def test_both_limits_at_once_are_one_call(bench):
     """Two bits become active in the same sample."""
     motor = wired(bench)
     load(bench, motor, WITH_C1.format(f=32))
-    tell(bench, motor, "RUN", 0.05)
+    send(bench, motor, "RUN", 0.05)
     motor.pins["D"].release()
-    limit(bench, motor)
+    open_limit(bench, motor)
     bench.run(0.1)
     assert ask(bench, motor, "Rc") == "1"
 
 
 @pytest.mark.parametrize("clears", ["UCI\nUDI\nZS\n", ""])
-def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, clears):
+def test_a_stored_program_runs_at_power_up_in_the_boot_fault(bench, motor, clears):
     """3.1 note 3: the sample code at its top clears the fault; without it the program runs, and the motor does not."""
-    motor = ready(bench)
     load(bench, motor, f"{clears}A={UNIT}\nV={UNIT}\nP=100\nG\na=7\nEND\n")
     motor.power_cycle()
     bench.run(0.5)
     assert ask(bench, motor, "Ra") == "7"
     assert ask(bench, motor, "RP") == ("100" if clears else "0")
-    assert word(bench, motor) == (0 if clears else BO + BR + BL + BP + BM)
+    assert status_word(bench, motor) == (0 if clears else BO + BR + BL + BP + BM)
 
 
-def test_the_boot_fault_is_no_new_occurrence(bench):
+def test_the_boot_fault_is_no_new_occurrence(bench, motor):
     """F=32 is set after the limits were found open: C1 is not called for them."""
-    motor = ready(bench)
     load(bench, motor, WITH_C1.format(f=32))
     motor.power_cycle()
     bench.run(0.5)

@@ -1,15 +1,6 @@
 """Program flow with a host: RUN, END, GOSUB, interrupts (8 of the base language; 4.1 and 7.0 of the manual)."""
 
-import pytest
-
-from axistwin import Bench
-
-from .talking import ask, load, ready, send, tell
-
-
-@pytest.fixture
-def bench():
-    return Bench()
+from .talking import ask, load, ready, send
 
 
 def motor_with(bench, program):
@@ -21,38 +12,20 @@ def motor_with(bench, program):
 
 def test_run_starts_the_program_from_the_top_and_keeps_the_variables(bench):
     motor = motor_with(bench, "a=a+1 END")
-    tell(bench, motor, "a=5 RUN", 0.01)
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "a=5 RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     assert ask(bench, motor, "Ra") == "7"
 
 
-@pytest.mark.parametrize("flag", ["e"])
-def test_run_is_inhibited_by_a_motor_protection_fault(bench, flag):
-    """4.1: during a motor protection fault RUN is inhibited."""
-    motor = bench.add("smartmotor", line="instant", shaft={"motor": "frame23"})
-    motor.serial.write(b"UCI UDI ZS ")
-    bench.run(0.5)
-    load(bench, motor, "a=a+1 END")
-    motor.axes["shaft"].jam(True)
-    tell(bench, motor, "E=10 MP A=100 V=100000 P=10000 G", 0.5)
-    assert ask(bench, motor, f"RB{flag}") == "1"
-    tell(bench, motor, "RUN", 0.01)
-    assert ask(bench, motor, "Ra") == "0"
-    motor.axes["shaft"].jam(False)
-    tell(bench, motor, f"Z{flag} RUN", 0.01)
-    assert ask(bench, motor, "Ra") == "1"
-
-
-def test_run_without_a_program_does_nothing(bench):
-    motor = ready(bench)
-    tell(bench, motor, "RUN GOSUB5", 0.01)
+def test_run_without_a_program_does_nothing(bench, motor):
+    send(bench, motor, "RUN GOSUB5", 0.01)
     assert ask(bench, motor, "RBs") == "1"  # of GOSUB5: there is no label
 
 
 def test_end_stops_the_program_and_forgets_its_returns(bench):
     motor = motor_with(bench, "GOSUB5 b=1 END C5 WHILE 1 a=a+1 LOOP")
-    tell(bench, motor, "RUN", 0.01)
-    tell(bench, motor, "END RETURN", 0.01)
+    send(bench, motor, "RUN", 0.01)
+    send(bench, motor, "END RETURN", 0.01)
     first = ask(bench, motor, "Ra", 0.01)
     assert (first != "0", ask(bench, motor, "Ra", 0.01)) == (True, first)
     assert (ask(bench, motor, "Rb"), ask(bench, motor, "RBs")) == ("0", "1")
@@ -61,14 +34,14 @@ def test_end_stops_the_program_and_forgets_its_returns(bench):
 def test_a_subroutine_called_by_a_host_while_no_program_runs(bench):
     """It is carried out and stops at its RETURN; labels are known without running the program."""
     motor = motor_with(bench, 'END C4 PRINT("g=",g,#13) RETURN a=1')
-    assert tell(bench, motor, "g=-1 GOSUB4", 0.01) == b"g=-1\r"
+    assert send(bench, motor, "g=-1 GOSUB4", 0.01) == b"g=-1\r"
     assert ask(bench, motor, "Ra") == "0"
 
 
 def test_a_subroutine_called_by_a_host_while_the_program_runs(bench):
     motor = motor_with(bench, "WHILE 1 a=a+1 LOOP C4 b=b+1 RETURN")
-    tell(bench, motor, "RUN", 0.01)
-    tell(bench, motor, "GOSUB4 GOSUB4", 0.01)
+    send(bench, motor, "RUN", 0.01)
+    send(bench, motor, "GOSUB4 GOSUB4", 0.01)
     assert ask(bench, motor, "Rb") == "2"
     before = int(ask(bench, motor, "Ra", 0.01))
     assert int(ask(bench, motor, "Ra")) > before
@@ -76,7 +49,7 @@ def test_a_subroutine_called_by_a_host_while_the_program_runs(bench):
 
 def test_goto_from_a_host_starts_there(bench):
     motor = motor_with(bench, "a=1 END C9 b=1 END")
-    tell(bench, motor, "GOTO9", 0.01)
+    send(bench, motor, "GOTO9", 0.01)
     assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("0", "1")
 
 
@@ -85,13 +58,13 @@ def test_run_wait_stops_a_program_that_power_up_has_started(bench):
     motor.power_cycle()
     bench.run(0.5)
     assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("1", "0")
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     assert ask(bench, motor, "Rb") == "1"
 
 
 def test_a_pause_ends_with_a_serial_character(bench):
     motor = motor_with(bench, "a=1 ! a=2 END")
-    tell(bench, motor, "RUN", 0.1)
+    send(bench, motor, "RUN", 0.1)
     bench.run(0.1)
     assert ask(bench, motor, "Ra") == "1"  # asking goes on with it
     assert ask(bench, motor, "Ra", 0.01) == "2"
@@ -99,7 +72,7 @@ def test_a_pause_ends_with_a_serial_character(bench):
 
 def test_total_reset(bench):
     motor = motor_with(bench, "END")
-    tell(bench, motor, "a=5 F=33 Z", 0.5)
+    send(bench, motor, "a=5 F=33 Z", 0.5)
     assert ask(bench, motor, "Ra") == "0"
 
 
@@ -112,63 +85,10 @@ def test_wait_takes_its_samples_to_the_nanosecond(bench):
     assert motor.serial.read() == b"x"
 
 
-INTERRUPTS = "F=64 WHILE 1 IF b==1 b=2 ENDIF LOOP C2 a=a+1 {} "
-
-
-def press(bench, motor):
-    """A high to low edge of pin G."""
-    motor.pins["G"].drive(True)
-    bench.run(0.01)
-    motor.pins["G"].drive(False)
-    bench.run(0.01)
-
-
-def test_c2_is_called_by_pin_g(bench):
-    """7.0, F=64; RETURNI makes it ready for the next edge."""
-    motor = motor_with(bench, INTERRUPTS.format("RETURNI"))
-    tell(bench, motor, "UGI RUN", 0.01)
-    press(bench, motor)
-    press(bench, motor)
-    assert ask(bench, motor, "Ra") == "2"
-
-
-def test_after_a_plain_return_c2_is_not_called_again(bench):
-    """7.0: not before RETURNI, STACK or END."""
-    motor = motor_with(bench, INTERRUPTS.format("RETURN"))
-    tell(bench, motor, "UGI RUN", 0.01)
-    press(bench, motor)
-    press(bench, motor)
-    assert ask(bench, motor, "Ra") == "1"
-    tell(bench, motor, "END RUN", 0.01)
-    press(bench, motor)
-    assert ask(bench, motor, "Ra") == "2"
-
-
-def test_c2_cuts_wait_short(bench):
-    """7.0: WAIT=8000 is terminated when port G goes low; the program goes on behind it."""
-    motor = motor_with(bench, "F=64 WAIT=8000 b=1 END C2 a=1 RETURNI")
-    tell(bench, motor, "UGI RUN", 0.1)
-    assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("0", "0")
-    press(bench, motor)
-    assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("1", "1")
-
-
 def test_a_host_does_not_cut_wait_short(bench):
     motor = motor_with(bench, "WAIT=4069 b=1 END C4 a=1 RETURN")
-    tell(bench, motor, "RUN", 0.1)
-    tell(bench, motor, "GOSUB4", 0.1)
+    send(bench, motor, "RUN", 0.1)
+    send(bench, motor, "GOSUB4", 0.1)
     assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("0", "0")
     bench.run(1.0)
     assert (ask(bench, motor, "Ra"), ask(bench, motor, "Rb")) == ("1", "1")
-
-
-def test_a_limit_calls_c1_also_when_the_program_has_ended(bench):
-    """4.3 and 7.0, F=32: the sample's main program has ended when the fault happens."""
-    motor = motor_with(bench, "UCP UDM ZS F=32 END C1 a=a+1 RETURNF")
-    for pin in "CD":
-        motor.pins[pin].drive(False)
-    tell(bench, motor, "RUN", 0.05)
-    assert ask(bench, motor, "Ra") == "0"
-    motor.pins["C"].drive(True)
-    bench.run(0.05)
-    assert ask(bench, motor, "Ra") == "1"

@@ -8,25 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .cam import SAMPLE_NS, course, pass_samples, say, turn_to, value
-from .talking import load, ready, tell
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    made = ready(bench)
-    pass_samples(bench)
-    return made
+from .scenarios import turn_through, turn_to
+from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 
 @pytest.mark.parametrize(("mode", "edges"), [("MF1", 4), ("MF2", 2), ("MF4", 1), ("MS", 1)])
 def test_the_shaft_follows_one_to_one(bench, motor, mode, edges):
     """5: quadrature ×1, ×2, ×4, or steps; 1:1 with the counter."""
-    say(bench, motor, mode + " ")
-    assert course(bench, motor, [100 * edges, 4000, 0, -4000]) == [100, 4000 // edges, 0, -4000 // edges]
-    assert say(bench, motor, "RCTR RBo RBs ") == b"%d\r0\r0\r" % (-4000 // edges)
+    send(bench, motor, mode + "", 0)
+    assert turn_through(bench, motor, [100 * edges, 4000, 0, -4000]) == [100, 4000 // edges, 0, -4000 // edges]
+    assert send(bench, motor, "RCTR RBo RBs", 0) == b"%d\r0\r0\r" % (-4000 // edges)
 
 
 @pytest.mark.parametrize("mode", ["MF1", "MF2", "MF4", "MF0", "MS", "MS0"])
@@ -34,48 +26,48 @@ def test_the_counter_is_zeroed(bench, motor, mode):
     """5: "zeroes CTR"."""
     turn_to(bench, motor, 1000)
     assert value(bench, motor, "CTR") != 0
-    say(bench, motor, mode + " ")
+    send(bench, motor, mode + "", 0)
     assert value(bench, motor, "CTR") == 0
     assert motor.axes["shaft"].position == 0
 
 
 @pytest.mark.parametrize("mode", ["MFR G", "MSR G", "MP", "MV", "MT", "O=5", "OFF"])
 def test_other_commands_leave_the_counter_alone(bench, motor, mode):
-    say(bench, motor, "MF4 ")
+    send(bench, motor, "MF4", 0)
     turn_to(bench, motor, 1000)
-    say(bench, motor, mode + " ")
-    pass_samples(bench, 3)
+    send(bench, motor, mode + "", 0)
+    advance(bench, 3)
     assert value(bench, motor, "CTR") == 1000
 
 
 @pytest.mark.parametrize("mode", ["MF0", "MS0"])
 def test_mf0_and_ms0_do_not_change_the_mode(bench, motor, mode):
-    """5: set A and B and zero the counter; the motor goes on as it was."""
-    say(bench, motor, mode + " ")
+    """5: set A and B and zero the counter; the motion stays as it was."""
+    send(bench, motor, mode + "", 0)
     assert turn_to(bench, motor, 300) == 0
-    assert say(bench, motor, "RMODE RBo RCTR ") == b"B\r1\r300\r"
-    say(bench, motor, "A=65536 V=65536 MV G ")
-    pass_samples(bench, 3)
-    assert say(bench, motor, mode + " RMODE RV ") == b"V\r65536\r"
+    assert send(bench, motor, "RMODE RBo RCTR", 0) == b"B\r1\r300\r"
+    send(bench, motor, "A=65536 V=65536 MV G", 0)
+    advance(bench, 3)
+    assert send(bench, motor, mode + " RMODE RV", 0) == b"V\r65536\r"
 
 
 def test_following_begins_where_the_shaft_is(bench, motor):
     """MF4 after a move: no jump, and the position is not redefined."""
-    say(bench, motor, "A=65536*50 V=65536*50 P=500 G ")
-    pass_samples(bench, 30)
-    say(bench, motor, "MF4 ")
-    pass_samples(bench, 2)
+    send(bench, motor, "A=65536*50 V=65536*50 P=500 G", 0)
+    advance(bench, 30)
+    send(bench, motor, "MF4", 0)
+    advance(bench, 2)
     assert motor.axes["shaft"].position == 500
     assert turn_to(bench, motor, -100) == 400
-    assert say(bench, motor, "RP ") == b"400\r"
+    assert send(bench, motor, "RP", 0) == b"400\r"
 
 
 def test_mf4_in_a_move_takes_over_at_once(bench, motor):
     """5: at once: nothing is left of the velocity."""
-    say(bench, motor, "A=65536*5 V=65536*5 MV G ")
-    pass_samples(bench, 10)
-    assert say(bench, motor, "MF4 RMODE ") == b"F\r"
-    pass_samples(bench, 1)
+    send(bench, motor, "A=65536*5 V=65536*5 MV G", 0)
+    advance(bench, 10)
+    assert send(bench, motor, "MF4 RMODE", 0) == b"F\r"
+    advance(bench, 1)
     here = motor.axes["shaft"].position
     assert here == 50
     assert turn_to(bench, motor, 7, 1) == 57
@@ -83,24 +75,24 @@ def test_mf4_in_a_move_takes_over_at_once(bench, motor):
 
 def test_leaving_follow_mode_for_a_velocity(bench, motor):
     """MV at G: from the velocity of the master (here 3 counts per sample) to 5 at A=1."""
-    say(bench, motor, "MF4 A=65536 V=5*65536 ")
+    send(bench, motor, "MF4 A=65536 V=5*65536", 0)
     motor.master.move(3000, 1000 * 245_760 / 1e9)
-    pass_samples(bench, 100)
-    assert say(bench, motor, "RV MV G RMODE ") == b"196608\rV\r"
+    advance(bench, 100)
+    assert send(bench, motor, "RV MV G RMODE", 0) == b"196608\rV\r"
     at = motor.axes["shaft"].position
     found = []
     for _ in range(4):
-        pass_samples(bench)
+        advance(bench)
         found.append(motor.axes["shaft"].position - at)
     assert found == [4, 9, 14, 19]
 
 
 @pytest.mark.parametrize("word", ["S", "OFF", "MTB"])
 def test_following_ends(bench, motor, word):
-    """S, OFF and MTB end it; CTR goes on counting."""
-    say(bench, motor, "MF4 ")
+    """S, OFF and MTB end it; CTR still counts."""
+    send(bench, motor, "MF4", 0)
     turn_to(bench, motor, 100)
-    say(bench, motor, word + " ")
+    send(bench, motor, word + "", 0)
     assert turn_to(bench, motor, 500) == 100
     assert value(bench, motor, "CTR") == 500
 
@@ -124,21 +116,21 @@ def test_following_ends(bench, motor, word):
 @pytest.mark.parametrize("mode", ["MF4 {} MFR G", "MS0 {} MSR G"])
 def test_the_ratio_is_mfmul_by_mfdiv(bench, motor, mul, div, counts, expected, mode):
     """5: both signed 16-bit."""
-    say(bench, motor, mode.format(f"MFMUL={mul} MFDIV={div}") + " ")
-    assert say(bench, motor, "RMODE RBs ") == b"X\r0\r"
-    assert course(bench, motor, counts, 500) == expected
+    send(bench, motor, mode.format(f"MFMUL={mul} MFDIV={div}") + "", 0)
+    assert send(bench, motor, "RMODE RBs", 0) == b"X\r0\r"
+    assert turn_through(bench, motor, counts, 500) == expected
     assert value(bench, motor, "CTR") == counts[-1]
 
 
 def test_the_default_ratio_is_one(bench, motor):
     """16: MFMUL and MFDIV are 1."""
-    say(bench, motor, "MF4 MFR G ")
+    send(bench, motor, "MF4 MFR G", 0)
     assert turn_to(bench, motor, 77) == 77
 
 
 def test_the_remainder_is_carried(bench, motor):
     """5: "remainder carried, no drift": a thousand single steps of 2/7, there and back."""
-    say(bench, motor, "MFMUL=2 MFDIV=7 MFR G ")
+    send(bench, motor, "MFMUL=2 MFDIV=7 MFR G", 0)
     for count in range(1, 141):
         turn_to(bench, motor, count, 1)
     assert motor.axes["shaft"].position == 40
@@ -149,21 +141,21 @@ def test_the_remainder_is_carried(bench, motor):
 
 def test_the_ratio_waits_for_mfr_and_g(bench, motor):
     """5: "MFR must come after MFMUL and MFDIV"; it starts with G."""
-    say(bench, motor, "MF4 MFMUL=2 MFR G ")
+    send(bench, motor, "MF4 MFMUL=2 MFR G", 0)
     turn_to(bench, motor, 100)
-    say(bench, motor, "MFMUL=5 G ")
+    send(bench, motor, "MFMUL=5 G", 0)
     assert turn_to(bench, motor, 200) == 400
-    say(bench, motor, "MFR ")
+    send(bench, motor, "MFR", 0)
     assert turn_to(bench, motor, 300) == 600
-    say(bench, motor, "G ")
+    send(bench, motor, "G", 0)
     assert turn_to(bench, motor, 400) == 1100
 
 
 def test_a_divisor_of_zero_is_an_error(bench, motor):
-    """5: "MFDIV=0 → error": following does not begin, and the motor goes on hearing."""
-    say(bench, motor, "MFMUL=1 MFDIV=0 MFR G ")
+    """5: "MFDIV=0 → error": following does not begin, and the motor still obeys."""
+    send(bench, motor, "MFMUL=1 MFDIV=0 MFR G", 0)
     assert turn_to(bench, motor, 100) == 0
-    assert say(bench, motor, "RBs ") == b"1\r"
+    assert send(bench, motor, "RBs", 0) == b"1\r"
 
 
 # Pins A and B
@@ -184,43 +176,43 @@ def test_quadrature_on_the_pins_themselves(bench, motor):
 def test_quadrature_counted_in_halves_and_quarters(bench, motor, mode, edges):
     for pin in "AB":
         motor.pins[pin].drive(False)
-    pass_samples(bench, 2)
-    say(bench, motor, mode + " ")
+    advance(bench, 2)
+    send(bench, motor, mode + "", 0)
     for a, b in [(1, 0), (1, 1), (0, 1), (0, 0)] * 5:
         motor.pins["A"].drive(bool(a))
         motor.pins["B"].drive(bool(b))
-        pass_samples(bench)
+        advance(bench)
     assert abs(value(bench, motor, "CTR")) == 20 // edges
 
 
 def quadrature(bench, motor, levels, mode, steps):
     for pin in "AB":
         motor.pins[pin].drive(False)
-    pass_samples(bench, 2)
-    say(bench, motor, mode + " ")
+    advance(bench, 2)
+    send(bench, motor, mode + "", 0)
     count = 0
     for (a, b), step in zip(levels, steps, strict=True):
         motor.pins["A"].drive(bool(a))
         motor.pins["B"].drive(bool(b))
-        pass_samples(bench, 3)
+        advance(bench, 3)
         count += step
         assert value(bench, motor, "CTR") == motor.axes["shaft"].position == count
 
 
 def test_steps_and_direction_on_the_pins_themselves(bench, motor):
-    """5: A steps, B tells the direction; one edge of A counts, the other does not."""
+    """5: A steps, B is the direction; one edge of A counts, the other does not."""
     motor.pins["A"].drive(False)
     motor.pins["B"].drive(False)
-    pass_samples(bench, 2)
-    say(bench, motor, "MS ")
+    advance(bench, 2)
+    send(bench, motor, "MS", 0)
     found = []
     for direction in (False, True):
         motor.pins["B"].drive(direction)
         for _ in range(10):
             motor.pins["A"].drive(True)
-            pass_samples(bench)
+            advance(bench)
             motor.pins["A"].drive(False)
-            pass_samples(bench, 3)
+            advance(bench, 3)
         found.append(value(bench, motor, "CTR"))
     assert abs(found[0]) == 10
     assert found[1] == motor.axes["shaft"].position == 0
@@ -239,12 +231,12 @@ def test_any_ratio_never_drifts(mul, div, walk):
     """The shaft is where the ratio says, rounded down, whatever way the master has gone."""
     bench = Bench()
     motor = ready(bench)
-    say(bench, motor, f"E=32000 MF4 MFMUL={mul} MFDIV={div} MFR G ")
+    send(bench, motor, f"E=32000 MF4 MFMUL={mul} MFDIV={div} MFR G", 0)
     for count in walk:
         position = turn_to(bench, motor, count, 1000)
         exact = Fraction(count * mul, div)
         assert position in (floor(exact), -floor(-exact))
-    assert say(bench, motor, "RMODE RBs ") == b"X\r0\r"
+    assert send(bench, motor, "RMODE RBs", 0) == b"X\r0\r"
 
 
 # Pins A and B show the edges (base 12; 6.1, 6.2)
@@ -256,7 +248,7 @@ def levels(motor):
 
 def test_without_an_encoder_the_pins_are_pulled_up(bench, motor):
     assert levels(motor) == (True, True)
-    assert tell(bench, motor, "RU RUA RUB RUAA") == b"127\r1\r1\r1023\r"
+    assert send(bench, motor, "RU RUA RUB RUAA") == b"127\r1\r1\r1023\r"
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -268,18 +260,18 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
         motor.master.move(0 if count == 0 else sign, 0)
         assert levels(motor) == (a, b)
         assert (motor.pins["A"].volts, motor.pins["B"].analog) == (5.0 * a, 1023 * b)
-        report = tell(bench, motor, "RUA RUB RUAA RUBA RU")
+        report = send(bench, motor, "RUA RUB RUAA RUBA RU")
         assert report == f"{a:d}\r{b:d}\r{1023 * a}\r{1023 * b}\r{124 + a + 2 * b}\r".encode()
-    assert tell(bench, motor, "RCTR") == b"%d\r" % (8 * sign)
+    assert send(bench, motor, "RCTR") == b"%d\r" % (8 * sign)
 
 
 def test_a_program_sees_the_edges(bench, motor):
-    """An edge every 20 samples: pin A changes every 40, and the program looks at least every 5."""
+    """An edge every 20 samples: pin A changes every 40, and the program reads it at least every 5."""
     load(bench, motor, "WHILE CTR<400 IF UAI==b b=1-b a=a+1 ENDIF LOOP END")
-    tell(bench, motor, "MF0 b=0 RUN")  # b is the level that is waited for
+    send(bench, motor, "MF0 b=0 RUN")  # b is the level that is waited for
     motor.master.move(400, 400 * 20 * SAMPLE_NS / 1e9)
     bench.run(3)
-    assert tell(bench, motor, "Ra") == b"200\r"  # A falls and rises 100 times
+    assert send(bench, motor, "Ra") == b"200\r"  # A falls and rises 100 times
 
 
 def test_between_samples_the_bench_sees_the_level_of_now(bench, motor):
@@ -297,24 +289,24 @@ def test_what_is_stronger_than_the_encoder_keeps_its_pin(bench, motor):
     motor.master.move(2, 0)
     assert levels(motor) == (False, False)
     motor.pins["A"].drive(True)
-    tell(bench, motor, "UB=1 UBO MF0")
+    send(bench, motor, "UB=1 UBO MF0")
     assert levels(motor) == (True, True)
     motor.master.move(4, 0)
-    pass_samples(bench)
-    assert tell(bench, motor, "RU RCTR") == b"127\r4\r"
+    advance(bench)
+    assert send(bench, motor, "RU RCTR") == b"127\r4\r"
     motor.pins["A"].release()
-    tell(bench, motor, "UBI")
+    send(bench, motor, "UBI")
     assert levels(motor) == (False, False)
-    assert tell(bench, motor, "RU") == b"124\r"
+    assert send(bench, motor, "RU") == b"124\r"
 
 
 @pytest.mark.parametrize(("steps", "b"), [(3, True), (-3, False)])
 def test_of_a_step_source_b_is_the_direction_and_a_is_low_between_steps(bench, motor, steps, b):
-    tell(bench, motor, "MS0")
+    send(bench, motor, "MS0")
     motor.master.move(steps, 0.003)
     bench.run(0.01)
     assert levels(motor) == (False, b)
-    assert tell(bench, motor, "RUA RUB RCTR") == b"0\r%d\r%d\r" % (b, steps)
+    assert send(bench, motor, "RUA RUB RCTR") == b"0\r%d\r%d\r" % (b, steps)
 
 
 def test_the_encoder_turns_while_the_motor_has_no_power(bench, motor):
@@ -323,4 +315,4 @@ def test_the_encoder_turns_while_the_motor_has_no_power(bench, motor):
     assert levels(motor) == (False, True)
     motor.power(True)
     bench.run(0.001)
-    assert tell(bench, motor, "RU RCTR") == b"126\r0\r"
+    assert send(bench, motor, "RU RCTR") == b"126\r0\r"

@@ -1,29 +1,28 @@
-"""Every lamp on the front of a SmartMotor in the situation in which the manual says that it is lit, and beside it."""
+"""Every lamp on the front of a SmartMotor, lit and dark as the manual says."""
 
 import pytest
 
 from axistwin import Bench
 
 from ..fronts import lamps, shown
-from .talking import ask, clear, load, ready, send, tell
+from .talking import UNIT, ask, bare, clear, load, ready, send
 
 WORD, CHANNELS, MOTOR, PINS = "Status word W", "Channels", "Motor", "User pins"
-UNIT = 65_536
 
 
 def told(text, seconds=0.01):
-    return lambda bench, motor: tell(bench, motor, text, seconds)
+    return lambda bench, motor: send(bench, motor, text, seconds)
 
 
 def jammed(bench, motor):
     """A motor with a data sheet that pushes against a jam."""
     motor.axes["shaft"].jam(True)
-    tell(bench, motor, "E=100 A=1000 V=400000 P=2000 G", 0.5)
+    send(bench, motor, "E=100 A=1000 V=400000 P=2000 G", 0.5)
 
 
 def hot(bench, motor):
     motor.ambient = 75
-    tell(bench, motor, "THD=10", 0.1)
+    send(bench, motor, "THD=10", 0.1)
 
 
 def broken_download(bench, motor):
@@ -34,9 +33,9 @@ def broken_download(bench, motor):
 
 
 def wrong_parity(bench, motor):
-    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "O"
-    tell(bench, motor, "a=1", 0.1)
+    send(bench, motor, "a=1", 0.1)
 
 
 def line_break(bench, motor):
@@ -72,15 +71,15 @@ SITUATIONS = {
     (CHANNELS, "Bf"): line_break,
     (CHANNELS, "Bc"): told("a" * 200),
 }
-"""What lights a lamp that is dark on a motor that is off and has no faults."""
+"""Situations that light a lamp which is dark on a motor without faults that is off."""
 LIT_WHEN_OFF = {
     (WORD, "Bo"): told(f"A={UNIT} V={UNIT} P=10 G"),
     (MOTOR, "BRK"): told(f"A={UNIT} V={UNIT} P=10 G"),
     **{(PINS, pin): drive(pin, False) for pin in "ABCDEFG"},
 }
-"""What puts out a lamp that is lit there."""
+"""Situations that put out a lamp which is lit there."""
 NEEDS_REAL_LINE = wrong_parity, line_break
-"""What happens to single bits of a character needs a line on which characters take their time."""
+"""Situations of single bits, which need a line with character times."""
 
 
 def motor_for(bench, situation):
@@ -98,8 +97,7 @@ def test_a_lamp_is_lit_when_the_manual_says_so(bench, lamp):
 
 
 @pytest.mark.parametrize("lamp", LIT_WHEN_OFF, ids=" ".join)
-def test_a_lamp_that_is_lit_when_it_is_off_goes_out(bench, lamp):
-    motor = ready(bench)
+def test_a_lamp_that_is_lit_when_it_is_off_goes_out(bench, motor, lamp):
     assert shown(motor, *lamp) is True
     LIT_WHEN_OFF[lamp](bench, motor)
     assert shown(motor, *lamp) is False
@@ -111,8 +109,7 @@ def test_there_is_no_lamp_without_a_situation():
 
 def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
     """2.0: both limits are asserted, MTB, the brake is engaged."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     lit = [letter for group, letter in lamps(motor) if group == WORD and shown(motor, group, letter)]
     assert sorted(lit) == ["Bl", "Bm", "Bo", "Bp", "Br"]
     assert shown(motor, MOTOR, "MODE") == "B  mode torque brake"
@@ -122,20 +119,12 @@ def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("BRKRLS OFF", "O"),
-        ("MTB", "B"),
-        (f"A={UNIT} V=10 P=5000 G", "P"),
-        (f"A={UNIT} V=10 D=5000 G", "R"),
-        (f"A={UNIT} V=10 MV G", "V"),
-        ("T=1 MT", "T"),
-        ("MF4", "F"),
-        ("MFMUL=1 MFDIV=2 MFR G", "X"),
-        ("MS", "S"),
+        ("BRKRLS OFF", "O"), ("MTB", "B"), (f"A={UNIT} V=10 P=5000 G", "P"), (f"A={UNIT} V=10 D=5000 G", "R"),
+        (f"A={UNIT} V=10 MV G", "V"), ("T=1 MT", "T"), ("MF4", "F"), ("MFMUL=1 MFDIV=2 MFR G", "X"), ("MS", "S"),
     ],
-)
-def test_the_mode_by_its_letter(bench, text, word):
-    motor = ready(bench)
-    tell(bench, motor, text, 0.01)
+)  # fmt: skip
+def test_the_mode_by_its_letter(bench, motor, text, word):
+    send(bench, motor, text, 0.01)
     assert ask(bench, motor, "RMODE") == word
     assert str(shown(motor, MOTOR, "MODE")).split("  ")[0] == word
 
@@ -143,7 +132,7 @@ def test_the_mode_by_its_letter(bench, text, word):
 def test_readings_are_what_the_reports_say(bench):
     """In the middle of a block that is computed ahead."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, f"A=100 V={UNIT} P=3000 G", 0.3)
+    send(bench, motor, f"A=100 V={UNIT} P=3000 G", 0.3)
     for label, report in (("@P", "RP"), ("@PE", "RPE"), ("TEMP", "RTEMP")):
         assert shown(motor, MOTOR, label) == ask(bench, motor, report, 0)
     assert float(shown(motor, MOTOR, "@V")) == pytest.approx(int(ask(bench, motor, "RV", 0)) / UNIT, abs=0.001)
@@ -154,17 +143,16 @@ def test_readings_are_what_the_reports_say(bench):
 def test_a_mode_that_is_an_error(bench):
     """4.1: a position error, while MTB has been deactivated by BRKRLS and OFF."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    tell(bench, motor, "BRKRLS OFF")
+    send(bench, motor, "BRKRLS OFF")
     jammed(bench, motor)
     assert shown(motor, MOTOR, "MODE") == "E  error"
 
 
-def test_without_power_it_is_in_no_mode(bench):
+def test_without_power_it_is_in_no_mode(bench, motor):
     """2.0: OFF is a mode of its own, which RMODE reports as O; without power there is none."""
-    motor = ready(bench)
     told = []
     motor.follow(["RMODE"], lambda times, which, values: told.extend(values))
-    tell(bench, motor, f"A={UNIT} V=10 P=5000 G")
+    send(bench, motor, f"A={UNIT} V=10 P=5000 G")
     motor.power(False)
     bench.run(0.1)
     assert shown(motor, MOTOR, "MODE") == "no power"
@@ -173,16 +161,16 @@ def test_without_power_it_is_in_no_mode(bench):
 
 
 def test_looking_changes_nothing(bench):
-    """Whoever looks at every lamp after every step sees the same motion as nobody."""
+    """A motor whose lamps are read after every step moves like one whose lamps are not."""
     ends = []
     for looks in (True, False):
         other = Bench()
         motor = ready(other, shaft={"motor": "frame23"})
         load(other, motor, "a=0\nWHILE a<50\na=a+1\nWAIT=20\nLOOP\nEND\n")
-        tell(other, motor, f"RUN A=100 V={UNIT} P=3000 G", 0)
+        send(other, motor, f"RUN A=100 V={UNIT} P=3000 G", 0)
         for _ in range(40):
             other.run(0.013)
             if looks:
                 _ = [shown(motor, *lamp) for lamp in lamps(motor)]
-        ends.append((tell(other, motor, "Ra RP RPE RW RI"), motor.axes["shaft"].velocity))
+        ends.append((send(other, motor, "Ra RP RPE RW RI"), motor.axes["shaft"].velocity))
     assert ends[0] == ends[1]

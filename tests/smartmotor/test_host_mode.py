@@ -7,11 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .cam import pass_samples, say, turn_to
-from .host_records import begin, clock, path, points, position
-from .talking import load, ready
+from .scenarios import clock, points, position, start_host_mode, turn_to
+from .talking import advance, load, positions, ready, send
 
 # 10.1, byte by byte as the example lists them
 STROBED = bytes.fromhex(
@@ -27,38 +25,31 @@ STROBED = bytes.fromhex(
 ONE_SEGMENT = points((0, 0), (64, 256))  # a quarter of a count per sample
 
 
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    made = ready(bench)
-    pass_samples(bench)
-    return made
-
-
 # 10.1 Automatic strobing
 
 
 def test_the_example_of_automatic_strobing(bench, motor):
     """10.1: constant speed: 4096 counts in 256 samples, and the same in the strobed segments up to clock 400h."""
-    begin(bench, motor, "O=0 ", STROBED)
-    assert path(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
+    start_host_mode(bench, motor, "O=0 ", STROBED)
+    assert positions(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
 
 
 def test_the_example_with_every_clock_sent_does_the_same(bench, motor):
     """10.1: "the SmartMotor will calculate the time value automatically, by using the previous time delta"."""
     times = [0, 0x100, 0x200, 0x300, 0x340, 0x380, 0x3C0, 0x400]
-    begin(bench, motor, "O=0 ", points(*((16 * at, at) for at in times)))
-    assert path(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
+    start_host_mode(bench, motor, "O=0 ", points(*((16 * at, at) for at in times)))
+    assert positions(bench, motor, 0x400) == [16 * at for at in range(1, 0x401)]
 
 
 def test_strobed_segments_of_different_speed(bench, motor):
     """The delta is 100 samples throughout: 1, 3, 0 and -2 counts per sample."""
-    begin(
+    start_host_mode(
         bench,
         motor,
         "O=0 ",
         points((0, 0), (100, 100)) + position(400) + position(400) + position(200) + clock(400) + clock(400),
     )
-    found = path(bench, motor, 401)
+    found = positions(bench, motor, 401)
     assert [found[at - 1] for at in (1, 50, 100, 150, 200, 250, 300, 350, 400)] == [
         1,
         50,
@@ -77,8 +68,8 @@ def test_clocks_may_be_sent_or_omitted_at_will(bench, motor):
     records = (
         points((0, 0), (10, 10)) + position(20) + points((60, 60)) + position(100) + points((111, 111)) + position(112)
     )
-    begin(bench, motor, "O=0 MV V=65536 A=1 ", records + clock(112) + clock(112))
-    assert path(bench, motor, 130) == list(range(1, 131))
+    start_host_mode(bench, motor, "O=0 MV V=65536 A=1 ", records + clock(112) + clock(112))
+    assert positions(bench, motor, 130) == list(range(1, 131))
 
 
 @pytest.mark.parametrize("baudrate", [9600, 38400])
@@ -100,41 +91,41 @@ def test_a_record_may_hold_any_byte(bench, motor):
     """10.1: CR, blank, FAh, FBh and addresses inside a record are data."""
     stations = [0, 0x0D0D, 0x2020, 0xFAFB, 0x80FF]
     times = [0, 0x0D0D, 0x2020, 0xFAFB, 0x180FF]
-    begin(bench, motor, "O=0 ", points(*zip(stations, times, strict=True)) + clock(times[-1]))
+    start_host_mode(bench, motor, "O=0 ", points(*zip(stations, times, strict=True)) + clock(times[-1]))
     for before, at, where in zip(times, times[1:], stations[1:], strict=False):
-        pass_samples(bench, at - before)
+        advance(bench, at - before)
         assert motor.axes["shaft"].position == where
-    assert say(bench, motor, "RMODE RBs ") == b"P\r0\r"
+    assert send(bench, motor, "RMODE RBs", 0) == b"P\r0\r"
 
 
 def test_positions_are_signed(bench, motor):
-    begin(bench, motor, "O=0 ", points((0, 0), (-257, 257)) + clock(257))
-    assert path(bench, motor, 257) == [-at for at in range(1, 258)]
+    start_host_mode(bench, motor, "O=0 ", points((0, 0), (-257, 257)) + clock(257))
+    assert positions(bench, motor, 257) == [-at for at in range(1, 258)]
 
 
 def test_a_segment_that_is_not_a_whole_number_of_counts_per_sample(bench, motor):
     """Linear in time: 3 counts in 16 samples, to the count, and the end exactly."""
-    begin(bench, motor, "O=0 ", points((0, 0), (3, 16), (3, 64)))
-    for at, where in enumerate(path(bench, motor, 20), 1):
+    start_host_mode(bench, motor, "O=0 ", points((0, 0), (3, 16), (3, 64)))
+    for at, where in enumerate(positions(bench, motor, 20), 1):
         assert 0 <= min(3 * at, 48) - 16 * where < 16
 
 
 def test_reports_are_answered_between_records(bench, motor):
     """Records and commands share the line."""
-    begin(bench, motor, "O=0 ", points((0, 0), (100, 100)))
-    pass_samples(bench, 50)
-    assert say(bench, motor, position(200) + "RP " + clock(200) + "RMODE " + clock(200) + "RP ") == b"50\rH\r50\r"
-    assert path(bench, motor, 150)[-1] == 200
-    assert say(bench, motor, "RMODE RBs ") == b"P\r0\r"
+    start_host_mode(bench, motor, "O=0 ", points((0, 0), (100, 100)))
+    advance(bench, 50)
+    assert send(bench, motor, position(200) + "RP " + clock(200) + "RMODE " + clock(200) + "RP", 0) == b"50\rH\r50\r"
+    assert positions(bench, motor, 150)[-1] == 200
+    assert send(bench, motor, "RMODE RBs", 0) == b"P\r0\r"
 
 
 def test_md_is_buffered_until_g(bench, motor):
     """10.2: "MD 'buffer host mode"; "G 'begin host mode"."""
-    say(bench, motor, "A=65536 V=65536 MV G MD " + ONE_SEGMENT)
-    assert path(bench, motor, 3) == [1, 2, 3]
-    assert say(bench, motor, "RMODE ") == b"V\r"
-    say(bench, motor, "G ")
-    assert say(bench, motor, "RMODE ") == b"H\r"
+    send(bench, motor, "A=65536 V=65536 MV G MD " + ONE_SEGMENT, 0)
+    assert positions(bench, motor, 3) == [1, 2, 3]
+    assert send(bench, motor, "RMODE", 0) == b"V\r"
+    send(bench, motor, "G", 0)
+    assert send(bench, motor, "RMODE", 0) == b"H\r"
 
 
 # Underflow
@@ -143,30 +134,30 @@ def test_md_is_buffered_until_g(bench, motor):
 def test_underflow_loses_control_of_the_motor(bench, motor):
     """10.2: "stop sending data points to host mode, resulting in host mode data underflow ... losing control"; on 4.76
     the mode torque brake follows (5.2), so that RMODE says B."""
-    begin(bench, motor, "O=0 ", ONE_SEGMENT)
-    path(bench, motor, 256)
+    start_host_mode(bench, motor, "O=0 ", ONE_SEGMENT)
+    positions(bench, motor, 256)
     assert motor.axes["shaft"].position == 64
-    path(bench, motor, 2)
-    assert say(bench, motor, "RMODE RBo RBt RV ") == b"B\r1\r0\r0\r"
-    assert set(path(bench, motor, 100)) == {64}
+    positions(bench, motor, 2)
+    assert send(bench, motor, "RMODE RBo RBt RV", 0) == b"B\r1\r0\r0\r"
+    assert set(positions(bench, motor, 100)) == {64}
 
 
 def test_after_underflow_a_move_and_another_host_mode_are_possible(bench, motor):
-    begin(bench, motor, "O=0 ", ONE_SEGMENT)
-    path(bench, motor, 300)
-    say(bench, motor, "ZS MP A=65536 V=65536 P=70 G ")
-    assert path(bench, motor, 20)[-1] == 70
-    begin(bench, motor, "O=0 P=10 ", points((0, 0), (10, 10)) + clock(10))
-    assert path(bench, motor, 11)[9:] == [80, 80]
-    assert say(bench, motor, "RMODE RP ") == b"P\r10\r"
+    start_host_mode(bench, motor, "O=0 ", ONE_SEGMENT)
+    positions(bench, motor, 300)
+    send(bench, motor, "ZS MP A=65536 V=65536 P=70 G", 0)
+    assert positions(bench, motor, 20)[-1] == 70
+    start_host_mode(bench, motor, "O=0 P=10 ", points((0, 0), (10, 10)) + clock(10))
+    assert positions(bench, motor, 11)[9:] == [80, 80]
+    assert send(bench, motor, "RMODE RP", 0) == b"P\r10\r"
 
 
 @pytest.mark.parametrize("records", ["", position(0), points((0, 0))])
 def test_g_without_a_segment_is_an_underflow_at_once(bench, motor, records):
-    """10.2: there is nothing to do; the servo is lost, and the motor goes on hearing."""
-    begin(bench, motor, "O=0 ", records)
-    path(bench, motor, 2)
-    assert say(bench, motor, "RMODE RBo ") == b"B\r1\r"
+    """10.2: without a segment the servo is lost, and the motor still obeys."""
+    start_host_mode(bench, motor, "O=0 ", records)
+    positions(bench, motor, 2)
+    assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
 
 
 # 10.2 Orderly exit
@@ -174,35 +165,35 @@ def test_g_without_a_segment_is_an_underflow_at_once(bench, motor, records):
 
 def test_the_example_of_constant_speed(bench, motor):
     """10.2: "host mode transitioned to velocity mode, maintaining constant velocity each Sample"."""
-    begin(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x400, 0x100)) + clock(0x100))
-    assert path(bench, motor, 600) == [4 * at for at in range(1, 601)]
-    assert say(bench, motor, "RMODE RV ") == b"V\r262144\r"
+    start_host_mode(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x400, 0x100)) + clock(0x100))
+    assert positions(bench, motor, 600) == [4 * at for at in range(1, 601)]
+    assert send(bench, motor, "RMODE RV", 0) == b"V\r262144\r"
 
 
 def test_the_example_of_servo_in_place_at_zero_velocity(bench, motor):
     """10.2: "If host mode position-time data ended with the motor at zero velocity ... motor will servo at the final
     host mode position"; the position of the duplicated clock value is ignored."""
     records = points((0, 0), (64, 256), (64, 512), (9999, 512))
-    begin(bench, motor, "O=0 MP A=2 V=10000 D=0 ", records)
-    path(bench, motor, 512)
-    assert set(path(bench, motor, 100)) == {64}
-    assert say(bench, motor, "RMODE RBt RBo RV ") == b"R\r0\r0\r0\r"
+    start_host_mode(bench, motor, "O=0 MP A=2 V=10000 D=0 ", records)
+    positions(bench, motor, 512)
+    assert set(positions(bench, motor, 100)) == {64}
+    assert send(bench, motor, "RMODE RBt RBo RV", 0) == b"R\r0\r0\r0\r"
 
 
 def test_the_example_of_servo_in_place_with_a_velocity(bench, motor):
     """10.2: "decelerate to a stop at acceleration A=2; then return to the final host mode position in a trapezoidal
     trajectory governed by A=2, V=10000; and finally servo in place at the final host mode position"."""
-    begin(bench, motor, "O=0 MP A=2 V=10000 D=0 ", ONE_SEGMENT + points((9999, 256)))
-    path(bench, motor, 256)
-    found = path(bench, motor, 8192)
+    start_host_mode(bench, motor, "O=0 MP A=2 V=10000 D=0 ", ONE_SEGMENT + points((9999, 256)))
+    positions(bench, motor, 256)
+    found = positions(bench, motor, 8192)
     assert found == decelerating(start=64 << 16, velocity=16_384, a=2)
     assert found[-1] == 1087
-    back = path(bench, motor, 15_000)
+    back = positions(bench, motor, 15_000)
     assert back == sorted(back, reverse=True)
     steps = {before - after for before, after in pairwise(back)}
     assert steps == {0, 1}  # V is less than a count per sample
     assert back[-1] == 64
-    assert say(bench, motor, "RMODE RBt RBo ") == b"R\r0\r0\r"
+    assert send(bench, motor, "RMODE RBt RBo", 0) == b"R\r0\r0\r"
 
 
 def decelerating(start, velocity, a):
@@ -217,61 +208,57 @@ def decelerating(start, velocity, a):
 
 def test_exit_into_an_absolute_move(bench, motor):
     """10.2: "MP P=expression (absolute)": from 1 count per sample on to 300, at V=2."""
-    begin(bench, motor, "O=0 MP A=65536 V=2*65536 P=300 ", points((0, 0), (100, 100)) + clock(100))
-    path(bench, motor, 100)
-    assert say(bench, motor, "RMODE ") == b"P\r"
-    assert path(bench, motor, 101)[:3] == [102, 104, 106]
+    start_host_mode(bench, motor, "O=0 MP A=65536 V=2*65536 P=300 ", points((0, 0), (100, 100)) + clock(100))
+    positions(bench, motor, 100)
+    assert send(bench, motor, "RMODE", 0) == b"P\r"
+    assert positions(bench, motor, 101)[:3] == [102, 104, 106]
     assert motor.axes["shaft"].position == 300
 
 
 def test_exit_into_a_relative_move(bench, motor):
     """10.2: "MP D=expression (relative)": 50 counts beyond the latched position."""
-    begin(bench, motor, "O=0 MP A=65536 V=65536 D=50 ", points((0, 0), (100, 100)) + clock(100))
-    assert path(bench, motor, 160) == [*range(1, 151)] + [150] * 10
-    assert say(bench, motor, "RMODE RBt ") == b"R\r0\r"
+    start_host_mode(bench, motor, "O=0 MP A=65536 V=65536 D=50 ", points((0, 0), (100, 100)) + clock(100))
+    assert positions(bench, motor, 160) == [*range(1, 151)] + [150] * 10
+    assert send(bench, motor, "RMODE RBt", 0) == b"R\r0\r"
 
 
 def test_exit_into_velocity_mode_ramps_from_the_latched_velocity(bench, motor):
     """10.2: the trajectory velocity is latched; V and A of the buffer hold from there."""
-    begin(bench, motor, "O=0 MV A=65536 V=5*65536 ", points((0, 0), (200, 100)) + clock(100))
-    assert path(bench, motor, 105)[99:] == [200, 203, 207, 212, 217, 222]
+    start_host_mode(bench, motor, "O=0 MV A=65536 V=5*65536 ", points((0, 0), (200, 100)) + clock(100))
+    assert positions(bench, motor, 105)[99:] == [200, 203, 207, 212, 217, 222]
 
 
 @pytest.mark.parametrize(
     ("mode", "letter", "followed"),
     [
-        ("MF1 ", "F", 25),
-        ("MF2 ", "F", 50),
-        ("MF4 ", "F", 100),
-        ("MF4 MFMUL=3 MFDIV=2 MFR ", "X", 150),
-        ("MS ", "S", 100),
-        ("MS0 MFMUL=3 MFDIV=2 MSR ", "X", 150),
+        ("MF1 ", "F", 25), ("MF2 ", "F", 50), ("MF4 ", "F", 100), ("MF4 MFMUL=3 MFDIV=2 MFR ", "X", 150),
+        ("MS ", "S", 100), ("MS0 MFMUL=3 MFDIV=2 MSR ", "X", 150),
     ],
-)
+)  # fmt: skip
 def test_exit_into_the_following_modes(bench, motor, mode, letter, followed):
     """10.2: MFR, MF_n, MSR, MS: from the latched position they follow the external counter."""
-    begin(bench, motor, "O=0 " + mode, ONE_SEGMENT + clock(256))
-    path(bench, motor, 256)
-    assert say(bench, motor, "RMODE ") == letter.encode() + b"\r"
-    path(bench, motor, 5)
+    start_host_mode(bench, motor, "O=0 " + mode, ONE_SEGMENT + clock(256))
+    positions(bench, motor, 256)
+    assert send(bench, motor, "RMODE", 0) == letter.encode() + b"\r"
+    positions(bench, motor, 5)
     assert motor.axes["shaft"].position == 64
     assert turn_to(bench, motor, 100, 1) == 64 + followed
 
 
 def test_g_in_the_middle_leaves_host_mode_too(bench, motor):
     """10.2, the second of the old ways: "send a G command ... to execute the next buffered mode"."""
-    begin(bench, motor, "O=0 MP A=65536 V=65536 ", points((0, 0), (1000, 1000)))
-    path(bench, motor, 100)
-    assert say(bench, motor, "P=110 G RMODE ") == b"P\r"
-    assert path(bench, motor, 15) == [*range(101, 111)] + [110] * 5
+    start_host_mode(bench, motor, "O=0 MP A=65536 V=65536 ", points((0, 0), (1000, 1000)))
+    positions(bench, motor, 100)
+    assert send(bench, motor, "P=110 G RMODE", 0) == b"P\r"
+    assert positions(bench, motor, 15) == [*range(101, 111)] + [110] * 5
 
 
 def test_what_follows_the_exit_does_not_disturb_the_new_mode(bench, motor):
     """A record that comes too late is nothing to the velocity mode, and not a byte of it becomes a command."""
-    begin(bench, motor, "O=0 MV V=65536 A=1 ", points((0, 0), (10, 10)) + clock(10))
-    path(bench, motor, 20)
-    assert say(bench, motor, points((0, 0), (0x53205320, 20)) + "RMODE ") == b"V\r"
-    assert path(bench, motor, 5) == [21, 22, 23, 24, 25]
+    start_host_mode(bench, motor, "O=0 MV V=65536 A=1 ", points((0, 0), (10, 10)) + clock(10))
+    positions(bench, motor, 20)
+    assert send(bench, motor, points((0, 0), (0x53205320, 20)) + "RMODE", 0) == b"V\r"
+    assert positions(bench, motor, 5) == [21, 22, 23, 24, 25]
 
 
 @pytest.mark.parametrize(
@@ -280,21 +267,21 @@ def test_what_follows_the_exit_does_not_disturb_the_new_mode(bench, motor):
 )
 def test_stopping_a_host_mode(bench, motor, word, mode, after):
     """4: S, OFF and MTB at once; X at A, here in one sample."""
-    begin(bench, motor, "O=0 A=65536 ", points((0, 0), (1000, 1000)))
-    path(bench, motor, 100)
-    say(bench, motor, word)
-    assert path(bench, motor, 3) == after
-    assert say(bench, motor, "RMODE ") == mode.encode() + b"\r"
+    start_host_mode(bench, motor, "O=0 A=65536 ", points((0, 0), (1000, 1000)))
+    positions(bench, motor, 100)
+    send(bench, motor, word, 0)
+    assert positions(bench, motor, 3) == after
+    assert send(bench, motor, "RMODE", 0) == mode.encode() + b"\r"
 
 
 def test_a_program_starts_host_mode_with_records_of_the_host(bench, motor):
     """MD and G of a program; the records come from the host while it runs."""
     load(bench, motor, "O=0\nMV\nV=65536\nA=100\nMD\nWAIT=100\nG\nEND\n")
-    say(bench, motor, "RUN ")
-    pass_samples(bench, 20)
-    say(bench, motor, points((0, 0), (100, 100)) + clock(100))
-    pass_samples(bench, 400)
-    assert say(bench, motor, "RMODE RV ") == b"V\r65536\r"
+    send(bench, motor, "RUN", 0)
+    advance(bench, 20)
+    send(bench, motor, points((0, 0), (100, 100)) + clock(100), 0)
+    advance(bench, 400)
+    assert send(bench, motor, "RMODE RV", 0) == b"V\r65536\r"
 
 
 # Beyond
@@ -303,23 +290,23 @@ def test_a_program_starts_host_mode_with_records_of_the_host(bench, motor):
 def test_a_full_buffer_loses_the_record_and_nothing_else(bench):
     """11: the depth is the option host_buffer; what is beyond it is lost and flagged Bc."""
     motor = ready(bench, host_buffer=4)
-    pass_samples(bench)
-    begin(bench, motor, "O=0 ", points(*((10 * at, 10 * at) for at in range(8))))
-    assert say(bench, motor, "RBc ") == b"1\r"
-    found = path(bench, motor, 100)
+    advance(bench)
+    start_host_mode(bench, motor, "O=0 ", points(*((10 * at, 10 * at) for at in range(8))))
+    assert send(bench, motor, "RBc", 0) == b"1\r"
+    found = positions(bench, motor, 100)
     assert found[:30] == list(range(1, 31))
     assert set(found[30:]) == {30}
 
 
 def test_a_power_cut_forgets_the_records(bench, motor):
-    begin(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
-    path(bench, motor, 100)
+    start_host_mode(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
+    positions(bench, motor, 100)
     motor.power_cycle()
     bench.run(0.5)
-    assert say(bench, motor, "RMODE UCI UDI ZS MD G ") == b"B\r"
-    pass_samples(bench, 10)
+    assert send(bench, motor, "RMODE UCI UDI ZS MD G", 0) == b"B\r"
+    advance(bench, 10)
     assert motor.axes["shaft"].position == 100
-    assert say(bench, motor, "RMODE ") == b"B\r"
+    assert send(bench, motor, "RMODE", 0) == b"B\r"
 
 
 RECORDS = st.one_of(
@@ -334,18 +321,18 @@ RECORDS = st.one_of(
 @settings(deadline=None, max_examples=40)
 @given(said=st.lists(RECORDS, max_size=12))
 def test_no_records_and_commands_upset_the_motor(said):
-    """In any order, with rubbish between them; the same twice, and it hears afterwards."""
-    first = hearing("".join(said))
-    assert first == hearing("".join(said))
+    """In any order, with rubbish between them: the same twice, and the motor answers afterwards."""
+    first = after_rubbish("".join(said))
+    assert first == after_rubbish("".join(said))
     assert first[-1:] == b"\r"
 
 
-def hearing(words):
+def after_rubbish(words):
     bench = Bench()
     motor = ready(bench)
-    say(bench, motor, "MD " + ONE_SEGMENT + "G " + words)
-    pass_samples(bench, 400)
+    send(bench, motor, "MD " + ONE_SEGMENT + "G " + words, 0)
+    advance(bench, 400)
     motor.serial.write(b"\r\r\r\r\r\r\x80\rTALK WAKE ")
     bench.run(6)
     motor.serial.read()
-    return say(bench, motor, "RMODE RP RCTR ")
+    return send(bench, motor, "RMODE RP RCTR", 0)

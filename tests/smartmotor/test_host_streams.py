@@ -5,20 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .cam import SAMPLE_NS, pass_samples, say
-from .host_records import begin, clock, path, points, position
-from .talking import ready
+from .scenarios import clock, points, position, start_host_mode
+from .talking import SAMPLE_NS, advance, positions, ready, send
 
 SEGMENTS = st.lists(st.tuples(st.sampled_from([1, 7, 16, 64, 100]), st.integers(-500, 500)), min_size=1, max_size=12)
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    made = ready(bench)
-    pass_samples(bench)
-    return made
 
 
 def records_of(segments, omit):
@@ -38,23 +29,23 @@ def test_any_stream_is_followed_to_the_count(segments, omit):
     """10.1: exact at each clock, within a count of the straight line between two, whatever clocks are left out."""
     bench = Bench()
     motor = ready(bench)
-    pass_samples(bench)
+    advance(bench)
     words, stations = records_of(segments, omit)
-    begin(bench, motor, "O=0 MP A=65536000 V=0 ", words)
-    found = [0, *path(bench, motor, max(stations))]
+    start_host_mode(bench, motor, "O=0 MP A=65536000 V=0 ", words)
+    found = [0, *positions(bench, motor, max(stations))]
     at, where = 0, 0
     for end, goal in stations.items():
         assert found[end] == goal
         for sample in range(at, end):
             assert abs((found[sample] - where) * (end - at) - (goal - where) * (sample - at)) <= end - at
         at, where = end, goal
-    assert say(bench, motor, "RMODE RBs RBo ") == b"P\r0\r0\r"
+    assert send(bench, motor, "RMODE RBs RBo", 0) == b"P\r0\r0\r"
 
 
 @settings(deadline=None, max_examples=20)
 @given(segments=SEGMENTS, cut=st.lists(st.integers(1, 40), min_size=1, max_size=8))
 def test_a_stream_in_pieces_is_the_same_stream(segments, cut):
-    """However the bytes are grouped and the time is divided: the same path."""
+    """Any grouping of bytes and division of time gives the same path."""
     words, _ = records_of(segments, [True] * 12)
     assert streamed(words, [len(words)], 1) == streamed(words, cut, 3)
 
@@ -62,14 +53,14 @@ def test_a_stream_in_pieces_is_the_same_stream(segments, cut):
 def streamed(words, cut, pieces):
     bench = Bench()
     motor = ready(bench)
-    pass_samples(bench)
-    assert say(bench, motor, "O=0 MV V=65536 A=65536 MD ") == b""
+    advance(bench)
+    assert send(bench, motor, "O=0 MV V=65536 A=65536 MD", 0) == b""
     rest, turn = words, 0
     while rest:
         size = cut[turn % len(cut)]
         motor.serial.write(rest[:size].encode("latin-1"))
         rest, turn = rest[size:], turn + 1
-    say(bench, motor, "G ")
+    send(bench, motor, "G", 0)
     found = []
     for _ in range(300):
         for piece in range(pieces):
@@ -111,66 +102,59 @@ def test_a_line_that_is_too_slow_underflows(bench):
 def test_a_real_motor_keeps_its_velocity_through_the_exit(bench):
     """10.2: "allow exit from host mode at a non-zero velocity while maintaining position and velocity control"."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    pass_samples(bench)
-    begin(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x1000, 0x400)) + clock(0x400))
+    advance(bench)
+    start_host_mode(bench, motor, "O=0 MV V=4*65536 A=100 ", points((0, 0), (0x1000, 0x400)) + clock(0x400))
     shaft = motor.axes["shaft"]
-    pass_samples(bench, 0x300)
+    advance(bench, 0x300)
     assert shaft.commanded == 4 * 0x300
     lag = shaft.commanded - shaft.position
     for sample in range(0x301, 0x600):
-        pass_samples(bench)
+        advance(bench)
         assert shaft.commanded == 4 * sample
         assert abs(shaft.commanded - shaft.position - lag) <= 4
-    assert say(bench, motor, "RMODE RV RBe ") == b"V\r262144\r0\r"
+    assert send(bench, motor, "RMODE RV RBe", 0) == b"V\r262144\r0\r"
 
 
 def test_reversed_by_f_2_the_shaft_runs_the_other_way(bench, motor):
     """7.1: F=2: "the motor shaft will physically spin in the opposite direction for any given mode"."""
-    begin(bench, motor, "F=2 O=0 MV V=65536 A=100 ", points((0, 0), (100, 100)) + clock(100))
-    assert path(bench, motor, 150) == [-at for at in range(1, 151)]
-    assert say(bench, motor, "RP RV ") == b"150\r65536\r"
+    start_host_mode(bench, motor, "F=2 O=0 MV V=65536 A=100 ", points((0, 0), (100, 100)) + clock(100))
+    assert positions(bench, motor, 150) == [-at for at in range(1, 151)]
+    assert send(bench, motor, "RP RV", 0) == b"150\r65536\r"
 
 
 def test_a_limit_in_the_middle_stops_it(bench, motor):
-    """3.2: a limit ends the motion; records that still come disturb nothing; after ZS it can begin anew."""
+    """3.2: a limit ends the motion; later records disturb nothing; after ZS it can begin again."""
     motor.pins["C"].drive(False)
-    say(bench, motor, "UCP ZS ")
-    begin(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
-    path(bench, motor, 100)
+    send(bench, motor, "UCP ZS", 0)
+    start_host_mode(bench, motor, "O=0 ", points((0, 0), (1000, 1000)))
+    positions(bench, motor, 100)
     motor.pins["C"].drive(True)
-    pass_samples(bench, 50)
+    advance(bench, 50)
     here = motor.axes["shaft"].position
     assert 100 <= here < 110
-    say(bench, motor, points((2000, 2000)))
-    assert say(bench, motor, "RMODE RBr RBo ") == b"B\r1\r1\r"
+    send(bench, motor, points((2000, 2000)), 0)
+    assert send(bench, motor, "RMODE RBr RBo", 0) == b"B\r1\r1\r"
     motor.pins["C"].drive(False)
-    pass_samples(bench, 50)
-    say(bench, motor, "ZS ")
-    begin(bench, motor, "O=0 MV V=0 A=65536000 ", points((0, 0), (10, 10), (10, 20)) + clock(20))
-    assert path(bench, motor, 30)[-1] == here + 10
+    advance(bench, 50)
+    send(bench, motor, "ZS", 0)
+    start_host_mode(bench, motor, "O=0 MV V=0 A=65536000 ", points((0, 0), (10, 10), (10, 20)) + clock(20))
+    assert positions(bench, motor, 30)[-1] == here + 10
 
 
 def test_host_mode_after_host_mode(bench, motor):
     """Each begins with its own clock; the first pair is where it starts."""
-    begin(bench, motor, "O=0 MV V=65536 A=100 ", points((0, 0), (10, 10)) + clock(10))
-    assert path(bench, motor, 20)[-1] == 20
-    begin(bench, motor, "", points((20, 5000), (40, 5010), (60, 5020), (70, 5030)) + clock(5030))
-    assert path(bench, motor, 40) == [*range(22, 61, 2), *range(61, 81)]
+    start_host_mode(bench, motor, "O=0 MV V=65536 A=100 ", points((0, 0), (10, 10)) + clock(10))
+    assert positions(bench, motor, 20)[-1] == 20
+    start_host_mode(bench, motor, "", points((20, 5000), (40, 5010), (60, 5020), (70, 5030)) + clock(5030))
+    assert positions(bench, motor, 40) == [*range(22, 61, 2), *range(61, 81)]
 
 
 def test_a_relative_move_from_the_exit_can_be_repeated(bench, motor):
     """10.2: relative distance: after the exit's own step G makes another."""
-    begin(bench, motor, "O=0 MP A=65536000 V=65536000 D=50 ", points((0, 0), (100, 100)) + clock(100))
-    assert path(bench, motor, 102)[-1] == 150
-    say(bench, motor, "G ")
-    assert path(bench, motor, 3)[-1] == 200
-
-
-def test_underflow_without_the_dynamic_brake_is_mode_e(bench, motor):
-    """10.2: "entering mode E": with MTB disabled by BRKRLS and OFF (5.2) it is what RMODE says."""
-    begin(bench, motor, "BRKRLS OFF O=0 ", points((0, 0), (100, 100)))
-    pass_samples(bench, 110)
-    assert say(bench, motor, "RMODE RBo ") == b"E\r1\r"
+    start_host_mode(bench, motor, "O=0 MP A=65536000 V=65536000 D=50 ", points((0, 0), (100, 100)) + clock(100))
+    assert positions(bench, motor, 102)[-1] == 150
+    send(bench, motor, "G", 0)
+    assert positions(bench, motor, 3)[-1] == 200
 
 
 @pytest.mark.parametrize(
@@ -183,6 +167,6 @@ def test_underflow_without_the_dynamic_brake_is_mode_e(bench, motor):
 )
 def test_the_position_of_the_duplicated_clock_is_ignored(bench, motor, records):
     """10.2, also when the clock before has been omitted, and when more records follow."""
-    begin(bench, motor, "O=0 MV V=0 A=65536000 ", records)
-    assert path(bench, motor, 200) == [*range(1, 129)] + [128] * 72
-    assert say(bench, motor, "RMODE RBs ") == b"V\r0\r"
+    start_host_mode(bench, motor, "O=0 MV V=0 A=65536000 ", records)
+    assert positions(bench, motor, 200) == [*range(1, 129)] + [128] * 72
+    assert send(bench, motor, "RMODE RBs", 0) == b"V\r0\r"

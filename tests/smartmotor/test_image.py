@@ -37,7 +37,7 @@ def test_what_stands_on_one_line_stays_on_one_line():
 
 
 def test_the_words_of_program_flow_carry_where_the_program_goes_on():
-    """WHILE goes behind its LOOP, LOOP back to it, IF behind ELSE, ELSE behind ENDIF; places count the text."""
+    """WHILE leads past its LOOP, LOOP back to it, IF past ELSE, ELSE past ENDIF; places count the text."""
     assert encode(TEXT).decode()[35:] == WITH_JUMPS
 
 
@@ -79,7 +79,7 @@ def test_words_of_program_flow_are_understood_without_a_header_too():
 
 
 def test_a_header_of_later_firmware_is_understood():
-    """A class 6 image has 25 digits behind $6, among them the sum and the length; FF ends the text."""
+    """A class 6 image has 25 digits after $6, among them the sum and the length; FF ends the text."""
     assert decode(b"$60000000E10000040000000000END\n\xff$end.smx\0") == ("END\n", True)
 
 

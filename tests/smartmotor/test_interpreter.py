@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.kernel import jit, state
 
-from .processor import Processor
+from .rig import Processor
 
 
 def run(text, samples=1000, **keywords):

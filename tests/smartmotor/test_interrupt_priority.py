@@ -5,8 +5,8 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .interrupts import COUNTING, delays, fault, running, samples, trigger, values, wired
-from .talking import ask, load, ready, tell
+from .scenarios import COUNTING, delays, trigger
+from .talking import advance, ask, load, ready, run, send, values, wired
 
 # Both at once
 
@@ -18,7 +18,7 @@ def moment_of_both(bench: Bench, motor: Controller, offset: int, **options) -> N
     if apart < 0:
         first, second, apart = "C", "G", -apart
     motor.pins[first].drive(first == "C")
-    samples(bench, apart)
+    advance(bench, apart)
     motor.pins[second].drive(second == "C")
 
 
@@ -26,12 +26,12 @@ def moment_of_both(bench: Bench, motor: Controller, offset: int, **options) -> N
 def test_at_the_same_time_the_fault_takes_priority_and_c2_is_not_called(bench, debounce):
     """7.1, F=32, 1: "The fault takes priority and GOSUB2 will not be called"; not later either."""
     motor = wired(bench, debounce_samples=debounce)
-    running(bench, motor, "F=96" + COUNTING)
+    run(bench, motor, "F=96" + COUNTING)
     moment_of_both(bench, motor, 0, debounce_samples=debounce)
-    samples(bench, 200)
+    advance(bench, 200)
     assert values(bench, motor, "ij") == [1, 0]
     motor.pins["G"].drive(True)
-    samples(bench, 20)
+    advance(bench, 20)
     trigger(bench, motor)
     assert values(bench, motor, "ij") == [1, 1]
 
@@ -61,20 +61,20 @@ RETURNI
 def test_each_may_interrupt_the_other(bench, offset, said):
     """7.1: a fault in C2: C1 "will be called and return to C2"; an edge in C1: "a call to C2 will occur"."""
     motor = wired(bench)
-    running(bench, motor, "F=96" + NESTED)
+    run(bench, motor, "F=96" + NESTED)
     moment_of_both(bench, motor, offset)
-    samples(bench, 400)
+    advance(bench, 400)
     assert motor.serial.read() == said
 
 
 def test_the_rest_of_c1_follows_when_pin_g_is_still_low(bench):
     """7.1, F=32, 3: "The Motor will enter back into C1 at the end of C2"."""
     motor = wired(bench)
-    running(bench, motor, "F=96" + NESTED)
-    fault(bench, motor)
-    samples(bench, 10)
+    run(bench, motor, "F=96" + NESTED)
+    motor.pins["C"].drive(True)
+    advance(bench, 10)
     motor.pins["G"].drive(False)
-    samples(bench, 500)
+    advance(bench, 500)
     assert motor.serial.read() == b"<1<22>1>"
 
 
@@ -100,13 +100,13 @@ RETURNI
 def test_f_and_191_as_the_first_instruction_of_c1_inhibits_c2(bench):
     """7.1, note: "F=F&191 (191+64=255)"; F=96 at its end allows C2 again."""
     motor = wired(bench)
-    running(bench, motor, "F=96" + GUARDED)
-    fault(bench, motor)
-    samples(bench, 20)
-    assert tell(bench, motor, "f=F Rf", 0) == b"32\r"
+    run(bench, motor, "F=96" + GUARDED)
+    motor.pins["C"].drive(True)
+    advance(bench, 20)
+    assert send(bench, motor, "f=F Rf", 0) == b"32\r"
     trigger(bench, motor)
     assert values(bench, motor, "ij") == [1, 0]
-    samples(bench, 200)
+    advance(bench, 200)
     assert values(bench, motor, "ij") == [2, 0]
     trigger(bench, motor)
     assert values(bench, motor, "ij") == [2, 1]
@@ -115,55 +115,41 @@ def test_f_and_191_as_the_first_instruction_of_c1_inhibits_c2(bench):
 # Commands in progress
 
 
-def test_wait_is_cut_short_by_c2(bench):
+def test_wait_is_cut_short_by_c2(bench, motor):
     """7.1: WAIT=8000 and G low less than 4000 ticks later: "the WAIT will be terminated"."""
-    motor = ready(bench)
-    running(bench, motor, "F=64\nUGI\na=CLK\nWAIT=8000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
-    samples(bench, 3000)
+    run(bench, motor, "F=64\nUGI\na=CLK\nWAIT=8000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
+    advance(bench, 3000)
     motor.pins["G"].drive(False)
     start = int(ask(bench, motor, "RCLK", 0))
-    samples(bench, 50)
+    advance(bench, 50)
     _, to_c2 = delays()
     assert values(bench, motor, "g") == [start + to_c2]
     assert values(bench, motor, "b") == [start + to_c2 + 2]  # g=CLK, RETURNI, b=CLK
-    samples(bench, 9000)
+    advance(bench, 9000)
     assert values(bench, motor, "b") == [start + to_c2 + 2]
 
 
-def test_wait_is_not_cut_short_by_c1(bench):
-    """8 of the base language: "nothing else is"."""
-    motor = wired(bench)
-    running(bench, motor, "F=32\na=CLK\nWAIT=1000\nb=CLK\nEND\nC1\nc=CLK\nRETURNF\n")
-    fault(bench, motor)
-    samples(bench, 2000)
-    begin, end, called = values(bench, motor, "abc")
-    assert end - begin >= 1000
-    assert called
-
-
-def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench):
-    """4.1: "End program execution"; what stands behind the WAIT is never done."""
-    motor = ready(bench)
-    running(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")
+def test_a_motor_fault_without_f_32_ends_a_program_that_waits(bench, motor):
+    """4.1: "End program execution"; the statement after the WAIT is never reached."""
+    run(bench, motor, "E=20\nA=65536\nV=65536\nMV\nG\na=1\nWAIT=1000\na=2\nEND\n")
     motor.axes["shaft"].jam(True)
-    samples(bench, 50)
+    advance(bench, 50)
     motor.axes["shaft"].jam(False)
     assert ask(bench, motor, "RBe", 0) == "1"
-    tell(bench, motor, "OFF ZS", 0)
-    samples(bench, 2000)
+    send(bench, motor, "OFF ZS", 0)
+    advance(bench, 2000)
     assert values(bench, motor, "a") == [1]
 
 
-def test_twait_is_not_cut_short(bench):
+def test_twait_is_not_cut_short(bench, motor):
     """7.1: "All other valid commands will finish processing prior to the call"; 400 counts at 1 per sample."""
-    motor = ready(bench)
     moving = "UGI\nA=65536\nV=65536\nP=400\nG\nTWAIT\nb=CLK\nEND\nC2\ng=CLK\nh=Bt\nRETURNI\n"
-    running(bench, motor, "F=64\n" + moving)
+    run(bench, motor, "F=64\n" + moving)
     assert ask(bench, motor, "RBt", 0) == "1"
     motor.pins["G"].drive(False)
-    samples(bench, 100)
+    advance(bench, 100)
     assert values(bench, motor, "g") == [0]
-    samples(bench, 400)
+    advance(bench, 400)
     called, after, busy = values(bench, motor, "gbh")
     assert 0 < called < after
     assert busy == 0

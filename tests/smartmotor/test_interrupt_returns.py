@@ -2,31 +2,29 @@
 
 import pytest
 
-from .interrupts import main_with, running, samples, trigger, value
-from .talking import ask, load, ready, tell
+from .scenarios import main_with, trigger
+from .talking import advance, ask, load, ready, run, send, value
 
 # Re-entrance
 
 
-def test_an_edge_during_c2_does_not_call_it_again(bench):
+def test_an_edge_during_c2_does_not_call_it_again(bench, motor):
     """7.1: not "until a prior GOSUB2 call has been completed by" RETURNI."""
-    motor = ready(bench)
-    running(bench, motor, main_with("WHILE p==0\nLOOP\nRETURNI"))
+    run(bench, motor, main_with("WHILE p==0\nLOOP\nRETURNI"))
     for _ in range(5):
         trigger(bench, motor)
         assert value(bench, motor, "j") == 1
-    tell(bench, motor, "p=1", 0)
-    samples(bench, 50)
+    send(bench, motor, "p=1", 0)
+    advance(bench, 50)
     assert value(bench, motor, "j") == 1
-    tell(bench, motor, "p=0", 0)
+    send(bench, motor, "p=0", 0)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 2
 
 
-def test_return_instead_of_returni_leaves_c2_closed(bench):
+def test_return_instead_of_returni_leaves_c2_closed(bench, motor):
     """7.1: "A return by RETURNI rather than RETURN"."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURN"))
+    run(bench, motor, main_with("RETURN"))
     trigger(bench, motor)
     before = value(bench, motor, "m")
     trigger(bench, motor)
@@ -35,59 +33,54 @@ def test_return_instead_of_returni_leaves_c2_closed(bench):
     assert value(bench, motor, "m") > before
 
 
-def test_stack_and_goto_complete_c2(bench):
+def test_stack_and_goto_complete_c2(bench, motor):
     """7.1: "STACK (which should immediately be followed by GOTO)"; more often than any stack is deep."""
-    motor = ready(bench)
-    running(bench, motor, main_with("STACK\nGOTO9"))
+    run(bench, motor, main_with("STACK\nGOTO9"))
     for count in range(1, 31):
         trigger(bench, motor)
         assert (value(bench, motor, "j"), value(bench, motor, "k")) == (count, count)
     assert ask(bench, motor, "RBs", 0) == "0"
 
 
-def test_stack_in_the_main_program_after_a_plain_return(bench):
+def test_stack_in_the_main_program_after_a_plain_return(bench, motor):
     """7.1: STACK completes it wherever it stands."""
-    motor = ready(bench)
     program = "UGI\nF=64\nC5\nIF s==1\ns=0\nSTACK\nGOTO5\nENDIF\nGOTO5\nEND\nC2\nj=j+1\nRETURN\n"
-    running(bench, motor, program)
+    run(bench, motor, program)
     trigger(bench, motor)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 1
-    tell(bench, motor, "s=1", 0)
-    samples(bench, 30)
+    send(bench, motor, "s=1", 0)
+    advance(bench, 30)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 2
 
 
-def test_end_completes_c2(bench):
+def test_end_completes_c2(bench, motor):
     """7.1: "Or, END"; the program has to be run again."""
-    motor = ready(bench)
-    running(bench, motor, main_with("END"))
+    run(bench, motor, main_with("END"))
     trigger(bench, motor)
     before = value(bench, motor, "m")
-    samples(bench, 100)
+    advance(bench, 100)
     assert (value(bench, motor, "j"), value(bench, motor, "m")) == (1, before)
-    tell(bench, motor, "RUN", 0)
-    samples(bench, 30)
+    send(bench, motor, "RUN", 0)
+    advance(bench, 30)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 2
 
 
-def test_a_hosts_end_and_run_complete_c2(bench):
+def test_a_hosts_end_and_run_complete_c2(bench, motor):
     """7.1: END from the host in the middle of C2; 8 of the base language: RUN clears the return stack."""
-    motor = ready(bench)
-    running(bench, motor, main_with("WHILE 1\nLOOP\nRETURNI"))
+    run(bench, motor, main_with("WHILE 1\nLOOP\nRETURNI"))
     for count in range(1, 16):
         trigger(bench, motor)
         assert value(bench, motor, "j") == count
-        tell(bench, motor, "END RUN" if count % 2 else "RUN", 0)
-        samples(bench, 30)
+        send(bench, motor, "END RUN" if count % 2 else "RUN", 0)
+        advance(bench, 30)
 
 
-def test_a_thousand_calls_do_not_overflow_the_stack(bench):
+def test_a_thousand_calls_do_not_overflow_the_stack(bench, motor):
     """7.1: "recursive loop overflowing the stack"."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI"))
+    run(bench, motor, main_with("RETURNI"))
     for _ in range(1000):
         trigger(bench, motor, 4, 6)
     assert value(bench, motor, "j") == 1000
@@ -118,10 +111,10 @@ RETURN
 """
     motor = ready(bench)
     load(bench, motor, program.strip() + "\n")
-    tell(bench, motor, "RUN", 0)
-    samples(bench, 20)
+    send(bench, motor, "RUN", 0)
+    advance(bench, 20)
     motor.pins["G"].drive(False)
-    samples(bench, 60)
+    advance(bench, 60)
     assert motor.serial.read().startswith(b"axyba")
 
 
@@ -129,51 +122,47 @@ RETURN
 
 
 @pytest.mark.parametrize("word", ["RETURNF", "RETURNI", "RETURN"])
-def test_a_return_with_nothing_to_return_to(bench, word):
+def test_a_return_with_nothing_to_return_to(bench, motor, word):
     """Neither an interrupt nor a GOSUB: nothing breaks, and the motor still answers."""
-    motor = ready(bench)
-    running(bench, motor, f"a=1\n{word}\nb=1\nEND\n")
+    run(bench, motor, f"a=1\n{word}\nb=1\nEND\n")
     assert value(bench, motor, "a") == 1
     assert ask(bench, motor, "RP", 0) == "0"
-    tell(bench, motor, word)
+    send(bench, motor, word)
     assert ask(bench, motor, "RP", 0) == "0"
 
 
 @pytest.mark.parametrize("word", ["RETURNF", "RETURNI"])
-def test_the_host_may_call_a_handler(bench, word):
+def test_the_host_may_call_a_handler(bench, motor, word):
     """1.2, GOSUBn by a host: the subroutine is run, and the idle motor is idle again."""
-    motor = ready(bench)
     number = 1 if word == "RETURNF" else 2
     load(bench, motor, f"END\nC{number}\na=a+1\n{word}\nb=b+1\nEND\n")
-    tell(bench, motor, f"GOSUB{number}", 0.01)
+    send(bench, motor, f"GOSUB{number}", 0.01)
     assert value(bench, motor, "a") == 1
 
 
-def test_an_end_in_c1_ends_the_program(bench):
+def test_an_end_in_c1_ends_the_program(bench, motor):
     """4.1, 7.1."""
-    motor = ready(bench)
     motor.pins["C"].drive(False)
-    tell(bench, motor, "UCP ZS", 0.01)
-    running(bench, motor, "F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\nEND\n")
+    send(bench, motor, "UCP ZS", 0.01)
+    run(bench, motor, "F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\nEND\n")
     motor.pins["C"].drive(True)
-    samples(bench, 30)
+    advance(bench, 30)
     before = value(bench, motor, "m")
-    samples(bench, 30)
+    advance(bench, 30)
     assert (value(bench, motor, "i"), value(bench, motor, "m")) == (1, before)
 
 
-def test_without_a_label_the_motor_keeps_its_wits(bench):
+def test_without_a_label_the_motor_keeps_its_wits(bench, motor):
     """F=96 without C1 and C2: no program counter is lost, commands are answered."""
-    motor = ready(bench)
     motor.pins["C"].drive(False)
-    tell(bench, motor, "UCP ZS", 0.01)
-    running(bench, motor, "F=96\nUGI\nWHILE 1\nm=m+1\nLOOP\nEND\n")
+    send(bench, motor, "UCP ZS", 0.01)
+    run(bench, motor, "F=96\nUGI\nWHILE 1\nm=m+1\nLOOP\nEND\n")
     motor.pins["C"].drive(True)
     trigger(bench, motor)
     assert ask(bench, motor, "RBp", 0) == "1"
     motor.pins["C"].drive(False)
-    tell(bench, motor, "ZS END m=5 RUN", 0)
-    samples(bench, 40)
+    send(bench, motor, "ZS END m=5 RUN", 0)
+    advance(bench, 40)
     assert value(bench, motor, "m") > 5
 
 
@@ -182,17 +171,17 @@ def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
     """7.1: what was not completed is forgotten with the power, by a total reset and by a new program."""
     program = main_with("WHILE 1\nLOOP\nRETURNI")
     motor = ready(bench)
-    running(bench, motor, program)
+    run(bench, motor, program)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 1
     if again == "power_cycle":
         motor.power_cycle()
         bench.run(0.5)
     elif again == "Z":
-        tell(bench, motor, "Z", 0.5)
+        send(bench, motor, "Z", 0.5)
     else:
-        running(bench, motor, program)
-        tell(bench, motor, "j=0", 0)
+        run(bench, motor, program)
+        send(bench, motor, "j=0", 0)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 1
 
@@ -202,11 +191,11 @@ def test_a_full_stack_costs_one_call_and_no_more(bench):
     deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nWHILE 1\nLOOP\nRETURN\n" for n in range(9))
     last = "C19\nWHILE p==0\nm=m+1\nLOOP\nRETURN\n"
     motor = ready(bench)
-    running(bench, motor, f"F=64\nUGI\nGOSUB10\nEND\n{deep}{last}C2\nj=j+1\nRETURNI\n")
+    run(bench, motor, f"F=64\nUGI\nGOSUB10\nEND\n{deep}{last}C2\nj=j+1\nRETURNI\n")
     trigger(bench, motor)
     assert (value(bench, motor, "j"), ask(bench, motor, "RBs", 0)) == (0, "1")
-    tell(bench, motor, "p=1", 0)
-    samples(bench, 20)
+    send(bench, motor, "p=1", 0)
+    advance(bench, 20)
     trigger(bench, motor)
     assert value(bench, motor, "j") == 1
 
@@ -215,7 +204,7 @@ def test_a_full_stack_costs_one_call_and_no_more(bench):
 def test_calls_with_more_statements_per_sample(bench, statements):
     """Ruling 14: option statements_per_sample; each edge is one call all the same."""
     motor = ready(bench, statements_per_sample=statements)
-    running(bench, motor, main_with("RETURNI"))
+    run(bench, motor, main_with("RETURNI"))
     for count in range(1, 8):
         trigger(bench, motor)
         assert value(bench, motor, "j") == count

@@ -6,88 +6,81 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .interrupts import SAMPLE_NS, main_with, running, samples, trigger, value
-from .talking import ask, ready, tell
+from .scenarios import main_with, trigger
+from .talking import SAMPLE_NS, advance, ask, ready, run, send, value
 
 # UG, UGI, UGO, BRKG
 
 
-def test_f_64_and_ug_goes_and_calls_c2(bench):
+def test_f_64_and_ug_goes_and_calls_c2(bench, motor):
     """7.1, F=64 1: "GOSUB2 triggered with concurrent "Go" on input pin G high to low edge transition"."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
+    run(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
     trigger(bench, motor, 300, 20)
     assert value(bench, motor, "j") == 1
     assert motor.axes["shaft"].position == 100
 
 
-def test_in_a_fault_pin_g_calls_c2_but_does_not_go(bench):
+def test_in_a_fault_pin_g_calls_c2_but_does_not_go(bench, motor):
     """4.1, note: "G-synchronization function on I/O pin G is inhibited"; F=64 "operates independently" of it."""
-    motor = ready(bench)
     motor.pins["C"].drive(False)
-    tell(bench, motor, "UCP ZS", 0.01)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
+    send(bench, motor, "UCP ZS", 0.01)
+    run(bench, motor, main_with("RETURNI").replace("UGI", "UG\nA=65536\nV=65536\nP=100"))
     motor.pins["C"].drive(True)
-    samples(bench, 20)
+    advance(bench, 20)
     trigger(bench, motor, 300, 20)
     assert value(bench, motor, "j") == 1
     assert motor.axes["shaft"].position == 0
     assert ask(bench, motor, "RBo", 0) == "1"
 
 
-def test_f_64_and_ugi_only_calls_c2(bench):
+def test_f_64_and_ugi_only_calls_c2(bench, motor):
     """7.1, F=64 2."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UGI\nA=65536\nV=65536\nP=100"))
+    run(bench, motor, main_with("RETURNI").replace("UGI", "UGI\nA=65536\nV=65536\nP=100"))
     trigger(bench, motor, 300, 20)
     assert value(bench, motor, "j") == 1
     assert motor.axes["shaft"].position == 0
 
 
-def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench):
+def test_f_64_and_ugo_calls_c2_when_the_latch_goes_low(bench, motor):
     """7.1, F=64 3: "GOSUB2 triggered on UG=0 (when Port G goes from High to Low)"."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", "UG=1\nUGO"))
+    run(bench, motor, main_with("RETURNI").replace("UGI", "UG=1\nUGO"))
     assert value(bench, motor, "j") == 0
     for count in (1, 2, 3):
-        tell(bench, motor, "UG=0", 0)
-        samples(bench, 20)
+        send(bench, motor, "UG=0", 0)
+        advance(bench, 20)
         assert value(bench, motor, "j") == count
-        tell(bench, motor, "UG=1", 0)
-        samples(bench, 20)
+        send(bench, motor, "UG=1", 0)
+        advance(bench, 20)
         assert value(bench, motor, "j") == count
 
 
-def test_a_program_triggers_itself(bench):
-    """7.1, F=64 3: UG=0 in the program; C2 is called in the WAIT behind it, which it cuts short."""
-    motor = ready(bench)
-    running(bench, motor, "UG=1\nUGO\nF=64\nWAIT=20\nUG=0\nWAIT=9000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
+def test_a_program_triggers_itself(bench, motor):
+    """7.1, F=64 3: UG=0 in the program; C2 is called in the WAIT after it, which it cuts short."""
+    run(bench, motor, "UG=1\nUGO\nF=64\nWAIT=20\nUG=0\nWAIT=9000\nb=CLK\nEND\nC2\ng=CLK\nRETURNI\n")
     assert 0 < value(bench, motor, "g") < value(bench, motor, "b")
 
 
 @pytest.mark.parametrize("mode", ["BRKSRV", "BRKTRJ"])
-def test_brkg_calls_c2_when_the_brake_is_released(bench, mode):
+def test_brkg_calls_c2_when_the_brake_is_released(bench, motor, mode):
     """7.1, F=64 3a: "C2 will be called anytime port G goes low due to brake control"; 5.1 note 4."""
-    motor = ready(bench)
-    running(bench, motor, main_with("RETURNI").replace("UGI", f"UGO\nBRKG\n{mode}\nA=65536\nV=65536\nD=50"))
+    run(bench, motor, main_with("RETURNI").replace("UGI", f"UGO\nBRKG\n{mode}\nA=65536\nV=65536\nD=50"))
     assert value(bench, motor, "j") == 0
     for count in (1, 2, 3):
-        tell(bench, motor, "G", 0)
-        samples(bench, 100)
+        send(bench, motor, "G", 0)
+        advance(bench, 100)
         assert value(bench, motor, "j") == count
-        tell(bench, motor, "OFF", 0)
-        samples(bench, 50)
+        send(bench, motor, "OFF", 0)
+        advance(bench, 50)
         assert value(bench, motor, "j") == count
 
 
-def test_a_motor_fault_calls_c1_while_g_is_a_motor_fault_output(bench):
+def test_a_motor_fault_calls_c1_while_g_is_a_motor_fault_output(bench, motor):
     """5.1 note 3: BRKG with BRKSRV: G rises at the fault; "If F=32 is issued, C1 will also be called"."""
-    motor = ready(bench)
     program = "F=32\nUGO\nBRKG\nE=50\nMV\nA=65536\nV=65536\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nRETURNF\n"
-    running(bench, motor, program)
+    run(bench, motor, program)
     assert motor.pins["G"].level is False
     motor.axes["shaft"].jam(True)
-    samples(bench, 200)
+    advance(bench, 200)
     assert (value(bench, motor, "i"), motor.pins["G"].level) == (1, True)
 
 
@@ -128,12 +121,12 @@ RETURNI
 
 
 def played(acts: list[tuple[str, int]], pieces: int) -> tuple[bytes, int, int]:
-    """Each act, and so many nanoseconds after it, run at once or in pieces."""
+    """Return the end of a run: each act and the nanoseconds after it, at once or in pieces."""
     bench = Bench()
     motor = ready(bench)
     motor.pins["C"].drive(False)
     motor.pins["D"].drive(False)
-    running(bench, motor, PROGRAM)
+    run(bench, motor, PROGRAM)
     heard = b""
     for act, ns in acts:
         if act[1:] in {"0", "1"}:

@@ -2,62 +2,59 @@
 
 import pytest
 
-from .interrupts import COUNTING, fault, running, samples, trigger, values, wired
-from .talking import ask, load, ready, tell
+from .scenarios import COUNTING, trigger
+from .talking import advance, ask, load, ready, run, send, values, wired
 
 # How they are called, and how they return
 
 
-def test_each_falling_edge_of_g_calls_c2_once(bench):
+def test_each_falling_edge_of_g_calls_c2_once(bench, motor):
     """7.1: F=64: "when the I/O pin G goes from a high to low edge transition"; a low level alone calls nothing."""
-    motor = ready(bench)
-    running(bench, motor, "F=64" + COUNTING)
+    run(bench, motor, "F=64" + COUNTING)
     for count in range(1, 5):
         motor.pins["G"].drive(False)
-        samples(bench, 200)
+        advance(bench, 200)
         assert values(bench, motor, "ij") == [0, count]
         motor.pins["G"].drive(True)
-        samples(bench, 200)
+        advance(bench, 200)
         assert values(bench, motor, "ij") == [0, count]
 
 
-def test_the_program_goes_on_where_it_was_interrupted(bench):
+def test_the_program_goes_on_where_it_was_interrupted(bench, motor):
     """7.1: RETURNI returns "to program pointer when the input was triggered"."""
-    motor = ready(bench)
-    running(bench, motor, "F=64" + COUNTING)
+    run(bench, motor, "F=64" + COUNTING)
     trigger(bench, motor)
     before = values(bench, motor, "m")[0]
-    samples(bench, 300)
+    advance(bench, 300)
     assert values(bench, motor, "m")[0] == before + 100  # WHILE, m=m+1, LOOP: three samples each
 
 
 def test_without_f_64_an_edge_calls_nothing(bench):
     motor = wired(bench)
-    running(bench, motor, "F=0" + COUNTING)
+    run(bench, motor, "F=0" + COUNTING)
     trigger(bench, motor)
-    fault(bench, motor)
-    samples(bench, 50)
+    motor.pins["C"].drive(True)
+    advance(bench, 50)
     assert values(bench, motor, "ij") == [0, 0]
 
 
-def test_pin_g_low_already_when_f_64_is_given(bench):
+def test_pin_g_low_already_when_f_64_is_given(bench, motor):
     """7.1: an edge, not a level."""
-    motor = ready(bench)
     motor.pins["G"].drive(False)
-    samples(bench, 50)
-    running(bench, motor, "F=64" + COUNTING)
+    advance(bench, 50)
+    run(bench, motor, "F=64" + COUNTING)
     assert values(bench, motor, "j") == [0]
     motor.pins["G"].drive(True)
-    samples(bench, 50)
+    advance(bench, 50)
     trigger(bench, motor)
     assert values(bench, motor, "j") == [1]
 
 
 @pytest.mark.parametrize("debounce", [1, 2, 5, 20])
 def test_pin_g_is_polled_once_per_sample_and_debounced(bench, debounce):
-    """7.1: so many samples low count as an edge, less do not."""
+    """7.1: this number of samples low is an edge, fewer are not."""
     motor = ready(bench, debounce_samples=debounce)
-    running(bench, motor, "F=64" + COUNTING)
+    run(bench, motor, "F=64" + COUNTING)
     if debounce > 1:
         trigger(bench, motor, low=debounce - 1, high=50)
         assert values(bench, motor, "j") == [0]
@@ -68,12 +65,12 @@ def test_pin_g_is_polled_once_per_sample_and_debounced(bench, debounce):
 def test_a_pulse_between_two_polls_is_not_seen(bench):
     """7.1: "polled once per sample"."""
     motor = ready(bench, debounce_samples=1)
-    running(bench, motor, "F=64" + COUNTING)
+    run(bench, motor, "F=64" + COUNTING)
     bench.clock.run_to(bench.now + 10_000)
     motor.pins["G"].drive(False)
     bench.clock.run_to(bench.now + 200_000)
     motor.pins["G"].drive(True)
-    samples(bench, 50)
+    advance(bench, 50)
     assert values(bench, motor, "j") == [0]
 
 
@@ -83,12 +80,12 @@ def test_a_bouncing_switch_calls_c2_once(bench):
     The switch has come to rest within seven samples; eight in a row are asked for.
     """
     motor = ready(bench, debounce_samples=8)
-    running(bench, motor, "F=64" + COUNTING)
+    run(bench, motor, "F=64" + COUNTING)
     for last in (False, True):
         for n in range(15):
             motor.pins["G"].drive(last if n % 2 == 0 else not last)
             bench.clock.run_to(bench.now + 100_000)
-        samples(bench, 100)
+        advance(bench, 100)
     assert values(bench, motor, "j") == [1]
 
 
@@ -96,25 +93,25 @@ def test_a_bouncing_switch_calls_c2_once(bench):
 def test_a_limit_input_calls_c1_once_for_each_new_occurrence(bench, names):
     """1.2, F=32: "on a new occurrence of motor protection fault"; 7.1: when Bp or Bm "becomes active"."""
     motor = wired(bench)
-    running(bench, motor, "F=32" + COUNTING)
+    run(bench, motor, "F=32" + COUNTING)
     for count in (1, 2, 3):
         motor.pins[names].drive(True)
-        samples(bench, 50)
+        advance(bench, 50)
         assert values(bench, motor, "ij") == [count, 0]
         motor.pins[names].drive(False)
-        tell(bench, motor, "ZS", 0)
-        samples(bench, 50)
+        send(bench, motor, "ZS", 0)
+        advance(bench, 50)
         assert values(bench, motor, "ij") == [count, 0]
 
 
 def test_both_limits_one_after_the_other(bench):
     """7.1: Bp, then Bm: two occurrences."""
     motor = wired(bench)
-    running(bench, motor, "F=32" + COUNTING)
+    run(bench, motor, "F=32" + COUNTING)
     motor.pins["C"].drive(True)
-    samples(bench, 50)
+    advance(bench, 50)
     motor.pins["D"].drive(True)
-    samples(bench, 50)
+    advance(bench, 50)
     assert values(bench, motor, "i") == [2]
 
 
@@ -122,50 +119,48 @@ def test_a_limit_that_is_active_already_calls_nothing(bench):
     """7.1: "becomes active"."""
     motor = wired(bench)
     motor.pins["C"].drive(True)
-    samples(bench, 50)
-    tell(bench, motor, "UCI ZS UCP", 0)
-    samples(bench, 50)
+    advance(bench, 50)
+    send(bench, motor, "UCI ZS UCP", 0)
+    advance(bench, 50)
     assert ask(bench, motor, "RBp", 0) == "1"
-    tell(bench, motor, "UCI ZS", 0.01)
+    send(bench, motor, "UCI ZS", 0.01)
     load(bench, motor, f"{COUNTING.strip()}\n")
-    tell(bench, motor, "UCP", 0.01)
-    tell(bench, motor, "RUN", 0.01)
-    tell(bench, motor, "F=32", 0.01)
+    send(bench, motor, "UCP", 0.01)
+    send(bench, motor, "RUN", 0.01)
+    send(bench, motor, "F=32", 0.01)
     assert values(bench, motor, "i") == [0]
 
 
 def test_a_software_limit_calls_c1(bench):
     """7.1: "via software or hardware limits"."""
     motor = wired(bench)
-    running(bench, motor, "F=32" + COUNTING)
-    tell(bench, motor, "SLN=-5000 SLP=100 SLE A=65536 V=65536 P=1000 G", 0)
-    samples(bench, 90)
+    run(bench, motor, "F=32" + COUNTING)
+    send(bench, motor, "SLN=-5000 SLP=100 SLE A=65536 V=65536 P=1000 G", 0)
+    advance(bench, 90)
     assert values(bench, motor, "i") == [0]
-    samples(bench, 30)
+    advance(bench, 30)
     assert values(bench, motor, "i") == [1]
 
 
 @pytest.mark.parametrize("functions", [0, 32])
-def test_a_position_error_calls_c1_or_ends_the_program(bench, functions):
+def test_a_position_error_calls_c1_or_ends_the_program(bench, motor, functions):
     """4.1: "End program execution, if F=32 is not issued.  If F=32 is issued, program goes to label C1"."""
-    motor = ready(bench)
-    running(bench, motor, f"F={functions}{COUNTING}")
-    tell(bench, motor, "E=50 A=65536 V=65536*4 MV G", 0)
+    run(bench, motor, f"F={functions}{COUNTING}")
+    send(bench, motor, "E=50 A=65536 V=65536*4 MV G", 0)
     motor.axes["shaft"].jam(True)
-    samples(bench, 100)
+    advance(bench, 100)
     assert ask(bench, motor, "RBe", 0) == "1"
     before = values(bench, motor, "m")[0]
-    samples(bench, 100)
+    advance(bench, 100)
     assert values(bench, motor, "i") == [functions // 32]
     assert (values(bench, motor, "m")[0] > before) is bool(functions)
 
 
-def test_overheat_calls_c1(bench):
+def test_overheat_calls_c1(bench, motor):
     """7.1: Bh."""
-    motor = ready(bench)
-    running(bench, motor, "F=32" + COUNTING)
-    tell(bench, motor, "THD=100 TH=10", 0)
-    samples(bench, 200)
+    run(bench, motor, "F=32" + COUNTING)
+    send(bench, motor, "THD=100 TH=10", 0)
+    advance(bench, 200)
     assert ask(bench, motor, "RBh", 0) == "1"
     assert values(bench, motor, "i") == [1]
 
@@ -173,38 +168,38 @@ def test_overheat_calls_c1(bench):
 def test_a_jammed_motor_overheats_and_calls_c1(bench):
     """7.1, Bh: "this is also RMS over-current"; full torque on a shaft that cannot turn."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    running(bench, motor, "F=32\nMT\nT=1023" + COUNTING)
+    run(bench, motor, "F=32\nMT\nT=1023" + COUNTING)
     motor.axes["shaft"].jam(True)
     assert bench.run_until(lambda: ask(bench, motor, "RBh", 0) == "1", 60)
-    samples(bench, 20)
+    advance(bench, 20)
     assert values(bench, motor, "i") == [1]
-    assert tell(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
+    assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
 
 
 def test_a_fault_in_c1_calls_c1_again_when_it_has_returned(bench):
     """1.2: "a new occurrence": a limit opens while C1 deals with a position error; no call is lost, none is nested."""
     motor = wired(bench)
     program = "F=32\nE=20\nA=65536\nV=65536\nMV\nG\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nWAIT=60\nj=j+1\nRETURNF\n"
-    running(bench, motor, program)
+    run(bench, motor, program)
     motor.axes["shaft"].jam(True)
-    samples(bench, 30)
-    fault(bench, motor)
-    samples(bench, 10)
+    advance(bench, 30)
+    motor.pins["C"].drive(True)
+    advance(bench, 10)
     assert values(bench, motor, "ij") == [1, 0]
-    samples(bench, 300)
+    advance(bench, 300)
     assert values(bench, motor, "ij") == [2, 2]
 
 
 def test_c1_is_called_when_the_main_program_has_ended(bench):
-    """The sample program of 4.3 ends with END before the fault; C1's RETURNF returns to nothing."""
+    """RULINGS 17: the main program of 4.3 has ended before the fault, and does not continue when C1 returns."""
     motor = wired(bench)
-    load(bench, motor, "F=32\nEND\nC1\ni=i+1\nRETURNF\n")
-    tell(bench, motor, "RUN", 0.05)
-    fault(bench, motor)
-    samples(bench, 50)
-    assert values(bench, motor, "i") == [1]
-    fault(bench, motor, False)
-    tell(bench, motor, "ZS", 0.01)
-    fault(bench, motor)
-    samples(bench, 50)
-    assert values(bench, motor, "i") == [2]
+    load(bench, motor, "F=32\na=1\nEND\na=2\nC1\ni=i+1\nRETURNF\na=3\n")
+    send(bench, motor, "RUN", 0.05)
+    motor.pins["C"].drive(True)
+    advance(bench, 50)
+    assert values(bench, motor, "ia") == [1, 1]
+    motor.pins["C"].drive(False)
+    send(bench, motor, "ZS", 0.01)
+    motor.pins["C"].drive(True)
+    advance(bench, 50)
+    assert values(bench, motor, "ia") == [2, 1]

@@ -10,7 +10,7 @@ import pytest
 from axistwin.controllers.smartmotor.kernel import jit, servo
 from axistwin.errors import MissingExtraError, UsageError
 
-needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 
 
 @pytest.fixture

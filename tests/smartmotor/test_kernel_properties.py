@@ -1,4 +1,4 @@
-"""What must hold of any run of the kernel: acceleration and speed are kept to, moves end where they should."""
+"""Properties of any run of the kernel: acceleration and speed within their limits, moves that end at their targets."""
 
 import itertools
 
@@ -10,11 +10,11 @@ from axistwin.controllers.smartmotor.kernel import jit, state
 from axistwin.controllers.smartmotor.kernel.interpreter import STACK, evaluate
 from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, TRAJECTORY
 
-from . import inventing
-from .bridge import Kernel
-from .reference_motor import ReferenceMotor
-from .reference_program import Abandoned, Program, expression
-from .reference_trajectory import Trajectory
+from .reference import inventing
+from .reference.bridge import Kernel
+from .reference.motor import ReferenceMotor
+from .reference.program import Abandoned, Program, expression
+from .reference.trajectory import Trajectory
 from .test_kernel_reference import CHANCE, THOROUGH, Beside
 
 SPEEDS = st.integers(-(2**24), 2**24)
@@ -107,21 +107,11 @@ def test_expressions_have_the_value_of_the_reference_or_none(random):
 @pytest.mark.parametrize(
     ("text", "flag"),
     [
-        ("2147483647+1", "Bd"),
-        ("-2147483648-1", "Bd"),
-        ("65536*32768", "Bd"),
-        ("a/0", "Bd"),
-        ("a%0", "Bd"),
-        ("2^5", "Bd"),
-        ("2^-1", "Bd"),
-        ("al[51]", "Bu"),
-        ("al[-1]", "Bu"),
-        ("ab[204]", "Bu"),
-        ("aw[102]", "Bu"),
-        ("1/0+al[51]", "Bd"),
-        ("al[51]+1/0", "Bu"),
+        ("2147483647+1", "Bd"), ("-2147483648-1", "Bd"), ("65536*32768", "Bd"), ("a/0", "Bd"), ("a%0", "Bd"),
+        ("2^5", "Bd"), ("2^-1", "Bd"), ("al[51]", "Bu"), ("al[-1]", "Bu"), ("ab[204]", "Bu"), ("aw[102]", "Bu"),
+        ("1/0+al[51]", "Bd"), ("al[51]+1/0", "Bu"),
     ],
-)
+)  # fmt: skip
 def test_both_give_up_where_they_should(text, flag):
     motor = ReferenceMotor(Program(f"b={text}"), values={"WATCH_INDEX": 0})
     motor.memory["b"] = 5
@@ -134,9 +124,9 @@ def test_both_give_up_where_they_should(text, flag):
     assert kernel.v[state.LETTERS + 1] == 5
 
 
-@pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+@pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_there_is_room_for_the_longest_expression():
-    """Numba does not look after the ends of arrays; the reader does."""
+    """Numba does not check the ends of arrays; the reader does."""
     from axistwin.controllers.smartmotor.language.expressions import Malformed, Reader
 
     deep = "a+(" * 20 + "a" + ")" * 20

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from axistwin.controllers.smartmotor.kernel import interpreter, jit, state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
-from . import inventing
-from .bridge import CALLS, POINTS, REASONS, Kernel, shown
-from .reference import ON, OPEN, SHORTED
-from .reference_cam import Cam, Parameters
-from .reference_motor import FLAGS, ReferenceMotor
-from .reference_program import Program
-from .reference_trajectory import Run, Trajectory
+from .reference import inventing
+from .reference.bridge import CALLS, POINTS, REASONS, Kernel, shown
+from .reference.cam import Cam, Parameters
+from .reference.machine import ON, OPEN, SHORTED
+from .reference.motor import FLAGS, ReferenceMotor
+from .reference.program import Program
+from .reference.trajectory import Run, Trajectory
 
 CHANCE = st.randoms(use_true_random=True)
 """Of a seed that Hypothesis chooses and repeats: a failure is not shrunk, so that it need not know each number."""
@@ -222,7 +222,7 @@ class Beside:
         self.kernels = [Kernel(self.motor, text, compiled=compiled) for compiled in {False, jit.available()}]
 
     def run(self, most):
-        """Up to so many samples of all."""
+        """Run all of them for up to `most` samples, and compare."""
         motor = self.motor
         why, shafts, commanded = motor.advance(most)
         expected, what = (sum(REASONS[reason] for reason in why), shafts, commanded), shown(motor)

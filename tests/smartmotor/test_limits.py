@@ -7,29 +7,13 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import ask, load, ready, tell
+from .bits import BL, BM, BO, BP, BR, BT
+from .talking import UNIT, advance, ask, bare, load, positions, ready, send, status_word
 
-SAMPLE_NS = 245_760
-BT, BR, BL, BI, BO, BP, BM = 1, 2, 4, 8, 128, 512, 1024
-UNIT = 65_536
 PINS = {"C": (BR, BP, +1, "Zr", "UCI"), "D": (BL, BM, -1, "Zl", "UDI")}
 ACTS = [
-    "+C",
-    "-C",
-    "+D",
-    "-D",
-    "ZS",
-    "Zr",
-    "Zl",
-    "S",
-    "X",
-    "V=65536 G",
-    "V=-65536 G",
-    "D=9 MP G",
-    "MV",
-    "P=-99 G",
-    "OFF",
-]
+    "+C", "-C", "+D", "-D", "ZS", "Zr", "Zl", "S", "X", "V=65536 G", "V=-65536 G", "D=9 MP G", "MV", "P=-99 G", "OFF",
+]  # fmt: skip
 
 
 def wired(bench: Bench, **options) -> Controller:
@@ -38,34 +22,15 @@ def wired(bench: Bench, **options) -> Controller:
     motor.pins["C"].drive(0.0)
     motor.pins["D"].drive(0.0)
     bench.run(0.5)
-    assert tell(bench, motor, "ZS RW") == b"128\r"
+    assert send(bench, motor, "ZS RW") == b"128\r"
     return motor
-
-
-def word(bench: Bench, motor: Controller) -> int:
-    """RW without Bi: the index mark is no matter of this chapter."""
-    return int(ask(bench, motor, "RW")) & ~BI
-
-
-def samples(bench: Bench, number: int) -> None:
-    """To the end of so many samples from now."""
-    bench.clock.run_to((bench.now // SAMPLE_NS + number) * SAMPLE_NS)
-
-
-def course(bench: Bench, motor: Controller, number: int) -> list[int]:
-    """Where the shaft is at each of the samples to come."""
-    found = []
-    for _ in range(number):
-        samples(bench, 1)
-        found.append(motor.axes["shaft"].position)
-    return found
 
 
 def run_into(bench: Bench, motor: Controller, pin: str) -> int:
     """At one count per sample towards the switch on this pin, which opens; where it stopped."""
-    tell(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
+    send(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
     motor.pins[pin].release()
-    samples(bench, 2)
+    advance(bench, 2)
     return motor.axes["shaft"].position
 
 
@@ -82,43 +47,43 @@ def test_loss_of_ground_is_a_limit_fault(bench, motor, pin, level):
         motor.pins[pin].release()
     else:
         motor.pins[pin].drive(level)
-    samples(bench, 2)
+    advance(bench, 2)
     latched, now, *_ = PINS[pin]
-    assert word(bench, motor) == BO + latched + now
+    assert status_word(bench, motor) == BO + latched + now
     motor.pins[pin].drive(0.8)
-    samples(bench, 2)
-    assert word(bench, motor) == BO + latched
+    advance(bench, 2)
+    assert status_word(bench, motor) == BO + latched
 
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_switches_the_servo_off_and_brakes(bench, motor, pin):
     """3.2: "Turn off servo amplifier", "Apply dynamic brake, MTB", "engage static brake"; nothing moves any more."""
     latched, now, *_ = PINS[pin]
-    assert not tell(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
+    assert not send(bench, motor, f"A={UNIT} V={PINS[pin][2] * UNIT} MV G", 0.01)
     assert not motor.pins["brake"].level
     stood = run_into(bench, motor, pin)
-    assert word(bench, motor) == BO + latched + now
+    assert status_word(bench, motor) == BO + latched + now
     assert ask(bench, motor, "RMODE") == "B"
     assert motor.pins["brake"].level
-    assert set(course(bench, motor, 20)) == {stood}
+    assert set(positions(bench, motor, 20)) == {stood}
 
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_pin_that_is_an_input_is_no_limit(bench, motor, pin):
     """3.1 note 3: "assign right limit to be used as standard user-input port"."""
-    tell(bench, motor, PINS[pin][4])
+    send(bench, motor, PINS[pin][4])
     run_into(bench, motor, pin)
-    assert word(bench, motor) == BT
-    assert tell(bench, motor, f"RU{pin}") == b"1\r"
+    assert status_word(bench, motor) == BT
+    assert send(bench, motor, f"RU{pin}") == b"1\r"
 
 
 def test_ucp_and_udm_make_them_limits_again(bench):
     """Reference 12: UCP, UDM; nothing is wired, so the fault is back at the next sample."""
     motor = ready(bench)
-    tell(bench, motor, "UCP")
-    assert word(bench, motor) == BO + BR + BP
-    tell(bench, motor, "UDM")
-    assert word(bench, motor) == BO + BR + BP + BL + BM
+    send(bench, motor, "UCP")
+    assert status_word(bench, motor) == BO + BR + BP
+    send(bench, motor, "UDM")
+    assert status_word(bench, motor) == BO + BR + BP + BL + BM
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -129,14 +94,14 @@ def test_commands_are_inhibited_before_the_flag_is_cleared(bench, motor, pin, co
     """3.2 note 1, also when the switch has closed again: "The fault has to be cleared before"."""
     stood = run_into(bench, motor, pin)
     motor.pins[pin].drive(0.0)
-    tell(bench, motor, "T=500 MP")
+    send(bench, motor, "T=500 MP")
     motor.master.move(1000, 0.01)
-    tell(bench, motor, command, 0.1)
-    assert word(bench, motor) == BO + PINS[pin][0]
+    send(bench, motor, command, 0.1)
+    assert status_word(bench, motor) == BO + PINS[pin][0]
     assert ask(bench, motor, "RMODE") == "B"
     assert motor.axes["shaft"].position == stood
-    tell(bench, motor, PINS[pin][3])
-    assert word(bench, motor) == BO
+    send(bench, motor, PINS[pin][3])
+    assert status_word(bench, motor) == BO
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -148,19 +113,19 @@ def test_moving_off_a_limit(bench, motor, pin, clear):
     """
     latched, now, sign, own, _ = PINS[pin]
     stood = run_into(bench, motor, pin)
-    tell(bench, motor, f"MP D={-50 * sign} G", 0.1)
+    send(bench, motor, f"MP D={-50 * sign} G", 0.1)
     assert motor.axes["shaft"].position == stood
-    tell(bench, motor, clear if clear == "ZS" else own)
-    assert word(bench, motor) == BO + latched + now
-    tell(bench, motor, f"V={UNIT} D={-50 * sign} G", 0.1)
+    send(bench, motor, clear if clear == "ZS" else own)
+    assert status_word(bench, motor) == BO + latched + now
+    send(bench, motor, f"V={UNIT} D={-50 * sign} G", 0.1)
     assert motor.axes["shaft"].position == stood - 50 * sign
-    assert word(bench, motor) == latched + now
+    assert status_word(bench, motor) == latched + now
     motor.pins[pin].drive(0.0)
-    samples(bench, 2)
-    assert word(bench, motor) == latched
-    tell(bench, motor, own)
-    assert word(bench, motor) == 0
-    tell(bench, motor, f"D={10 * sign} G", 0.1)
+    advance(bench, 2)
+    assert status_word(bench, motor) == latched
+    send(bench, motor, own)
+    assert status_word(bench, motor) == 0
+    send(bench, motor, f"D={10 * sign} G", 0.1)
     assert motor.axes["shaft"].position == stood - 40 * sign
 
 
@@ -169,9 +134,9 @@ def test_a_move_towards_the_limit_is_refused_and_needs_a_new_acknowledgement(ben
     """RULINGS 15: "A move towards it is not, and needs a new acknowledgement"."""
     _, _, sign, own, _ = PINS[pin]
     stood = run_into(bench, motor, pin)
-    tell(bench, motor, f"{own} MP D={50 * sign} G", 0.1)
+    send(bench, motor, f"{own} MP D={50 * sign} G", 0.1)
     assert motor.axes["shaft"].position == stood
-    tell(bench, motor, f"{own} D={-50 * sign} G", 0.1)
+    send(bench, motor, f"{own} D={-50 * sign} G", 0.1)
     assert motor.axes["shaft"].position == stood - 50 * sign
 
 
@@ -183,10 +148,10 @@ def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
     away = motor.axes["shaft"]
     stood = run_into(bench, motor, pin)
     backwards = -sign if "-1*" in move else sign
-    tell(bench, motor, f"V={UNIT} {own} " + move.format(v=backwards * UNIT, s=sign), 0.05)
+    send(bench, motor, f"V={UNIT} {own} " + move.format(v=backwards * UNIT, s=sign), 0.05)
     assert away.position == stood
-    tell(bench, motor, "OFF V=65536")
-    tell(bench, motor, f"{own} " + move.format(v=-backwards * UNIT, s=-sign), 0.05)
+    send(bench, motor, "OFF V=65536")
+    send(bench, motor, f"{own} " + move.format(v=-backwards * UNIT, s=-sign), 0.05)
     assert (stood - away.position) * sign > 10
 
 
@@ -196,9 +161,9 @@ def test_torque_that_turns_round_is_a_new_fault(bench, motor, pin, before):
     """RULINGS 15: a move towards the limit is not accepted, and needs a new acknowledgement."""
     latched, now, sign, own, _ = PINS[pin]
     run_into(bench, motor, pin)
-    tell(bench, motor, f"{own} " + before.format(s=sign), 0.01)
-    tell(bench, motor, f"T={sign}*1000", 0.1)
-    assert word(bench, motor) == BO + latched + now
+    send(bench, motor, f"{own} " + before.format(s=sign), 0.01)
+    send(bench, motor, f"T={sign}*1000", 0.1)
+    assert status_word(bench, motor) == BO + latched + now
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -206,13 +171,13 @@ def test_a_master_that_turns_round_is_a_new_fault(bench, motor, pin):
     """The same while following: away is followed, back is a new fault within a few counts."""
     latched, now, sign, own, _ = PINS[pin]
     stood = run_into(bench, motor, pin)
-    tell(bench, motor, f"{own} MF4")
+    send(bench, motor, f"{own} MF4")
     motor.master.move(-200 * sign, 0.05)
     bench.run(0.1)
     assert motor.axes["shaft"].position == stood - 200 * sign
     motor.master.move(200 * sign, 0.05)
     bench.run(0.1)
-    assert word(bench, motor) == BO + latched + now
+    assert status_word(bench, motor) == BO + latched + now
     assert abs(motor.axes["shaft"].position - (stood - 200 * sign)) <= 3
 
 
@@ -222,29 +187,29 @@ def test_a_trajectory_that_turns_round_stops_at_the_limit(bench, motor, pin, lim
     """From 10 counts per sample away to 10 towards; meanwhile the switch opens, or SLE finds it beyond."""
     latched, now, sign, *_ = PINS[pin]
     shaft = motor.axes["shaft"]
-    tell(bench, motor, f"A=6553 V={-10 * sign * UNIT} MV G", 0.1)
-    tell(bench, motor, f"V={10 * sign * UNIT} G", 0.005)
+    send(bench, motor, f"A=6553 V={-10 * sign * UNIT} MV G", 0.1)
+    send(bench, motor, f"V={10 * sign * UNIT} G", 0.005)
     if limit == "hard":
         motor.pins[pin].release()
     else:
-        tell(bench, motor, f"O=0 SLP={-5000 * (pin == 'C') or 9000} SLN={5000 * (pin == 'D') or -9000} SLE")
+        send(bench, motor, f"O=0 SLP={-5000 * (pin == 'C') or 9000} SLN={5000 * (pin == 'D') or -9000} SLE")
     turned = shaft.position * sign
     for _ in range(500):
-        samples(bench, 1)
+        advance(bench, 1)
         turned = min(turned, shaft.position * sign)
-    assert word(bench, motor) == BO + latched + now
+    assert status_word(bench, motor) == BO + latched + now
     assert shaft.position * sign - turned <= 3
 
 
 @pytest.mark.parametrize("pin", "CD")
 def test_a_limit_is_directional(bench, motor, pin):
-    """1.1, 3.1: "directional only": it opens while the motor leaves it, is flagged, and the move goes on."""
+    """1.1, 3.1: "directional only": it opens while the motor leaves it, is flagged, and the move continues."""
     latched, now, sign, *_ = PINS[pin]
-    tell(bench, motor, f"A={UNIT} V={UNIT} P={-200 * sign} MP G", 0.01)
+    send(bench, motor, f"A={UNIT} V={UNIT} P={-200 * sign} MP G", 0.01)
     motor.pins[pin].release()
     bench.run(0.1)
     assert ask(bench, motor, "RP") == str(-200 * sign)
-    assert word(bench, motor) == latched + now
+    assert status_word(bench, motor) == latched + now
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -253,7 +218,7 @@ def test_the_other_flag_is_no_acknowledgement(bench, motor, pin):
     stood = run_into(bench, motor, pin)
     other = "Zl" if pin == "C" else "Zr"
     for wrong in (other, "Ze", "Zh", "Zs", "Zw"):
-        tell(bench, motor, f"{wrong} MP D={-50 * PINS[pin][2]} G", 0.05)
+        send(bench, motor, f"{wrong} MP D={-50 * PINS[pin][2]} G", 0.05)
         assert motor.axes["shaft"].position == stood
 
 
@@ -261,42 +226,41 @@ def test_with_both_limits_there_is_no_way_out_but_wiring(bench, motor):
     """RULINGS 15: "With both limits asserted there is no way out but wiring or UCI/UDI"."""
     run_into(bench, motor, "C")
     motor.pins["D"].release()
-    samples(bench, 2)
+    advance(bench, 2)
     stood = motor.axes["shaft"].position
     for move in ("V=65536 MV G", "V=-65536 MV G", "MP D=5 G", "MP D=-5 G"):
-        tell(bench, motor, f"ZS {move}", 0.05)
-        assert word(bench, motor) == BO + BR + BP + BL + BM
+        send(bench, motor, f"ZS {move}", 0.05)
+        assert status_word(bench, motor) == BO + BR + BP + BL + BM
         assert motor.axes["shaft"].position == stood
-    tell(bench, motor, "UCI ZS V=65536 MP D=5 G", 0.05)
+    send(bench, motor, "UCI ZS V=65536 MP D=5 G", 0.05)
     assert motor.axes["shaft"].position == stood + 5
 
 
 def test_limits_at_the_ends_of_the_travel(bench):
     """Axis option limits=(minus, plus): a switch opens beyond; to one, off it, to the other."""
-    motor = bench.add("smartmotor", line="instant", shaft={"limits": (-100, 100)})
-    bench.run(0.5)
-    tell(bench, motor, f"A={UNIT} V={UNIT} MV G", 0.1)
+    motor = bare(bench, shaft={"limits": (-100, 100)})
+    send(bench, motor, f"A={UNIT} V={UNIT} MV G", 0.1)
     shaft = motor.axes["shaft"]
     assert 100 < shaft.position <= 103
-    assert word(bench, motor) == BO + BR + BP
-    tell(bench, motor, f"Zr V=-{UNIT} G", 0.2)
+    assert status_word(bench, motor) == BO + BR + BP
+    send(bench, motor, f"Zr V=-{UNIT} G", 0.2)
     assert -103 <= shaft.position < -100
-    assert word(bench, motor) == BO + BR + BL + BM
-    tell(bench, motor, "ZS MP P=0 G", 0.1)
-    assert tell(bench, motor, "RP") == b"0\r"
-    tell(bench, motor, "ZS")
-    assert word(bench, motor) == 0
+    assert status_word(bench, motor) == BO + BR + BL + BM
+    send(bench, motor, "ZS MP P=0 G", 0.1)
+    assert send(bench, motor, "RP") == b"0\r"
+    send(bench, motor, "ZS")
+    assert status_word(bench, motor) == 0
 
 
 def test_the_program_runs_on(bench, motor):
     """3.2 item 4: "Program execution continues to run"; RULINGS 8."""
     load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     run_into(bench, motor, "C")
     before = int(ask(bench, motor, "Ra"))
-    samples(bench, 400)
+    advance(bench, 400)
     assert 100 <= int(ask(bench, motor, "Ra")) - before <= 210
-    tell(bench, motor, "END")
+    send(bench, motor, "END")
 
 
 @settings(deadline=None, max_examples=50)
@@ -305,7 +269,7 @@ def test_whatever_is_done_the_shaft_never_moves_into_an_open_switch(acts, rate, 
     """A safety property: once it has had the time to stop (V/A samples, F=1), nothing moves towards an open switch."""
     bench = Bench()
     motor = wired(bench)
-    tell(bench, motor, f"A={rate} V={UNIT} F={f} MV")
+    send(bench, motor, f"A={rate} V={UNIT} F={f} MV")
     shaft, opened = motor.axes["shaft"], set()
     for act in acts:
         if act[0] in "+-":
@@ -314,16 +278,16 @@ def test_whatever_is_done_the_shaft_never_moves_into_an_open_switch(acts, rate, 
             (opened.add if act[0] == "+" else opened.discard)(act[1])
         else:
             motor.serial.write(act.encode() + b" ")
-        samples(bench, 5)
+        advance(bench, 5)
         if act[0] == "+":
-            samples(bench, 3 * UNIT // rate)
+            advance(bench, 3 * UNIT // rate)
         furthest = shaft.position
         for _ in range(5):
-            samples(bench, 3)
+            advance(bench, 3)
             assert not ("C" in opened and shaft.position > furthest + 3)
             assert not ("D" in opened and shaft.position < furthest - 3)
     motor.serial.write(b"END OFF ZS ")
-    assert tell(bench, motor, "a=3 Ra") == b"3\r"
+    assert send(bench, motor, "a=3 Ra") == b"3\r"
 
 
 @pytest.mark.parametrize("pin", "CD")
@@ -332,25 +296,25 @@ def test_an_acknowledged_move_that_comes_back_is_stopped_where_it_turns(bench, m
     latched, now, sign, own, _ = PINS[pin]
     shaft = motor.axes["shaft"]
     motor.pins[pin].release()
-    samples(bench, 2)
-    tell(bench, motor, f"{own} A=3000 V={10 * UNIT} P={-5000 * sign} MP G", 0.1)
+    advance(bench, 2)
+    send(bench, motor, f"{own} A=3000 V={10 * UNIT} P={-5000 * sign} MP G", 0.1)
     target = shaft.position * sign - 5
-    tell(bench, motor, f"P={target * sign} G", 0.0)
+    send(bench, motor, f"P={target * sign} G", 0.0)
     lowest = target
     for _ in range(1000):
-        samples(bench, 1)
+        advance(bench, 1)
         lowest = min(lowest, shaft.position * sign)
     assert lowest < target - 100
     assert shaft.position * sign - lowest <= 3
-    assert word(bench, motor) == BO + latched + now
+    assert status_word(bench, motor) == BO + latched + now
 
 
 @pytest.mark.parametrize("stop", ["OFF", "MTB"])
 def test_what_always_stops_the_motor(bench, motor, stop):
     """3.2 note 1 inhibits G, MT, MF1, MF4, MS, S and X; OFF and MTB are not among them."""
-    tell(bench, motor, f"A={UNIT} V=-{UNIT} MV G", 0.01)
+    send(bench, motor, f"A={UNIT} V=-{UNIT} MV G", 0.01)
     motor.pins["C"].release()
-    samples(bench, 2)
-    tell(bench, motor, stop)
-    assert word(bench, motor) == BO + BR + BP
+    advance(bench, 2)
+    send(bench, motor, stop)
+    assert status_word(bench, motor) == BO + BR + BP
     assert motor.axes["shaft"].velocity == 0

@@ -11,11 +11,8 @@ from axistwin.bench import Controller
 from axistwin.controllers.smartmotor.kernel import state
 from axistwin.traces.trace import tracing
 
-from .interrupts import samples, wired
-from .inventing import program as invented
-from .talking import ask, load, ready, send, tell
-
-SAMPLE_NS = 245_760
+from .reference.inventing import program as invented
+from .talking import SAMPLE_NS, advance, ask, load, ready, send, wired
 
 
 def listing(motor: Controller):
@@ -32,7 +29,7 @@ def motor_with(bench: Bench, program: str, **options: object) -> Controller:
     """Without faults, at a whole sample; the program has not been started."""
     motor = ready(bench, **options)
     load(bench, motor, program)
-    samples(bench, 1)
+    advance(bench, 1)
     return motor
 
 
@@ -54,10 +51,10 @@ def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
 
 
 def started(bench: Bench, motor: Controller, count: int, command: str = "RUN") -> list[tuple[int, int]]:
-    """What begins in so many samples after this command."""
+    """Return the lines that begin within `count` samples after this command."""
     found = watched(bench, motor)
-    tell(bench, motor, command, 0)
-    samples(bench, count)
+    send(bench, motor, command, 0)
+    advance(bench, count)
     return found
 
 
@@ -91,14 +88,14 @@ def test_lines_that_take_no_time_are_marked(bench):
 
 
 def test_a_locked_program_is_listed_and_told_to_be_locked(bench):
-    """LOCKP keeps a host from uploading it; whoever looks into the memory sees it all the same."""
+    """LOCKP keeps a host from uploading it; the listing of the memory shows it all the same."""
     motor = motor_with(bench, "a=1\nEND\n")
-    tell(bench, motor, "LOCKP")
+    send(bench, motor, "LOCKP")
     assert (listing(motor).title, listing(motor).lines) == ("stored program, locked", ("a=1", "END"))
 
 
 def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
-    """15: what is left behind is not run, flag Bk; without power it is as it was."""
+    """15: the incomplete program does not run, flag Bk; a power cycle changes nothing."""
     motor = motor_with(bench, "a=1\nEND\n")
     assert send(bench, motor, b"LOAD ") == b"\x06"
     assert listing(motor).lines == ()
@@ -110,9 +107,8 @@ def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
     assert listing(motor).title == "stored program, not valid: flag Bk"
 
 
-def test_a_damaged_program_is_shown_and_never_runs(bench):
-    """15: a character lost on the line of an image with its length; RCKS tells F."""
-    motor = ready(bench)
+def test_a_damaged_program_is_shown_and_never_runs(bench, motor):
+    """15: a character lost on the line of an image with its length; RCKS reports F."""
     image = b"$4000000100000009000000" + b"0000a=1\nEND\n"
     send(bench, motor, b"LOAD ")
     for at in range(0, len(image), 8):
@@ -127,7 +123,7 @@ def test_a_damaged_program_is_shown_and_never_runs(bench):
 def test_the_program_is_there_without_power_and_on_disk(bench, tmp_path):
     motor = ready(bench, state=tmp_path)
     load(bench, motor, "WHILE 1\nLOOP\n")
-    tell(bench, motor, "RUN", 0.1)
+    send(bench, motor, "RUN", 0.1)
     assert running(motor) is not None
     motor.power(False)
     assert (listing(motor).lines, running(motor), motor.registers["line"].read()) == (("WHILE 1", "LOOP"), None, 0)
@@ -181,9 +177,9 @@ def test_wait_runs_as_long_as_it_waits(bench):
     for _ in range(38):
         assert running(motor) == 2
         assert motor.registers["line"].read() == 2
-        samples(bench, 1)
+        advance(bench, 1)
     assert found == [(1, 1), (2, 2)]
-    samples(bench, 1)
+    advance(bench, 1)
     assert (running(motor), found[2:]) == (3, [(42, 3)])
 
 
@@ -197,7 +193,7 @@ def test_twait_runs_as_long_as_the_motor_moves(bench):
     assert running(motor) == 3
     went = 5  # the sample of G
     bench.run_until(lambda: ask(bench, motor, "RBt", 0) == "0", 1)
-    samples(bench, 3)
+    advance(bench, 3)
     assert found[:4] == [(1, 1), (went, 2), (went + 1, 3), (went + 30, 4)]
 
 
@@ -206,9 +202,9 @@ def test_a_report_holds_the_program_in_its_line(bench):
     motor = motor_with(bench, f'a=1\nPRINT("{"x" * 100}")\nPRINT("y")\nEND\n')
     found = started(bench, motor, 0)
     motor.serial.instant = False
-    samples(bench, 425)
+    advance(bench, 425)
     assert running(motor) == 2
-    samples(bench, 5)
+    advance(bench, 5)
     assert found == [(1, 1), (2, 2), (426, 3), (427, 4)], "104,166,667 ns behind sample 2 is in sample 426"
     assert running(motor) is None
 
@@ -237,9 +233,9 @@ def test_run_question_mark_ends_what_power_up_has_started(bench):
 def test_the_first_statement_is_the_next_one_until_it_begins(bench):
     """Between RUN and the sample that follows."""
     motor = motor_with(bench, "a=1\nb=1\nEND\n")
-    tell(bench, motor, "RUN", 0.01)
-    samples(bench, 1)
-    tell(bench, motor, "RUN", 0)
+    send(bench, motor, "RUN", 0.01)
+    advance(bench, 1)
+    send(bench, motor, "RUN", 0)
     assert running(motor) == 1
     bench.run(0.0002)
     assert running(motor) == 1
@@ -259,29 +255,29 @@ def test_host_commands_are_no_lines(bench):
 
 
 def test_c1_and_c2_run_their_bodies(bench):
-    """7.0, F=32 and F=64: the program goes on where it was interrupted."""
+    """7.0, F=32 and F=64: the program continues where it was interrupted."""
     motor = wired(bench)
     load(bench, motor, "UGI F=96\nWHILE 1\nLOOP\nEND\nC1\na=1\nRETURNF\nC2\nb=1\nRETURNI\n")
-    samples(bench, 1)
+    advance(bench, 1)
     found = started(bench, motor, 20)
     motor.pins["C"].drive(True)
-    samples(bench, 8)
+    advance(bench, 8)
     motor.pins["G"].drive(False)
-    samples(bench, 12)
+    advance(bench, 12)
     calls = [line for _, line in found if line > 4]
     assert calls == [6, 7, 9, 10]
     assert [sample for sample, _ in found[1:]] == list(range(3, 3 + len(found) - 1)), "a statement in each sample"
 
 
 def test_c2_cuts_a_wait_short(bench):
-    """F=64: WAIT is "the only motor instruction that will be truncated"; then what stands behind it."""
+    """F=64: WAIT is "the only motor instruction that will be truncated"; then the next statement follows."""
     motor = wired(bench)
     load(bench, motor, "UGI F=64\nWAIT=4000\nc=1\nEND\nC2\nb=1\nRETURNI\n")
-    samples(bench, 1)
+    advance(bench, 1)
     found = started(bench, motor, 20)
     assert running(motor) == 2
     motor.pins["G"].drive(False)
-    samples(bench, 10)
+    advance(bench, 10)
     assert [line for _, line in found] == [1, 2, 6, 7, 3, 4]
 
 
@@ -298,13 +294,13 @@ def test_what_ends_the_program_ends_its_line(bench, how):
 
 
 def test_another_program_is_loaded_over_one_that_runs(bench):
-    """15: LOAD ends it; the watcher is told of the lines of the new one."""
+    """15: LOAD ends it; the subscriber receives the lines of the new one."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     found = started(bench, motor, 10)
     assert running(motor) is not None
     load(bench, motor, "b=1\nb=2\nb=3\nb=4\nEND\n")
     found.clear()
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     assert [line for _, line in found] == [1, 2, 3, 4, 5]
 
 
@@ -313,7 +309,7 @@ def test_a_protection_fault_ends_the_program_in_its_line(bench):
     motor = ready(bench, shaft={"motor": "frame23"})
     load(bench, motor, "E=10 MP A=100 V=100000 P=100000 G\nWHILE 1\nLOOP\n")
     motor.axes["shaft"].jam(True)
-    tell(bench, motor, "RUN", 0)
+    send(bench, motor, "RUN", 0)
     assert bench.run_until(lambda: running(motor) is None, 2)
     assert ask(bench, motor, "RBe") == "1"
 
@@ -329,7 +325,7 @@ def test_a_statement_that_is_no_command_begins_too(bench):
 
 
 def test_the_line_is_right_at_any_moment_of_what_is_computed_ahead(bench):
-    """Nobody watches here: 13 lines of which one waits; the moments are those of another motor that is watched."""
+    """Without a subscriber: 13 lines of which one waits; the moments come from another motor, which has one."""
     text = "a=0\nWHILE a<40\na=a+1\nIF a==20\nWAIT=25\nELSE\nb=b+a\nENDIF\nLOOP\nEND\n"
     motor = motor_with(bench, text)
     twin = Bench()
@@ -337,7 +333,7 @@ def test_the_line_is_right_at_any_moment_of_what_is_computed_ahead(bench):
     assert twin.now == bench.now
     zero_ns = bench.now
     found = started(twin, other, 400)
-    tell(bench, motor, "RUN", 0)
+    send(bench, motor, "RUN", 0)
     random = Random(11)
     for moment in sorted(random.sample(range(SAMPLE_NS, 300 * SAMPLE_NS), 200)):
         bench.clock.run_to(zero_ns + moment)
@@ -363,7 +359,7 @@ SAID = [b"RUN ", b"RUN ", b"GOSUB1 ", b"a=1 ", b"P=P+50 G ", b"Ra RP ", b"END ",
 
 
 def session(seed: int, *, watch: bool) -> list[object]:
-    """A program that nobody would write, with a host and switches that disturb it; looked at now and then."""
+    """Run an invented program, disturbed by a host and switches; return everything read meanwhile."""
     bench, random = Bench(), Random(seed)
     options = {"statements_per_sample": random.choice([1, 1, 3]), "debounce_samples": 1}
     motor = wired(bench, **options)
@@ -405,10 +401,10 @@ def test_a_watcher_may_leave_when_it_is_told(bench):
     def watch(program, index):
         found.append(index)
         if len(found) == 6:
-            look_away()
+            unsubscribe()
 
-    look_away = motor.subscribe_lines(watch)
-    tell(bench, motor, "RUN", 0.05)
+    unsubscribe = motor.subscribe_lines(watch)
+    send(bench, motor, "RUN", 0.05)
     assert found == [0, 1, 2, 3, 7, 8]
     assert (ask(bench, motor, "Rb"), running(motor)) == ("9", None)
 
@@ -416,7 +412,7 @@ def test_a_watcher_may_leave_when_it_is_told(bench):
 def test_a_second_watcher_sees_the_same(bench):
     motor = motor_with(bench, "a=1\nb=2\nEND\n")
     one, two = watched(bench, motor), watched(bench, motor)
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     assert one == two == [(1, 1), (2, 2), (3, 3)]
 
 
@@ -427,11 +423,11 @@ def test_one_line_is_watched_as_it_is_when_all_are(bench, line):
     motor = motor_with(bench, text)
     every, one = watched(bench, motor), []
     motor.subscribe_lines(lambda program, index: one.append(index + 1), ("program", line - 1))
-    tell(bench, motor, "RUN", 0.05)
+    send(bench, motor, "RUN", 0.05)
     again = Bench()
     other, alone = motor_with(again, text), []
     other.subscribe_lines(lambda program, index: alone.append(again.now), ("program", line - 1))
-    tell(again, other, "RUN", 0.05)
+    send(again, other, "RUN", 0.05)
     assert [line] * len(alone) == one == [found for _, found in every if found == line]
     zero_ns = bench.now - 50_000_000
     assert alone == [zero_ns + sample * SAMPLE_NS for sample, found in every if found == line]
@@ -441,10 +437,10 @@ def test_the_next_program_is_watched_at_the_line_of_that_number(bench):
     motor = motor_with(bench, "a=1\nEND\n")
     found = []
     motor.subscribe_lines(lambda program, index: found.append(index), ("program", 2))
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     assert found == []
     load(bench, motor, "b=1\nb=2\nb=3\nEND\n")
-    tell(bench, motor, "RUN", 0.01)
+    send(bench, motor, "RUN", 0.01)
     motor.power_cycle()
     bench.run(0.3)
     assert found == [2, 2]
@@ -454,9 +450,9 @@ def test_nobody_watches_so_nothing_is_announced(bench):
     """The code in the memory is the same as if there were no watchers."""
     motor = motor_with(bench, "WHILE 1\na=a+1\nLOOP\n")
     plain = list(motor._device._motor.core.code)
-    look_away = motor.subscribe_lines(lambda *_: None)
+    unsubscribe = motor.subscribe_lines(lambda *_: None)
     assert list(motor._device._motor.core.code) != plain
-    look_away()
+    unsubscribe()
     assert list(motor._device._motor.core.code) == plain
 
 
@@ -481,13 +477,13 @@ def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
 
 
 def test_the_line_is_followed_in_its_samples(bench):
-    """Also beside other numbers; 0 when the program has ended, and when the power goes."""
+    """Also with other numbers; 0 when the program has ended, and without power."""
     motor = motor_with(bench, "a=1\nC5\nWAIT=3\na=a+1\nIF a<3\nGOTO5\nENDIF\nEND\n")
     changes = []
     zero = bench.now // SAMPLE_NS
     end = motor.follow(["Ra", "line"], lambda *told: changes.extend(zip(*told, strict=True)))
-    tell(bench, motor, "RUN", 0)
-    samples(bench, 30)
+    send(bench, motor, "RUN", 0)
+    advance(bench, 30)
     lines = [(ns // SAMPLE_NS - zero, value) for ns, which, value in changes if which == 1]
     assert lines == [(0, 1), (2, 3), (5, 4), (6, 5), (7, 6), (8, 3), (11, 4), (12, 5), (13, 0)], (
         "END ends in the sample in which it begins"
@@ -495,8 +491,8 @@ def test_the_line_is_followed_in_its_samples(bench):
     values = [(ns // SAMPLE_NS - zero, value) for ns, which, value in changes if which == 0]
     assert values == [(1, 1), (5, 2), (11, 3)]
     changes.clear()
-    tell(bench, motor, "GOTO5", 0)
+    send(bench, motor, "GOTO5", 0)
     motor.power(False)
-    samples(bench, 3)
+    advance(bench, 3)
     assert [value for _, which, value in changes if which == 1] == [3, 0]
     end()

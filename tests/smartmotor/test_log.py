@@ -1,4 +1,4 @@
-"""What is followed inside the motor: what is told afterwards is what one finds after each sample."""
+"""Numbers followed inside the motor: the values reported later are those read after each sample."""
 
 import ast
 import inspect
@@ -31,7 +31,7 @@ def at_work() -> Bench:
 
 
 def told(bench: Bench) -> dict[str, list[tuple[int, int]]]:
-    """What a follower is told of each register: when, and what it is from then on."""
+    """Return the changes of each register that a follower receives: times and new values."""
     names, found = tuple(numbers()), {}
 
     def follower(times, which, values):
@@ -45,7 +45,7 @@ def told(bench: Bench) -> dict[str, list[tuple[int, int]]]:
 
 
 def looked_at(bench: Bench) -> dict[str, list[tuple[int, int]]]:
-    """What one finds who looks at all of them after each sample."""
+    """Return the changes found by reading every register after each sample."""
     registers, found = bench["motor"].registers, {}
     known = {name: register.read() for name, register in registers.items()}
     for _ in range(SAMPLES):

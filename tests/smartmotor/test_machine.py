@@ -10,7 +10,8 @@ from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
 
-from .rig import SAMPLE_S, Rig
+from .rig import Rig
+from .talking import SAMPLE_S
 
 FRAMES = sorted(SERVO_MOTORS)
 

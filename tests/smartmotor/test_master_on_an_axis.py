@@ -81,7 +81,7 @@ def test_an_axis_that_loses_steps_is_followed_too():
 
 
 def test_masters_do_not_sit_on_one_another_in_a_circle():
-    """Nobody would move first; a scene that says so is refused, too."""
+    """No axis would move first, so this is an error."""
     bench = Bench()
     first, second, third = (bench.add("smartmotor") for _ in range(3))
     with pytest.raises(UsageError, match="that is its motor's own: expected another axis"):

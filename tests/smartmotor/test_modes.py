@@ -7,27 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench import Controller
 
-from .cam import SAMPLE_NS, pass_samples, say, value
-from .host_records import path
-from .talking import load, ready
+from .talking import SAMPLE_NS, advance, load, positions, ready, send, value
 
 FAST = "A=100*65536 V=100*65536 "
 SLOW = "A=65536 V=10*65536 "
 
 
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    made = ready(bench)
-    pass_samples(bench)
-    return made
-
-
 def cruise(bench, motor, mode):
     """At 10 counts per sample, at 255 counts, after 30 samples: 55 counts in the first 10."""
-    say(bench, motor, SLOW + mode + " G ")
-    assert path(bench, motor, 30)[-1] == 255
+    send(bench, motor, SLOW + mode + " G", 0)
+    assert positions(bench, motor, 30)[-1] == 255
 
 
 # RMODE
@@ -36,42 +26,22 @@ def cruise(bench, motor, mode):
 @pytest.mark.parametrize(
     ("words", "letter"),
     [
-        ("", "B"),
-        ("MP ", "B"),
-        ("MV ", "B"),
-        ("MFR ", "B"),
-        ("MSR ", "B"),
-        ("MF0 ", "B"),
-        ("MS0 ", "B"),
-        ("BASE=8000 SIZE=8 MC ", "B"),
-        ("MD ", "B"),
-        ("MP P=1 G ", "P"),
-        ("MP D=1 G ", "R"),
-        ("MV G ", "V"),
-        ("MT ", "T"),
-        ("MT T=3 G ", "T"),
-        ("MF1 ", "F"),
-        ("MF2 ", "F"),
-        ("MF4 ", "F"),
-        ("MFR G ", "X"),
-        ("MS ", "S"),
-        ("MSR G ", "X"),
-        ("BASE=8000 SIZE=8 MC G ", "C"),
-        ("BASE=8000 SIZE=8 MC2 G ", "C"),
-        ("BASE=8000 SIZE=8 MC4 G ", "C"),
-        ("BASE=8000 SIZE=8 MC8 G ", "C"),
-        ("MV G MTB ", "B"),
+        ("", "B"), ("MP ", "B"), ("MV ", "B"), ("MFR ", "B"), ("MSR ", "B"), ("MF0 ", "B"), ("MS0 ", "B"),
+        ("BASE=8000 SIZE=8 MC ", "B"), ("MD ", "B"), ("MP P=1 G ", "P"), ("MP D=1 G ", "R"), ("MV G ", "V"),
+        ("MT ", "T"), ("MT T=3 G ", "T"), ("MF1 ", "F"), ("MF2 ", "F"), ("MF4 ", "F"), ("MFR G ", "X"), ("MS ", "S"),
+        ("MSR G ", "X"), ("BASE=8000 SIZE=8 MC G ", "C"), ("BASE=8000 SIZE=8 MC2 G ", "C"),
+        ("BASE=8000 SIZE=8 MC4 G ", "C"), ("BASE=8000 SIZE=8 MC8 G ", "C"), ("MTB ", "B"), ("MV G MTB ", "B"),
         ("MD G ", "H"),
     ],
-)
+)  # fmt: skip
 def test_rmode_tells_the_mode_in_force(bench, motor, words, letter):
-    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE tells the one that runs."""
-    assert say(bench, motor, words + "RMODE RBs ") == letter.encode() + b"\r0\r"
+    """5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE reports the one that runs."""
+    assert send(bench, motor, words + "RMODE RBs", 0) == letter.encode() + b"\r0\r"
 
 
 def test_off_with_the_dynamic_brake_disabled_is_o(bench, motor):
     """5: OFF: O; 5.2: after BRKRLS and OFF the mode torque brake stays inactive."""
-    assert say(bench, motor, "MV G BRKRLS OFF RMODE RBo ") == b"O\r1\r"
+    assert send(bench, motor, "MV G BRKRLS OFF RMODE RBo", 0) == b"O\r1\r"
 
 
 @pytest.mark.parametrize(
@@ -79,13 +49,13 @@ def test_off_with_the_dynamic_brake_disabled_is_o(bench, motor):
 )
 def test_modes_that_do_not_exist(bench, motor, word):
     """3, 1.3: a syntax error, and nothing happens."""
-    assert say(bench, motor, word + " RBs RMODE RBo ") == b"1\rB\r1\r"
+    assert send(bench, motor, word + " RBs RMODE RBo", 0) == b"1\rB\r1\r"
 
 
 def test_the_default_mode_is_position(bench, motor):
     """16: `A= V= P= G` without MP."""
-    assert say(bench, motor, FAST + "P=500 G RMODE ") == b"P\r"
-    assert path(bench, motor, 12)[-1] == 500
+    assert send(bench, motor, FAST + "P=500 G RMODE", 0) == b"P\r"
+    assert positions(bench, motor, 12)[-1] == 500
 
 
 # P and D
@@ -94,63 +64,57 @@ def test_the_default_mode_is_position(bench, motor):
 @pytest.mark.parametrize(
     ("words", "letter", "first", "second"),
     [
-        ("P=100 D=7", "R", 7, 14),
-        ("D=7 P=100", "P", 100, 100),
-        ("P=100 D=7 P=100", "P", 100, 100),
-        ("D=7 P=50 D=7", "R", 7, 14),
-        ("D=0", "R", 0, 0),
-        ("D=-7", "R", -7, -14),
-        ("O=30 P=100", "P", 70, 70),
-        ("O=30 D=7", "R", 7, 14),
-        ("D=7 O=30", "R", 7, 14),
+        ("P=100 D=7", "R", 7, 14), ("D=7 P=100", "P", 100, 100), ("P=100 D=7 P=100", "P", 100, 100),
+        ("D=7 P=50 D=7", "R", 7, 14), ("D=0", "R", 0, 0), ("D=-7", "R", -7, -14), ("O=30 P=100", "P", 70, 70),
+        ("O=30 D=7", "R", 7, 14), ("D=7 O=30", "R", 7, 14),
     ],
-)
+)  # fmt: skip
 def test_the_one_assigned_last_decides(bench, motor, words, letter, first, second):
     """4: whichever of P= and D= was assigned last decides what MP and G do; G repeated repeats a step."""
-    assert say(bench, motor, FAST + words + " G RMODE ") == letter.encode() + b"\r"
-    assert path(bench, motor, 30)[-1] == first
-    assert say(bench, motor, "G RMODE ") == letter.encode() + b"\r"
-    assert path(bench, motor, 30)[-1] == second
+    assert send(bench, motor, FAST + words + " G RMODE", 0) == letter.encode() + b"\r"
+    assert positions(bench, motor, 30)[-1] == first
+    assert send(bench, motor, "G RMODE", 0) == letter.encode() + b"\r"
+    assert positions(bench, motor, 30)[-1] == second
 
 
 def test_a_relative_step_starts_from_the_commanded_position(bench, motor):
     """4: "Relative target at G = current trajectory position + D": G on the way adds to where it is then."""
     cruise(bench, motor, "MP D=500")
-    say(bench, motor, "G ")
-    assert path(bench, motor, 120)[-1] == 755
+    send(bench, motor, "G", 0)
+    assert positions(bench, motor, 120)[-1] == 755
 
 
 def test_p_assigned_without_g_changes_nothing(bench, motor):
     cruise(bench, motor, "MP P=500")
-    say(bench, motor, "P=-900 V=1 A=1 D=8 MV ")
-    assert path(bench, motor, 60)[-1] == 500
-    assert say(bench, motor, "RMODE RBt ") == b"P\r0\r"
+    send(bench, motor, "P=-900 V=1 A=1 D=8 MV", 0)
+    assert positions(bench, motor, 60)[-1] == 500
+    assert send(bench, motor, "RMODE RBt", 0) == b"P\r0\r"
 
 
 def test_a_motor_turned_by_hand_while_off_starts_from_where_it_is(bench, motor):
     """4: EPICS enables with `a=@P P=a G`, and the shaft does not move."""
     motor.axes["shaft"].encoder.displace(5000)
-    pass_samples(bench, 2)
-    assert say(bench, motor, "RP MP a=@P P=a " + SLOW + "G ") == b"5000\r"
-    assert set(path(bench, motor, 20)) == {5000}
-    assert say(bench, motor, "RBo RBe RPE ") == b"0\r0\r0\r"
+    advance(bench, 2)
+    assert send(bench, motor, "RP MP a=@P P=a " + SLOW + "G", 0) == b"5000\r"
+    assert set(positions(bench, motor, 20)) == {5000}
+    assert send(bench, motor, "RBo RBe RPE", 0) == b"0\r0\r0\r"
 
 
 def test_a_target_across_the_whole_range(bench, motor):
     """4: positions have 32 bits, signed."""
-    say(bench, motor, "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G ")
+    send(bench, motor, "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G", 0)
     assert bench.run_until(lambda: motor.axes["shaft"].position == 2**32 - 1, 60)
-    assert say(bench, motor, "RP ") == b"2147483647\r"
+    assert send(bench, motor, "RP", 0) == b"2147483647\r"
 
 
 def test_velocity_mode_crosses_the_wrap(bench, motor):
     """4: "crossing ±2^31 sets Bw"; MV may."""
-    say(bench, motor, "O=2147483640 A=65536 V=65536 MV G ")
-    path(bench, motor, 7)
-    assert say(bench, motor, "RP RBw ") == b"2147483647\r0\r"
-    path(bench, motor, 2)
-    assert say(bench, motor, "RP RBw RMODE ") == b"-2147483647\r1\rV\r"
-    assert say(bench, motor, "Zw RBw ") == b"0\r"
+    send(bench, motor, "O=2147483640 A=65536 V=65536 MV G", 0)
+    positions(bench, motor, 7)
+    assert send(bench, motor, "RP RBw", 0) == b"2147483647\r0\r"
+    positions(bench, motor, 2)
+    assert send(bench, motor, "RP RBw RMODE", 0) == b"-2147483647\r1\rV\r"
+    assert send(bench, motor, "Zw RBw", 0) == b"0\r"
 
 
 # Changes on the fly
@@ -159,18 +123,18 @@ def test_velocity_mode_crosses_the_wrap(bench, motor):
 def test_from_position_to_velocity_mode(bench, motor):
     """4: the mode changes at G, keeping position and velocity: 10, then 9, 8, 7 … counts per sample to -2."""
     cruise(bench, motor, "MP P=10000")
-    say(bench, motor, "MV V=-2*65536 ")
-    assert path(bench, motor, 1) == [265]
-    say(bench, motor, "G ")
-    assert path(bench, motor, 14) == [274, 282, 289, 295, 300, 304, 307, 309, 310, 310, 309, 307, 305, 303]
-    assert say(bench, motor, "RV RMODE ") == b"-131072\rV\r"
+    send(bench, motor, "MV V=-2*65536", 0)
+    assert positions(bench, motor, 1) == [265]
+    send(bench, motor, "G", 0)
+    assert positions(bench, motor, 14) == [274, 282, 289, 295, 300, 304, 307, 309, 310, 310, 309, 307, 305, 303]
+    assert send(bench, motor, "RV RMODE", 0) == b"-131072\rV\r"
 
 
 def test_from_velocity_to_position_mode_with_a_target_behind(bench, motor):
     """4: decelerate to zero at A, reverse, and come back: 45 counts further, at 300, then back to 255."""
     cruise(bench, motor, "MV")
-    say(bench, motor, "MP P=255 G ")
-    found = path(bench, motor, 60)
+    send(bench, motor, "MP P=255 G", 0)
+    found = positions(bench, motor, 60)
     assert found[:10] == [264, 272, 279, 285, 290, 294, 297, 299, 300, 300]
     assert found[-1] == 255
     assert found[10:] == sorted(found[10:], reverse=True)
@@ -178,11 +142,11 @@ def test_from_velocity_to_position_mode_with_a_target_behind(bench, motor):
 
 def test_from_torque_to_velocity_mode(bench, motor):
     """Torque acts at once and without G; MV takes over at G."""
-    say(bench, motor, "MT A=65536 V=2*65536 ")
-    assert say(bench, motor, "RMODE RBt MV RMODE G RMODE ") == b"T\r0\rT\rV\r"
-    assert path(bench, motor, 4)[-1] - motor.axes["shaft"].commanded == 0
-    path(bench, motor, 4)
-    assert say(bench, motor, "RV ") == b"131072\r"
+    send(bench, motor, "MT A=65536 V=2*65536", 0)
+    assert send(bench, motor, "RMODE RBt MV RMODE G RMODE", 0) == b"T\r0\rT\rV\r"
+    assert positions(bench, motor, 4)[-1] - motor.axes["shaft"].commanded == 0
+    positions(bench, motor, 4)
+    assert send(bench, motor, "RV", 0) == b"131072\r"
 
 
 @pytest.mark.parametrize("mode", ["MV", "MP P=1000"])
@@ -199,94 +163,70 @@ def test_from_torque_to_velocity_mode(bench, motor):
 def test_stopping(bench, motor, mode, word, after, report):
     """4: S at once and the servo holds; X at A (the newest); OFF and MTB drop the servo (5.2)."""
     cruise(bench, motor, mode)
-    say(bench, motor, word)
-    assert path(bench, motor, 4) == after
-    assert say(bench, motor, "RMODE RBt RBo RV ") == report
+    send(bench, motor, word, 0)
+    assert positions(bench, motor, 4) == after
+    assert send(bench, motor, "RMODE RBt RBo RV", 0) == report
 
 
 def test_stopping_a_motor_at_rest(bench, motor):
     """Repeated S and X do nothing more; G afterwards moves again."""
-    say(bench, motor, FAST + "MV G ")
-    path(bench, motor, 3)
+    send(bench, motor, FAST + "MV G", 0)
+    positions(bench, motor, 3)
     here = motor.axes["shaft"].position
-    say(bench, motor, "S S X X S ")
-    assert path(bench, motor, 3) == [here] * 3
-    say(bench, motor, "MP P=0 G ")
-    assert path(bench, motor, 20)[-1] == 0
+    send(bench, motor, "S S X X S", 0)
+    assert positions(bench, motor, 3) == [here] * 3
+    send(bench, motor, "MP P=0 G", 0)
+    assert positions(bench, motor, 20)[-1] == 0
 
 
 def test_x_and_then_g_resumes(bench, motor):
     """X decelerates; MV G on the way takes the velocity up again."""
     cruise(bench, motor, "MV")
-    say(bench, motor, "X ")
-    assert path(bench, motor, 3) == [264, 272, 279]
-    say(bench, motor, "MV G ")
-    assert path(bench, motor, 4) == [287, 296, 306, 316]
+    send(bench, motor, "X", 0)
+    assert positions(bench, motor, 3) == [264, 272, 279]
+    send(bench, motor, "MV G", 0)
+    assert positions(bench, motor, 4) == [287, 296, 306, 316]
 
 
 def test_s_at_the_very_end_of_a_move(bench, motor):
     """In the sample in which the target is reached there is nothing left to stop."""
-    say(bench, motor, SLOW + "P=500 G ")
+    send(bench, motor, SLOW + "P=500 G", 0)
     while motor.axes["shaft"].position < 500:
-        path(bench, motor, 1)
-    assert say(bench, motor, "S RP RBt ") == b"500\r0\r"
+        positions(bench, motor, 1)
+    assert send(bench, motor, "S RP RBt", 0) == b"500\r0\r"
 
 
 def test_o_while_moving_shifts_the_numbers_only(bench, motor):
     """4: actual and commanded position together; an absolute target already under way stays where it was physically."""
     cruise(bench, motor, "MP P=1000")
-    assert say(bench, motor, "O=0 RP RPE RV ") == b"0\r0\r655360\r"
-    assert path(bench, motor, 1) == [265]
-    assert path(bench, motor, 150)[-1] == 1000
-    assert say(bench, motor, "RP ") == b"745\r"
+    assert send(bench, motor, "O=0 RP RPE RV", 0) == b"0\r0\r655360\r"
+    assert positions(bench, motor, 1) == [265]
+    assert positions(bench, motor, 150)[-1] == 1000
+    assert send(bench, motor, "RP", 0) == b"745\r"
 
 
 def test_off_keeps_track_of_the_position(bench, motor):
     """4: OFF: Bo=1, Bt=0, position tracking continues."""
-    say(bench, motor, FAST + "P=100 G ")
-    path(bench, motor, 10)
-    say(bench, motor, "OFF ")
+    send(bench, motor, FAST + "P=100 G", 0)
+    positions(bench, motor, 10)
+    send(bench, motor, "OFF", 0)
     motor.axes["shaft"].encoder.displace(37)
-    path(bench, motor, 2)
-    assert say(bench, motor, "RP RBo RBt ") == b"137\r1\r0\r"
+    positions(bench, motor, 2)
+    assert send(bench, motor, "RP RBo RBt", 0) == b"137\r1\r0\r"
 
 
 # Ranges
 
 
-@pytest.mark.parametrize(
-    ("name", "low", "high"),
-    [
-        ("P", -(2**31), 2**31 - 1),
-        ("D", -(2**31), 2**31 - 1),
-        ("V", -(2**31), 2**31 - 1),
-        ("A", 0, 2**31 - 1),
-        ("T", -1023, 1023),
-        ("AMPS", 0, 1023),
-        ("CLK", -(2**31), 2**31 - 1),
-    ],
-)
-def test_ranges_of_the_parameters(bench, motor, name, low, high):
-    """4: the range's ends are taken; what is beyond changes nothing and is flagged."""
-    for number in (low, high):
-        say(bench, motor, f"ZS {name}={number} ")
-        assert value(bench, motor, name) == number
-        assert say(bench, motor, "RBs RBd ") == b"0\r0\r"
-        beyond = number - 1 if number == low else number + 1
-        say(bench, motor, f"{name}={beyond} ")
-        assert value(bench, motor, name) == number
-        assert say(bench, motor, "RBs RBd ") in (b"1\r0\r", b"0\r1\r")
-
-
 def test_the_slowest_move(bench, motor):
     """A=1 V=1: a count in 65536 samples."""
-    say(bench, motor, "A=1 V=1 P=1 G ")
-    pass_samples(bench, 65_535)
+    send(bench, motor, "A=1 V=1 P=1 G", 0)
+    advance(bench, 65_535)
     assert motor.axes["shaft"].position == 0
-    assert say(bench, motor, "RBt RV ") == b"1\r1\r"
-    pass_samples(bench, 1)
+    assert send(bench, motor, "RBt RV", 0) == b"1\r1\r"
+    advance(bench, 1)
     assert motor.axes["shaft"].position == 1
-    assert say(bench, motor, "RBt RV ") == b"0\r0\r"
+    assert send(bench, motor, "RBt RV", 0) == b"0\r0\r"
 
 
 # G on pin G
@@ -294,24 +234,24 @@ def test_the_slowest_move(bench, motor):
 
 def test_pin_g_is_a_hardware_g(bench, motor):
     """4: UG, its default function: a high to low edge is G; low to high is nothing."""
-    say(bench, motor, FAST + "P=10 ")
+    send(bench, motor, FAST + "P=10", 0)
     motor.pins["G"].drive(False)
-    pass_samples(bench, 20)
-    assert say(bench, motor, "RMODE RP ") == b"P\r10\r"
-    say(bench, motor, "P=20 ")
+    advance(bench, 20)
+    assert send(bench, motor, "RMODE RP", 0) == b"P\r10\r"
+    send(bench, motor, "P=20", 0)
     motor.pins["G"].release()
-    pass_samples(bench, 20)
-    assert say(bench, motor, "RP ") == b"10\r"
+    advance(bench, 20)
+    assert send(bench, motor, "RP", 0) == b"10\r"
     motor.pins["G"].drive(False)
-    pass_samples(bench, 20)
-    assert say(bench, motor, "RP ") == b"20\r"
+    advance(bench, 20)
+    assert send(bench, motor, "RP", 0) == b"20\r"
 
 
 def test_as_an_input_pin_g_starts_nothing(bench, motor):
-    say(bench, motor, "UGI " + FAST + "P=10 ")
+    send(bench, motor, "UGI " + FAST + "P=10", 0)
     motor.pins["G"].drive(False)
-    pass_samples(bench, 20)
-    assert say(bench, motor, "RMODE RP ") == b"B\r0\r"
+    advance(bench, 20)
+    assert send(bench, motor, "RMODE RP", 0) == b"B\r0\r"
 
 
 # PIDn, CLK, WAIT
@@ -320,30 +260,30 @@ def test_as_an_input_pin_g_starts_nothing(bench, motor):
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_pid_runs_the_trajectory_every_nth_sample(bench, motor, n):
     """1: "V, A and WAIT scale with it": 10 steps of 55 counts in all take 10n samples."""
-    say(bench, motor, f"PID{n} " + SLOW + "MV G ")
-    found = path(bench, motor, 20 * n)
+    send(bench, motor, f"PID{n} " + SLOW + "MV G", 0)
+    found = positions(bench, motor, 20 * n)
     changes = [at for at, (before, after) in enumerate(pairwise(found)) if before != after]
     assert {after - before for before, after in pairwise(changes)} == {n}
     steps = [found[at + 1] - found[at] for at in changes]
     assert steps[:8] in ([2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 3, 4, 5, 6, 7, 8])
-    assert say(bench, motor, "RSP ") == b"%d/476\r" % (24_576 * n)
+    assert send(bench, motor, "RSP", 0) == b"%d/476\r" % (24_576 * n)
 
 
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_wait_is_in_samples_of_the_servo(bench, motor, n):
     """1: WAIT scales with PIDn, CLK counts base samples: 1000 of them, and a statement."""
     load(bench, motor, "CLK=0\nWAIT=1000\na=CLK\nEND\n")
-    say(bench, motor, f"PID{n} RUN ")
-    pass_samples(bench, 9000)
+    send(bench, motor, f"PID{n} RUN", 0)
+    advance(bench, 9000)
     assert value(bench, motor, "a") in (1000 * n, 1000 * n + 1)
 
 
 def test_clk_counts_base_samples_and_is_writable(bench, motor):
-    say(bench, motor, "CLK=-3 ")
-    path(bench, motor, 10)
+    send(bench, motor, "CLK=-3", 0)
+    positions(bench, motor, 10)
     assert value(bench, motor, "CLK") == 7
-    say(bench, motor, "CLK=2147483647 ")
-    path(bench, motor, 1)
+    send(bench, motor, "CLK=2147483647", 0)
+    positions(bench, motor, 1)
     assert value(bench, motor, "CLK") == -(2**31)
 
 
@@ -373,16 +313,16 @@ def test_in_any_order_they_do_not_upset_the_motor(words):
 def told(words, pieces):
     bench = Bench()
     motor = ready(bench)
-    pass_samples(bench)
+    advance(bench)
     motor.master.move(500, 0.1)
     found = []
     for word in words:
-        say(bench, motor, word + " ")
+        send(bench, motor, word + "", 0)
         end = bench.now + 10 * SAMPLE_NS
         for piece in range(pieces):
             bench.clock.run_to(bench.now + (end - bench.now) // (pieces - piece))
         found.append((motor.axes["shaft"].position, motor.axes["shaft"].commanded))
-    found.append(say(bench, motor, "ECHO_OFF RMODE RP RCTR RBo RBt RV "))
+    found.append(send(bench, motor, "ECHO_OFF RMODE RP RCTR RBo RBt RV", 0))
     assert found[-1].count(b"\r") == 6
     return found
 
@@ -401,11 +341,11 @@ def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, lett
     RMODE after the stop reports the letter of what the next G starts, and the same letter when it has begun.
     """
     cruise(bench, motor, "MV")
-    say(bench, motor, f"{stop} ")
-    path(bench, motor, 20)
+    send(bench, motor, f"{stop}", 0)
+    positions(bench, motor, 20)
     zero = motor.axes["shaft"].position
-    assert say(bench, motor, f"a=@P {move} RMODE G RMODE ") == f"{letter}\r{letter}\r".encode()
-    assert [position - zero for position in path(bench, motor, 9)] == way
+    assert send(bench, motor, f"a=@P {move} RMODE G RMODE", 0) == f"{letter}\r{letter}\r".encode()
+    assert [position - zero for position in positions(bench, motor, 9)] == way
 
 
 @pytest.mark.parametrize("stop", ["S", "X"])
@@ -413,33 +353,33 @@ def test_a_real_host_moves_after_a_jog_without_mp(bench, motor, stop, move, lett
     ("mode", "letter"), [("MV", "V"), ("MFR", "X"), ("MSR", "X"), ("MP D=9", "R"), ("MP P=9", "P")]
 )
 def test_s_and_x_may_leave_the_buffered_mode_as_it_is(bench, stop, mode, letter):
-    """Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE tells which."""
+    """Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE reports it."""
     motor = ready(bench, stop_buffers="same")
-    say(bench, motor, SLOW + f"{mode} G {stop} ")
-    path(bench, motor, 20)
-    assert say(bench, motor, "RMODE G RMODE ") == f"{letter}\r{letter}\r".encode()
+    send(bench, motor, SLOW + f"{mode} G {stop}", 0)
+    positions(bench, motor, 20)
+    assert send(bench, motor, "RMODE G RMODE", 0) == f"{letter}\r{letter}\r".encode()
 
 
 def test_with_same_a_jog_resumes(bench):
     """Option `stop_buffers="same"`: 10 counts per sample, down to 7 in three samples, and up again."""
     motor = ready(bench, stop_buffers="same")
-    pass_samples(bench)
+    advance(bench)
     cruise(bench, motor, "MV")
-    say(bench, motor, "X ")
-    assert path(bench, motor, 3) == [264, 272, 279]
-    say(bench, motor, "G ")
-    assert path(bench, motor, 4) == [287, 296, 306, 316]
+    send(bench, motor, "X", 0)
+    assert positions(bench, motor, 3) == [264, 272, 279]
+    send(bench, motor, "G", 0)
+    assert positions(bench, motor, 4) == [287, 296, 306, 316]
 
 
 @pytest.mark.parametrize("stop", ["S", "X"])
 def test_s_and_x_without_effect_leave_the_buffered_mode(bench, motor, stop):
     """4.1: while the motor is off S and X do nothing, and so they buffer nothing."""
-    assert say(bench, motor, SLOW + f"MV {stop} G RMODE ") == b"V\r"
+    assert send(bench, motor, SLOW + f"MV {stop} G RMODE", 0) == b"V\r"
 
 
 def test_s_forgets_host_mode_that_has_not_begun(bench, motor):
     """10.1: MD is buffered until G; after S the next G is a position move."""
-    assert say(bench, motor, SLOW + "MV G MD S D=1 RMODE G RMODE ") == b"R\rR\r"
+    assert send(bench, motor, SLOW + "MV G MD S D=1 RMODE G RMODE", 0) == b"R\rR\r"
 
 
 # axis.velocity
@@ -451,18 +391,18 @@ def test_s_forgets_host_mode_that_has_not_begun(bench, motor):
 def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
     """Base 1: V is per servo sample.  16 counts in each of n samples of 245.76 µs; never 0 in between."""
     motor = ready(bench, shaft=shaft)
-    say(bench, motor, f"PID{rate} A=65536 V=16*65536 MV G ")
-    pass_samples(bench, 2000)
+    send(bench, motor, f"PID{rate} A=65536 V=16*65536 MV G", 0)
+    advance(bench, 2000)
     expected = 16 / (rate * SAMPLE_NS) * 1e9
     for _ in range(3 * rate):
-        pass_samples(bench)
+        advance(bench)
         assert motor.axes["shaft"].velocity == pytest.approx(expected, rel=1e-9 if not shaft else 0.1)
 
 
 def test_velocity_does_not_take_a_push_for_motion(bench, motor):
-    """Somebody turns the shaft between two samples."""
-    say(bench, motor, "PID4 A=65536*4 V=4*65536 MV G ")
-    pass_samples(bench, 30)
+    """The shaft is turned by hand between two samples."""
+    send(bench, motor, "PID4 A=65536*4 V=4*65536 MV G", 0)
+    advance(bench, 30)
     motor.axes["shaft"].encoder.displace(1000)
     assert motor.axes["shaft"].velocity == pytest.approx(4 / (4 * SAMPLE_NS) * 1e9)
 
@@ -473,17 +413,26 @@ def test_velocity_does_not_take_a_push_for_motion(bench, motor):
 def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(bench):
     """A published driver: MT, then `MP D=0 G`; `D=n RW G` twenty times a second, D relative to the trajectory."""
     motor = ready(bench, shaft={"motor": "frame23"})
-    say(bench, motor, "A=2000 V=2000000 MT T=60 ")
+    send(bench, motor, "A=2000 V=2000000 MT T=60", 0)
     bench.run(0.2)
-    say(bench, motor, "MP D=0 G ")
+    send(bench, motor, "MP D=0 G", 0)
     bench.run(0.5)
     begin = value(bench, motor, "@P+@PE")  # where the trajectory is
-    assert say(bench, motor, "RBe RBo RMODE ") == b"0\r0\rR\r"
+    assert send(bench, motor, "RBe RBo RMODE", 0) == b"0\r0\rR\r"
     for number in range(1, 21):
-        word = int(say(bench, motor, "D=100 RW G "))
+        word = int(send(bench, motor, "D=100 RW G", 0))
         assert word & 1 == 0  # the last move has ended, 50 ms ago
         bench.run(0.05)
         assert value(bench, motor, "@P+@PE") == begin + 100 * number
-    answers = say(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13) ").split()
+    answers = send(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13)", 0).split()
     assert answers[1:] == [b"480", b"1023"]
-    assert say(bench, motor, "RBs RBe ") == b"0\r0\r"
+    assert send(bench, motor, "RBs RBe", 0) == b"0\r0\r"
+
+
+def test_a_displaced_shaft_comes_back_to_where_the_servo_holds_it(bench, motor):
+    """13: the servo holds the position: a push within E lasts a sample of a motor that follows without error."""
+    send(bench, motor, "MP A=65536 V=655360 P=500 G", 1.0)
+    motor.axes["shaft"].encoder.displace(100)
+    bench.run(0.001)
+    assert motor.axes["shaft"].position == 500
+    assert send(bench, motor, "RP RPE RS", 0) == b"500\r0\r8\r"

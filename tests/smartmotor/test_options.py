@@ -6,15 +6,10 @@ from axistwin import Bench
 from axistwin.errors import UsageError
 
 RANGES = [
-    ("statements_per_sample", 1, 100, 1),
-    ("boot_window_s", 0.0, 10.0, 0.001),
-    ("debounce_samples", 1, 100, 1),
-    ("reset_below_v", 0.0, 100.0, 0.001),
-    ("host_buffer", 2, 4096, 1),
-    ("program_bytes", 256, 1048576, 1),
-    ("data_bytes", 256, 1048576, 1),
-    ("index_at", 0, 1048576, 1),
-]
+    ("statements_per_sample", 1, 100, 1), ("boot_window_s", 0.0, 10.0, 0.001), ("debounce_samples", 1, 100, 1),
+    ("reset_below_v", 0.0, 100.0, 0.001), ("host_buffer", 2, 4096, 1), ("program_bytes", 256, 1048576, 1),
+    ("data_bytes", 256, 1048576, 1), ("index_at", 0, 1048576, 1),
+]  # fmt: skip
 CHOICES = [("cam_multiplier", ["master", "table"]), ("stop_buffers", ["position", "same"]), ("load_block", [8, 32])]
 
 

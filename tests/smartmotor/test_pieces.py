@@ -1,4 +1,4 @@
-"""How a run is cut into pieces, who looks meanwhile, and what computes it make no difference at all."""
+"""Division of a run into pieces, reads in between, and compilation change nothing."""
 
 import json
 import os
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 
 @cache
 def day(model="frame23"):
-    """As it is when nobody looks."""
+    """Return the day without reads."""
     return Day(model).live(whole)
 
 
@@ -59,7 +59,7 @@ def another_process(setting):
 
 @pytest.mark.parametrize(
     "setting",
-    ["off", pytest.param("on", marks=pytest.mark.skipif(not jit.available(), reason="Numba is not there"))],
+    ["off", pytest.param("on", marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))],
 )
 def test_plain_python_and_machine_code_do_the_same(setting):
     assert another_process(setting) == json.loads(json.dumps(day()))

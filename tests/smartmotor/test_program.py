@@ -5,7 +5,7 @@ import pytest
 from axistwin.controllers.smartmotor.kernel import state
 from axistwin.controllers.smartmotor.language.program import Program
 
-from .processor import Processor
+from .rig import Processor
 
 FAULT_HANDLING = """
 ZS          ' all flags

@@ -5,22 +5,16 @@ import json
 import pytest
 
 from axistwin import Bench
-from axistwin.bench import Controller
 from axistwin.controllers.smartmotor.language import program
 from axistwin.controllers.smartmotor.language.language import Statement, read
 from axistwin.errors import UsageError
 from axistwin.units import S
 
-from .talking import ACKNOWLEDGE, END, ask, clear, load, ready, send, tell, upload
+from .talking import ACKNOWLEDGE, END, ask, bare, clear, load, ready, send, upload
 
 COUNTING = "a=1 'counts\nWHILE a<5\n  a=a+1\nLOOP\nEND\n"
 TEXT = b"a=1\nWHILE a<5\na=a+1\nLOOP\nEND\n"
 IMAGE = b"$40000006D8" + b"00001D" + b"0000000000" + b"a=1\n$W0019LE a<5\na=a+1\n$L0004P\nEND\n"
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    return ready(bench)
 
 
 # Loading
@@ -33,8 +27,8 @@ def test_each_block_of_8_is_acknowledged_but_not_the_rest(bench, motor):
     assert send(bench, motor, b"c=3 EN") == b""
     assert send(bench, motor, b"D") == b""
     assert send(bench, motor, END + b" ") == b""
-    assert tell(bench, motor, "RUN", 0.1) == b""
-    assert tell(bench, motor, "Ra Rb Rc RBk") == b"1\r2\r3\r0\r"
+    assert send(bench, motor, "RUN", 0.1) == b""
+    assert send(bench, motor, "Ra Rb Rc RBk") == b"1\r2\r3\r0\r"
 
 
 def test_a_program_of_whole_blocks_ends_without_another_answer(bench, motor):
@@ -63,13 +57,13 @@ def test_source_and_image_make_the_same_program(bench, motor, program):
     load(bench, motor, program)
     assert upload(bench, motor) == TEXT
     assert upload(bench, motor, "UP") == IMAGE
-    assert tell(bench, motor, "RUN", 0.1) == b""
+    assert send(bench, motor, "RUN", 0.1) == b""
     assert ask(bench, motor, "Ra") == "5"
 
 
 def test_loading_stops_the_running_program(bench, motor):
     load(bench, motor, "WHILE 1\na=a+1\nLOOP\n")
-    tell(bench, motor, "RUN", 0.1)
+    send(bench, motor, "RUN", 0.1)
     send(bench, motor, b"LOAD ")
     send(bench, motor, b"END" + END)
     before = ask(bench, motor, "Ra")
@@ -81,7 +75,7 @@ def test_program_bytes_are_neither_commands_nor_addresses(bench, motor):
     send(bench, motor, b"SADDR1 LOAD ")
     send(bench, motor, b"b=7 Rb\n\r\x82\x80RP END" + END)
     assert ask(bench, motor, "Rb") == "0"
-    assert tell(bench, motor, "RUN", 0.1) == b"7\r"
+    assert send(bench, motor, "RUN", 0.1) == b"7\r"
 
 
 def test_the_echo_goes_on_during_a_download(bench, motor):
@@ -95,17 +89,16 @@ def test_the_echo_goes_on_during_a_download(bench, motor):
 
 def test_a_motor_in_fault_takes_no_program(bench):
     """2.0 item 6: no 06 comes, and Bs is set.  With nothing wired it is in fault at power-up (2.0 item 1)."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
-    assert tell(bench, motor, "LOAD") == b""
-    assert tell(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
-    assert tell(bench, motor, "UCI UDI LOAD ZS LOAD") == ACKNOWLEDGE
+    motor = bare(bench)
+    assert send(bench, motor, "LOAD") == b""
+    assert send(bench, motor, "RBs RBr RBl") == b"1\r1\r1\r"
+    assert send(bench, motor, "UCI UDI LOAD ZS LOAD") == ACKNOWLEDGE
 
 
 def test_a_program_cannot_load(bench, motor):
     load(bench, motor, "LOAD\nUPLOAD\nUP\na=1\n")
-    assert tell(bench, motor, "RUN", 0.1) == b""
-    assert tell(bench, motor, "Ra RBs") == b"1\r1\r"
+    assert send(bench, motor, "RUN", 0.1) == b""
+    assert send(bench, motor, "Ra RBs") == b"1\r1\r"
 
 
 # What breaks it
@@ -118,9 +111,9 @@ def test_a_host_that_falls_silent_leaves_a_broken_program(bench, motor):
     assert send(bench, motor, b"a=9 b=9 ", 4.9) == ACKNOWLEDGE
     assert send(bench, motor, b"c=9 ", 4.9) == b""
     assert send(bench, motor, b"d=9 END ", 5.1) == ACKNOWLEDGE
-    assert tell(bench, motor, "RUN RBk RCKS", 0.1).startswith(b"1\r000000 ")
-    assert tell(bench, motor, "Ra Rb RCKS").endswith(b" F\r")
-    assert tell(bench, motor, "ZS RCKS RBk").endswith(b" F\r1\r")
+    assert send(bench, motor, "RUN RBk RCKS", 0.1).startswith(b"1\r000000 ")
+    assert send(bench, motor, "Ra Rb RCKS").endswith(b" F\r")
+    assert send(bench, motor, "ZS RCKS RBk").endswith(b" F\r1\r")
     load(bench, motor, COUNTING)
     assert ask(bench, motor, "RBk") == "0"
 
@@ -129,7 +122,7 @@ def test_one_ff_and_silence_end_a_download_too(bench, motor):
     """A user of class 4 motors appends a single FF."""
     send(bench, motor, b"LOAD ")
     send(bench, motor, b"a=1\n\xff", 5.1)
-    assert tell(bench, motor, "RBk RUN", 0.1) == b"0\r"
+    assert send(bench, motor, "RBk RUN", 0.1) == b"0\r"
     assert ask(bench, motor, "Ra") == "1"
 
 
@@ -141,7 +134,7 @@ def test_a_power_cut_leaves_a_broken_program(bench, motor):
     motor.power_cycle()
     bench.run(1)
     assert motor.serial.read() == b""
-    assert tell(bench, motor, "RBk RUN RCKS", 0.1) == b"1\r000000 000000 F\r"
+    assert send(bench, motor, "RBk RUN RCKS", 0.1) == b"1\r000000 000000 F\r"
 
 
 def test_a_program_that_is_too_long_is_broken(bench):
@@ -150,7 +143,7 @@ def test_a_program_that_is_too_long_is_broken(bench):
     load(bench, motor, "a=1\n" * 64)
     send(bench, motor, b"LOAD ")
     send(bench, motor, b"a=1\n" * 64 + b"END" + END)
-    assert tell(bench, motor, "RBk RUN Ra", 0.1) == b"1\r0\r"
+    assert send(bench, motor, "RBk RUN Ra", 0.1) == b"1\r0\r"
 
 
 def test_a_damaged_image_is_broken(bench, motor):
@@ -161,12 +154,12 @@ def test_a_damaged_image_is_broken(bench, motor):
 
 def test_a_line_error_breaks_the_download(bench):
     motor = clear(bench, bench.add("smartmotor"))
-    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "E"
     send(bench, motor, b"LOAD ", 0.1)
     motor.serial.to_device.flip(1)
     send(bench, motor, b"a=1\nEND\n" + END, 0.1)
-    assert tell(bench, motor, "RBk RBb", 0.1) == b"1\r1\r"
+    assert send(bench, motor, "RBk RBb", 0.1) == b"1\r1\r"
 
 
 # Uploading
@@ -201,10 +194,10 @@ def test_the_echo_applies_to_an_upload(bench, motor):
 def test_a_locked_program_is_not_uploaded(bench, motor):
     """LOCKP, until another one is loaded."""
     load(bench, motor, COUNTING)
-    assert tell(bench, motor, "LOCKP UPLOAD UP RBs") == b"1\r"
+    assert send(bench, motor, "LOCKP UPLOAD UP RBs") == b"1\r"
     motor.power_cycle()
     clear(bench, motor)
-    assert tell(bench, motor, "UPLOAD RBs") == b"1\r"
+    assert send(bench, motor, "UPLOAD RBs") == b"1\r"
     assert ask(bench, motor, "Ra") == "0"
     load(bench, motor, COUNTING)
     assert upload(bench, motor) == TEXT
@@ -227,7 +220,7 @@ def test_rcks(bench, motor, program, sums):
 
 
 def test_a_new_motor_has_an_empty_program(bench, motor):
-    assert tell(bench, motor, "RCKS RBk RUN RBs", 0.1) == b"000000 000000 P\r0\r0\r"
+    assert send(bench, motor, "RCKS RBk RUN RBs", 0.1) == b"000000 000000 P\r0\r0\r"
 
 
 # Starting
@@ -259,12 +252,12 @@ def test_run_question_mark_waits_for_run(bench, motor):
     motor.power_cycle()
     bench.run(1)
     assert motor.serial.read() == b"a"
-    assert tell(bench, motor, "RUN", 0.1) == b"ab"
+    assert send(bench, motor, "RUN", 0.1) == b"ab"
 
 
 def test_z_starts_it_as_power_up_does(bench, motor):
     load(bench, motor, 'PRINT("up",#13)\nEND\n')
-    assert tell(bench, motor, "Z", 0.19) == b""
+    assert send(bench, motor, "Z", 0.19) == b""
     bench.run(0.1)
     assert motor.serial.read() == b"up\r"
 
@@ -282,7 +275,7 @@ def test_the_program_is_kept_in_the_state_directory(bench, tmp_path):
 
 
 def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path):
-    """Whenever the power goes, what is kept is a sound program or is known not to be one."""
+    """At any loss of power the kept program is sound or marked as broken."""
     motor = ready(bench, state=tmp_path)
     load(bench, motor, COUNTING)
     for part in (b"LOAD ", b"a=1\n", b"END\n", b"\xff"):
@@ -351,8 +344,7 @@ def test_a_long_program_is_compiled_in_pieces(monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_long_program_is_compiled_in_pieces_when_the_power_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench()
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     motor.serial.write(b"UCI UDI ZS LOAD " + LONG.encode() + b"\xff\xff")
     motor.power_cycle()
     assert _most_in_one_step(bench, monkeypatch) == program.PIECE
@@ -360,8 +352,7 @@ def test_a_long_program_is_compiled_in_pieces_when_the_power_comes(monkeypatch: 
 
 def test_a_program_that_is_not_compiled_yet_can_be_run_in_the_same_nanosecond() -> None:
     bench = Bench()
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.5)
+    motor = bare(bench)
     motor.serial.write(b"UCI UDI ZS LOAD C5 a=7 END\n" + LONG.encode() + b"\xff\xffGOSUB5 ")
     bench.run(0.1)
     motor.serial.read()

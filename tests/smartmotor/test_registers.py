@@ -1,4 +1,4 @@
-"""Numbers that somebody follows: several may, each its own, and none of them notices the others."""
+"""Followers of numbers: each follows its own, independent of the others."""
 
 from itertools import groupby
 
@@ -9,21 +9,16 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.traces.trace import tracing
 
-from .talking import ready, tell
+from .talking import ready, send
 
 NAMES = ("RP", "RV", "Ra", "RMODE", "P", "RTEMP", "RBt")
 SAYINGS = (
-    "a=1 A=65536 V=400000 P=3000 G ",
-    "a=a+1 a=a+1 ",
-    "X ",
-    "MV V=200000 G a=7 ",
-    "P=17 S ",
-    "O=100 ",
-)
+    "a=1 A=65536 V=400000 P=3000 G ", "a=a+1 a=a+1 ", "X ", "MV V=200000 G a=7 ", "P=17 S ", "O=100 ",
+)  # fmt: skip
 
 
 class Follower:
-    """What one follower has been told: of each of its names the values, each with the time from which on it counts."""
+    """The values that one follower has received of each of its names, each with its time."""
 
     def __init__(self, motor, names):
         self.names = names
@@ -37,7 +32,7 @@ class Follower:
             self.told[self.names[number]].append((time_ns, value))
 
     def course(self):
-        """Without what is told twice."""
+        """Return the values without repetitions."""
         return {
             name: [next(same) for _, same in groupby(told, key=lambda one: one[1])] for name, told in self.told.items()
         }
@@ -101,7 +96,7 @@ def test_who_comes_later_or_stays_longer_is_told_all_of_his_own(names, others, s
 
 
 def after(since_ns, courses):
-    """How each number was at that time, all having happened that is due then, and what it became later."""
+    """Return the value of each number after all events of a time, and its later changes."""
     return {
         name: (
             [value for at_ns, value in course if at_ns <= since_ns][-1],
@@ -114,7 +109,7 @@ def after(since_ns, courses):
 def test_both_are_told_how_everything_is_when_the_power_comes_back():
     bench, motor = a_motor()
     followers = Follower(motor, ("Ra", "RMODE")), Follower(motor, ("RV", "Ra"))
-    tell(bench, motor, "a=5 ", 0.01)
+    send(bench, motor, "a=5 ", 0.01)
     motor.power_cycle()
     bench.run(0.01)
     for follower in followers:
@@ -126,7 +121,7 @@ def test_nobody_is_told_anything_when_all_have_gone():
     followers = [Follower(motor, ("Ra",)) for _ in range(2)]
     for follower in followers:
         follower.end()
-    tell(bench, motor, "a=5 ", 0.01)
+    send(bench, motor, "a=5 ", 0.01)
     motor.power_cycle()
     assert [len(follower.told["Ra"]) for follower in followers] == [1, 1]
 

@@ -2,15 +2,7 @@
 
 import pytest
 
-from axistwin import Bench
-from axistwin.bench import Controller
-
-from .talking import ask, load, ready, tell
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    return ready(bench)
+from .talking import ask, load, send
 
 
 @pytest.mark.parametrize(
@@ -31,15 +23,8 @@ def motor(bench: Bench) -> Controller:
 )  # fmt: skip
 def test_reports_of_a_motor_that_has_done_nothing(bench, motor, command, answer):
     """9: text and CR, nothing else; no leading blank, no padding."""
-    assert tell(bench, motor, command) == answer.encode() + b"\r"
+    assert send(bench, motor, command) == answer.encode() + b"\r"
     assert ask(bench, motor, "RBs") == "0"
-
-
-def test_a_bare_motor_reports_its_limit_fault(bench):
-    """2.0 item 1, 10: nothing wired: RS 134, RW 1670."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
-    assert tell(bench, motor, "RS RW RPW RMODE RU") == b"134\r1670\r0,1670\rB\r127\r"
 
 
 @pytest.mark.parametrize(
@@ -54,84 +39,52 @@ def test_a_bare_motor_reports_its_limit_fault(bench):
     ],
 )  # fmt: skip
 def test_a_report_tells_the_buffered_value(bench, motor, assignment, report, answer):
-    assert tell(bench, motor, f"{assignment} {report} RBs") == answer.encode() + b"\r0\r"
+    assert send(bench, motor, f"{assignment} {report} RBs") == answer.encode() + b"\r0\r"
 
 
 def test_clk_counts_samples(bench, motor):
     """1: 245,760 ns each."""
-    tell(bench, motor, "CLK=0", 0)
+    send(bench, motor, "CLK=0", 0)
     bench.run(1000 * 245_760e-9)
-    assert tell(bench, motor, "RCLK", 0) == b"1000\r"
+    assert send(bench, motor, "RCLK", 0) == b"1000\r"
 
 
 @pytest.mark.parametrize(("rate", "period"), [(1, 24576), (2, 49152), (4, 98304), (8, 196608)])
 def test_rsp_tells_the_period_of_the_servo_and_the_firmware(bench, motor, rate, period):
     """Page 1: 24576/476; PIDn multiplies the period."""
-    assert tell(bench, motor, f"PID{rate} RSP") == f"{period}/476\r".encode()
-
-
-@pytest.mark.parametrize(
-    ("commands", "letter"),
-    [
-        ("MP P=1000000 V=1000 A=10 G", "P"), ("MP D=1000000 V=1000 A=10 G", "R"), ("MV V=1000 A=10 G", "V"),
-        ("MT", "T"), ("MF1", "F"), ("MF4", "F"), ("MFR G", "X"), ("MS", "S"), ("MSR G", "X"), ("MTB", "B"),
-        ("BRKRLS OFF", "O"), ("BASE=100 SIZE=4 MC G", "C"), ("MV V=1000 A=10 G S", "P"), ("MV", "B"),
-    ],
-)  # fmt: skip
-def test_rmode_tells_the_mode_in_force_by_a_letter(bench, motor, commands, letter):
-    """5; 10.2: the running mode, not the buffered one."""
-    assert tell(bench, motor, f"{commands} RMODE RBs", 0.01) == f"{letter}\r0\r".encode()
-
-
-def test_host_mode_has_its_letter(bench, motor):
-    """10: MD, two points, G."""
-    tell(bench, motor, b"MD \xfa\0\0\0\0\r\xfb\0\0\0\0\r\xfa\0\0\4\0\r\xfb\0\0\1\0\rG")
-    assert ask(bench, motor, "RMODE") == "H"
+    assert send(bench, motor, f"PID{rate} RSP") == f"{period}/476\r".encode()
 
 
 def test_ri_clears_bi(bench, motor):
     """10: Bi is cleared by RI.  The index mark is 500 counts from where the shaft stood."""
-    tell(bench, motor, "MP P=600 V=100000 A=1000 G", 1)
-    assert tell(bench, motor, "RBi RI RBi") == b"1\r500\r0\r"
-
-
-def test_rs_and_rw_clear_nothing(bench):
-    """3.1: only Zl, Zr and ZS do."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.run(0.3)
-    assert tell(bench, motor, "RS RW RBr RBl") == b"134\r1670\r1\r1\r"
+    send(bench, motor, "MP P=600 V=100000 A=1000 G", 1)
+    assert send(bench, motor, "RBi RI RBi") == b"1\r500\r0\r"
 
 
 def test_an_index_outside_the_array_is_not_reported(bench, motor):
     """8.2: Bu."""
-    assert tell(bench, motor, "Rab[204] Raw[102] Ral[51] Rab[-1] RBu RBs") == b"1\r0\r"
+    assert send(bench, motor, "Rab[204] Raw[102] Ral[51] Rab[-1] RBu RBs") == b"1\r0\r"
 
 
 @pytest.mark.parametrize("command", ["RFOO", "R", "Rp2", "RAIN", "RAINA5", "RAINI1", "RDINA64", "RAA", "RUH", "RUAB"])
 def test_what_is_no_report_sets_bs(bench, motor, command):
-    assert tell(bench, motor, f"{command} RBs") == b"1\r"
+    assert send(bench, motor, f"{command} RBs") == b"1\r"
 
 
 def test_print_adds_nothing(bench, motor):
     """9: text, values in decimal, #n one byte."""
-    assert tell(bench, motor, 'a=-5 PRINT("a=",a,"  ",a*a,#13,#10,#0,#255)') == b"a=-5  25\r\n\0\xff"
-
-
-def test_print_u(bench, motor):
-    """6.1: PRINT(U), `a=U`."""
-    motor.pins["B"].drive(False)
-    assert tell(bench, motor, "PRINT(U,#13) a=U Ra RU") == b"125\r125\r125\r"
+    assert send(bench, motor, 'a=-5 PRINT("a=",a,"  ",a*a,#13,#10,#0,#255)') == b"a=-5  25\r\n\0\xff"
 
 
 def test_print_of_something_without_a_value_prints_nothing(bench, motor):
-    assert tell(bench, motor, 'PRINT("x",1/0) RBd') == b"1\r"
+    assert send(bench, motor, 'PRINT("x",1/0) RBd') == b"1\r"
 
 
 @pytest.mark.parametrize("device", "ABCDEFGH")
 def test_print_to_a_device_that_is_not_there_is_lost(bench, motor, device):
-    assert tell(bench, motor, f'PRINT{device}("x") RBs') == b"0\r"
+    assert send(bench, motor, f'PRINT{device}("x") RBs') == b"0\r"
 
 
 def test_a_program_reports_as_a_host_does(bench, motor):
     load(bench, motor, 'Ra PRINT("b=",b,#13)\nRPW\nEND\n')
-    assert tell(bench, motor, "RUN", 0.1) == b"0\rb=0\r0,128\r"
+    assert send(bench, motor, "RUN", 0.1) == b"0\rb=0\r0,128\r"

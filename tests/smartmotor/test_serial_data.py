@@ -7,14 +7,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .talking import clear, load, ready, send, tell
+from .talking import clear, load, ready, send
 
 CHARACTER_S = 10 / 9600
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    return ready(bench)
 
 
 # Terminators
@@ -28,7 +23,7 @@ def test_a_space_cr_lf_or_nul_ends_a_command(bench, motor, terminator):
 
 def test_several_commands_stand_on_one_line(bench, motor):
     """2: `z=V Rz` and the like are what hosts send."""
-    assert tell(bench, motor, "V=-5 z=V Rz a=3 Ra") == b"-5\r3\r"
+    assert send(bench, motor, "V=-5 z=V Rz a=3 Ra") == b"-5\r3\r"
 
 
 def test_empty_commands_mean_nothing(bench, motor):
@@ -42,19 +37,19 @@ def test_a_command_without_its_terminator_is_not_obeyed_yet(bench, motor):
 
 def test_quotes_keep_the_space_in_a_command(bench, motor):
     """2: quotes protect spaces."""
-    assert tell(bench, motor, 'PRINT("a b  c",#13)') == b"a b  c\r"
+    assert send(bench, motor, 'PRINT("a b  c",#13)') == b"a b  c\r"
 
 
 @pytest.mark.parametrize("end", ["\r", "\n", "\0"])
 def test_a_quote_that_is_not_closed_ends_with_the_line(bench, motor, end):
     assert send(bench, motor, b'PRINT("a b' + end.encode()) == b""
-    assert tell(bench, motor, "RBs") == b"1\r"
+    assert send(bench, motor, "RBs") == b"1\r"
 
 
 def test_an_unknown_command_sets_bs_and_nothing_is_returned(bench, motor):
     """3: ignored, Bs."""
-    assert tell(bench, motor, "HELLO") == b""
-    assert tell(bench, motor, "RBs") == b"1\r"
+    assert send(bench, motor, "HELLO") == b""
+    assert send(bench, motor, "RBs") == b"1\r"
 
 
 # Lists of array values
@@ -62,38 +57,38 @@ def test_an_unknown_command_sets_bs_and_nothing_is_returned(bench, motor):
 
 def test_a_list_of_array_values_comes_as_words(bench, motor):
     """1.1: `aw[0] 0 100 500 700.`: consecutive elements; the list ends with its period."""
-    assert tell(bench, motor, "aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs") == b"100\r-500\r700\r0\r"
+    assert send(bench, motor, "aw[0] 0 100 -500 700. Raw[1] Raw[2] Raw[3] RBs") == b"100\r-500\r700\r0\r"
 
 
 def test_a_list_may_have_more_characters_than_a_command(bench, motor):
     values = " ".join(str(1000 + n) for n in range(102))
-    assert tell(bench, motor, f"aw[0] {values}. Raw[0] Raw[101]") == b"1000\r1101\r"
+    assert send(bench, motor, f"aw[0] {values}. Raw[0] Raw[101]") == b"1000\r1101\r"
 
 
 def test_a_list_without_its_period_is_no_list(bench, motor):
-    """The line's end and a word that is no number end it; nothing is stored, and nothing behind it is lost."""
-    assert tell(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
-    assert tell(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
+    """The line's end and a word that is no number end it; nothing is stored, and nothing after it is lost."""
+    assert send(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
+    assert send(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
 
 
 def test_a_list_with_too_many_values_sets_a_flag_and_does_no_harm(bench, motor):
     values = " ".join("1" for n in range(300))
-    assert tell(bench, motor, f"ab[0] {values}. ZS RU") == b"127\r"
+    assert send(bench, motor, f"ab[0] {values}. ZS RU") == b"127\r"
 
 
 # Long commands
 
 
 def test_a_command_has_64_characters_at_most(bench, motor):
-    """2: a longer one is dropped up to its terminator, flag Bc; nothing behind it is lost."""
+    """2: a longer one is dropped up to its terminator, flag Bc; nothing after it is lost."""
     longest = 'PRINT("' + "x" * 55 + '")'
     assert len(longest) == 64
-    assert tell(bench, motor, longest) == b"x" * 55
-    assert tell(bench, motor, 'PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0') == b"1\r1\r1\r1\r"
+    assert send(bench, motor, longest) == b"x" * 55
+    assert send(bench, motor, 'PRINT("' + "x x" * 20 + '",#13) a=1 Ra RBc RCHN RCHN0') == b"1\r1\r1\r1\r"
 
 
 def test_a_list_is_cut_short_by_a_word_that_is_too_long(bench, motor):
-    assert tell(bench, motor, f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]") == b"1\r1\r0\r"
+    assert send(bench, motor, f"aw[0] 1 {'2' * 65} 3. RBc RBs Raw[0]") == b"1\r1\r0\r"
 
 
 # Echo
@@ -112,7 +107,7 @@ def test_echo_sends_every_byte_back_before_the_answer(bench, motor):
 
 def test_an_address_byte_holds_until_the_next_one(bench, motor):
     """2: 80h + address; 80h is for all."""
-    assert tell(bench, motor, "SADDR5 RADDR") == b"5\r"
+    assert send(bench, motor, "SADDR5 RADDR") == b"5\r"
     assert send(bench, motor, b"\x86RP RP ") == b""
     assert send(bench, motor, b"RP ") == b""
     assert send(bench, motor, b"\x85RP RP ") == b"0\r0\r"
@@ -125,7 +120,7 @@ def test_addresses_go_up_to_120(bench, motor, number):
 
 
 def test_there_is_no_address_121(bench, motor):
-    assert tell(bench, motor, "SADDR121 RADDR RBs") == b"0\r1\r"
+    assert send(bench, motor, "SADDR121 RADDR RBs") == b"0\r1\r"
 
 
 def test_an_address_byte_ends_what_had_been_begun(bench, motor):
@@ -138,8 +133,8 @@ def test_echo_goes_on_for_the_commands_of_others(bench, motor):
 
 
 def test_sleep_obeys_nothing_but_wake(bench, motor):
-    """2: echo goes on."""
-    assert tell(bench, motor, "SLEEP a=1 Ra HELLO WAKE Ra RBs") == b"0\r0\r"
+    """2: the echo continues."""
+    assert send(bench, motor, "SLEEP a=1 Ra HELLO WAKE Ra RBs") == b"0\r0\r"
     assert send(bench, motor, b"ECHO SLEEP Ra WAKE ") == b"SLEEP Ra WAKE "
 
 
@@ -174,19 +169,19 @@ def other_format(bench: Bench, **differences: object) -> Controller:
 def test_a_framing_error_sets_bf_and_spoils_the_command(bench):
     """10 of the base language: Bf.  The host sends 8 data bits with the parity bit where the stop bit is expected."""
     motor = other_format(bench, parity="S")
-    tell(bench, motor, "a=1", 0.1)
+    send(bench, motor, "a=1", 0.1)
     motor.serial.host.parity = "N"
-    assert tell(bench, motor, "\rRa RBf RCHN RBs", 0.2) == b"0\r1\r2\r0\r"
-    assert tell(bench, motor, "Zf RBf RCHN", 0.2) == b"0\r0\r"
+    assert send(bench, motor, "\rRa RBf RCHN RBs", 0.2) == b"0\r1\r2\r0\r"
+    assert send(bench, motor, "Zf RBf RCHN", 0.2) == b"0\r0\r"
 
 
 def test_a_parity_error_sets_bb(bench):
     motor = clear(bench, bench.add("smartmotor"))
-    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "O"
-    tell(bench, motor, "a=1", 0.1)
+    send(bench, motor, "a=1", 0.1)
     motor.serial.host.parity = "E"
-    assert tell(bench, motor, "\rRa RBb RCHN0 RCHN1 RBf", 0.2) == b"0\r1\r8\r0\r0\r"
+    assert send(bench, motor, "\rRa RBb RCHN0 RCHN1 RBf", 0.2) == b"0\r1\r8\r0\r0\r"
 
 
 def test_a_break_is_a_framing_error_and_ends_what_had_been_begun(bench):
@@ -194,15 +189,15 @@ def test_a_break_is_a_framing_error_and_ends_what_had_been_begun(bench):
     motor.serial.write(b"a=")
     motor.serial.send_break(0.01)
     bench.run(0.1)
-    assert tell(bench, motor, "RBf RBs", 0.1) == b"1\r0\r"
+    assert send(bench, motor, "RBf RBs", 0.1) == b"1\r0\r"
 
 
 def test_one_damaged_character_spoils_one_command(bench):
     motor = clear(bench, bench.add("smartmotor"))
-    tell(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    send(bench, motor, "OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "E"
     motor.serial.to_device.flip(1)
-    assert tell(bench, motor, "b=5 b=b+1 Rb", 0.1) == b"1\r"
+    assert send(bench, motor, "b=5 b=b+1 Rb", 0.1) == b"1\r"
 
 
 # Host mode records and what is binary
@@ -219,7 +214,7 @@ def test_a_record_for_others_is_passed_over_as_a_whole(bench, motor):
 
 
 def test_a_record_without_its_cr_is_dropped(bench, motor):
-    """Bs; what stands behind it up to the next terminator belongs to it, records and addresses excepted."""
+    """Bs; all up to the next terminator belongs to it, except records and addresses."""
     assert send(bench, motor, b"MD \xfa\x00\x00\x00\x00XX a=1 Ra RBs Zs ") == b"1\r1\r"
     assert send(bench, motor, b"\xfa\x00\x00\x00\x00\xfa\x00\x00\x00\x00\rRBs ") == b"1\r"
 
@@ -235,10 +230,10 @@ def test_host_mode_tells_its_status(bench, motor):
 
 
 def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
-    """When the characters of the answer arrive, from when the host begins to send."""
+    """Return the arrival times of the answer's characters from the first character sent."""
     began, times = bench.now, list[float]()
     stop = motor.serial.subscribe_received(lambda byte, errors: times.append(round((bench.now - began) / 1e6, 3)))
-    tell(bench, motor, text, 0.1)
+    send(bench, motor, text, 0.1)
     stop()
     return times
 
@@ -246,13 +241,13 @@ def arrivals_ms(bench: Bench, motor: Controller, text: str) -> list[float]:
 def test_baud_takes_effect_at_once(bench):
     """2: BAUDn.  At 38400 baud a character takes 0.2604 ms; three come in, two go out."""
     motor = clear(bench, bench.add("smartmotor"))
-    assert tell(bench, motor, "BAUD38400", 0.1) == b""
+    assert send(bench, motor, "BAUD38400", 0.1) == b""
     motor.serial.host.baudrate = 38400
     assert arrivals_ms(bench, motor, "RP") == [1.042, 1.302]
-    assert tell(bench, motor, "BAUD300 RBs RBf", 0.1) == b"1\r0\r"
+    assert send(bench, motor, "BAUD300 RBs RBf", 0.1) == b"1\r0\r"
     motor.power_cycle()
     motor.serial.host.baudrate = 9600
-    assert tell(bench, motor, "RP", 0.1) == b"0\r"
+    assert send(bench, motor, "RP", 0.1) == b"0\r"
 
 
 def test_a_reply_begins_when_the_terminator_has_been_received(bench):
@@ -264,15 +259,15 @@ def test_a_reply_begins_when_the_terminator_has_been_received(bench):
 def test_a_reply_waits_while_another_one_is_being_sent(bench):
     """2: the second report is asked for while the first one is on the wire; nothing is lost."""
     motor = clear(bench, bench.add("smartmotor"))
-    assert tell(bench, motor, "RSP RP RP", 0.1) == b"24576/476\r0\r0\r"
+    assert send(bench, motor, "RSP RP RP", 0.1) == b"24576/476\r0\r0\r"
 
 
 def test_ochn_sets_the_format(bench):
     motor = clear(bench, bench.add("smartmotor"))
-    tell(bench, motor, "OCHN(RS2,0,O,19200,2,7,C)", 0.1)
+    send(bench, motor, "OCHN(RS2,0,O,19200,2,7,C)", 0.1)
     host = motor.serial.host
     host.baudrate, host.bytesize, host.parity, host.stopbits = 19200, 7, "O", 2
-    assert tell(bench, motor, "RP RBs", 0.1) == b"0\r0\r"
+    assert send(bench, motor, "RP RBs", 0.1) == b"0\r0\r"
 
 
 @pytest.mark.parametrize(
@@ -281,69 +276,69 @@ def test_ochn_sets_the_format(bench):
      "RS2,0,N,9600,3,8,C", "RS2,0,N,9600,1,9,C", "RS2,0,N,9600,1,8,E", "RS2,0", "", "RS2,0,N,9600,1,8,C,x"],
 )  # fmt: skip
 def test_what_cannot_be_opened_sets_bs(bench, motor, parameters):
-    assert tell(bench, motor, f"OCHN({parameters}) RBs") == b"1\r"
+    assert send(bench, motor, f"OCHN({parameters}) RBs") == b"1\r"
 
 
 def test_a_closed_channel_neither_hears_nor_speaks(bench, motor):
     motor.rs485.write(b"")
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) CCHN(RS2,0)")
-    assert tell(bench, motor, "RP") == b""
-    assert tell(bench, motor.rs485, "OCHN(RS2,0,N,9600,1,8,C) RP", 0.1) == b"0\r"
-    assert tell(bench, motor, "RBs") == b"0\r"
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) CCHN(RS2,0)")
+    assert send(bench, motor, "RP") == b""
+    assert send(bench, motor.rs485, "OCHN(RS2,0,N,9600,1,8,C) RP", 0.1) == b"0\r"
+    assert send(bench, motor, "RBs") == b"0\r"
 
 
 # Channel 1
 
 
 def test_channel_1_is_closed_at_first(bench, motor):
-    assert tell(bench, motor.rs485, "RP") == b""
-    assert tell(bench, motor, 'PRINT1("lost") RBs') == b"0\r"
+    assert send(bench, motor.rs485, "RP") == b""
+    assert send(bench, motor, 'PRINT1("lost") RBs') == b"0\r"
     assert motor.rs485.read() == b""
 
 
 def test_an_answer_goes_to_the_channel_that_asked(bench, motor):
     """6.2: "to the active channel"."""
     port = motor.rs485
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
-    assert tell(bench, port, "RP RUA") == b"0\r1\r"
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C)")
+    assert send(bench, port, "RP RUA") == b"0\r1\r"
     assert motor.serial.read() == b""
-    assert tell(bench, motor, 'PRINT1("one",#13)') == b""
+    assert send(bench, motor, 'PRINT1("one",#13)') == b""
     assert port.read() == b"one\r"
 
 
 def test_data_mode_keeps_sixteen_bytes(bench, motor):
     """2: LEN1 and GETCHR1; the seventeenth byte sets Bc."""
     port = motor.rs485
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)")
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)")
     port.write(bytes(range(0x80, 0x90)))
-    assert tell(bench, motor, "a=LEN1 Ra b=GETCHR1 Rb b=GETCHR1 Rb a=LEN1 Ra RBc") == b"16\r128\r129\r14\r0\r"
+    assert send(bench, motor, "a=LEN1 Ra b=GETCHR1 Rb b=GETCHR1 Rb a=LEN1 Ra RBc") == b"16\r128\r129\r14\r0\r"
     port.write(b"\xfaRP")
-    assert tell(bench, motor, "a=LEN1 Ra RBc RCHN1 RCHN0") == b"16\r1\r1\r0\r"
+    assert send(bench, motor, "a=LEN1 Ra RBc RCHN1 RCHN0") == b"16\r1\r1\r0\r"
 
 
 def test_getchr_of_nothing_is_0(bench, motor):
-    assert tell(bench, motor, "a=5 a=GETCHR Ra a=GETCHR1 Ra RBs") == b"0\r0\r0\r"
+    assert send(bench, motor, "a=5 a=GETCHR Ra a=GETCHR1 Ra RBs") == b"0\r0\r0\r"
 
 
 def test_a_channel_sleeps_by_itself(bench, motor):
     port = motor.rs485
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) SLEEP1 ECHO1")
-    assert tell(bench, port, "RP") == b"RP\r"
-    assert tell(bench, motor, "RP") == b"0\r"
-    assert tell(bench, port, "WAKE RP WAKE1 RP") == b"WAKE RP WAKE1 RP\r0\r"
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) SLEEP1 ECHO1")
+    assert send(bench, port, "RP") == b"RP\r"
+    assert send(bench, motor, "RP") == b"0\r"
+    assert send(bench, port, "WAKE RP WAKE1 RP") == b"WAKE RP WAKE1 RP\r0\r"
 
 
 def test_rs4_takes_pin_g_as_its_direction_line(bench):
     """5.1: RS4 or OCHN(RS4,0,…) changes the function of pin G; it is high while the motor transmits."""
     motor = clear(bench, bench.add("smartmotor"))
     levels: list[tuple[float, bool]] = []
-    tell(bench, motor, "RS4", 0.1)
+    send(bench, motor, "RS4", 0.1)
     assert motor.pins["G"].level is False
     began = bench.now
     motor.pins["G"].subscribe(lambda pin: levels.append((round((bench.now - began) / 1e6, 3), pin.level)))
-    assert tell(bench, motor, "RP", 0.1) == b"0\r"
+    assert send(bench, motor, "RP", 0.1) == b"0\r"
     assert levels == [(3.125, True), (5.208, False)]
-    tell(bench, motor, "RS2", 0.1)
+    send(bench, motor, "RS2", 0.1)
     assert motor.pins["G"].level is True
 
 
@@ -351,7 +346,7 @@ def test_rs4_takes_pin_g_as_its_direction_line(bench):
 
 
 def test_a_program_waits_when_more_than_16_characters_are_to_be_sent(bench):
-    """26 characters take 27.08 ms; the first is on the wire, 25 wait, so the program goes on when all have left."""
+    """26 characters take 27.08 ms; the first is on the wire, 25 wait, so the program continues when all have left."""
     motor = clear(bench, bench.add("smartmotor"))
     load_slowly(bench, motor, 'UAO UA=0\nPRINT("abcdefghijklmnopqrstuvwxyz")\nUA=1\nEND\n')
     motor.serial.write(b"RUN ")
@@ -372,24 +367,8 @@ def load_slowly(bench: Bench, motor: Controller, program: str) -> None:
 def test_silent_keeps_the_program_quiet_and_talk_ends_it(bench, motor):
     """2: SILENT; a host that asks is answered all the same."""
     load(bench, motor, 'PRINT("x")\nRa\nEND\n')
-    assert tell(bench, motor, "SILENT RUN Ra", 0.1) == b"0\r"
-    assert tell(bench, motor, "TALK RUN", 0.1) == b"x0\r"
-
-
-def test_f_4_sends_what_the_program_says_to_channel_1(bench, motor):
-    """7, F=4."""
-    port = motor.rs485
-    load(bench, motor, 'PRINT("x")\nRa\nEND\n')
-    assert tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,C) F=4 RUN", 0.1) == b""
-    assert port.read() == b"x0\r"
-
-
-def test_a_character_ends_the_pause(bench, motor):
-    """8: ! pauses the program until a serial character arrives."""
-    load(bench, motor, "a=1\n!\na=2\nEND\n")
-    tell(bench, motor, "RUN", 0.1)
-    assert tell(bench, motor, "", 0.1) == b""
-    assert tell(bench, motor, "Ra") == b"2\r"
+    assert send(bench, motor, "SILENT RUN Ra", 0.1) == b"0\r"
+    assert send(bench, motor, "TALK RUN", 0.1) == b"x0\r"
 
 
 # Whatever comes
@@ -468,7 +447,7 @@ def test_a_direct_binary_command_ends_what_had_been_begun(bench, motor):
 def test_a_damaged_direct_binary_command_changes_nothing(bench):
     """A parity error in its third byte, flag Bb; its five bytes are counted all the same."""
     motor = clear(bench, bench.add("smartmotor"))
-    tell(bench, motor, "P=7 OCHN(RS2,0,E,9600,1,8,C)", 0.1)
+    send(bench, motor, "P=7 OCHN(RS2,0,E,9600,1,8,C)", 0.1)
     motor.serial.host.parity = "E"
     send(bench, motor, b"\xfe\x00", 0.1)
     motor.serial.to_device.flip(1)
@@ -479,7 +458,7 @@ def test_a_damaged_direct_binary_command_changes_nothing(bench):
 
 
 def open_with(bench, motor, timeout):
-    tell(bench, motor, f"OCHN(RS2,0,N,9600,1,8,C{timeout})")
+    send(bench, motor, f"OCHN(RS2,0,N,9600,1,8,C{timeout})")
 
 
 @pytest.mark.parametrize(("timeout", "pause_s", "answer"), [
@@ -510,10 +489,10 @@ def test_the_time_out_counts_from_the_first_character_of_a_command(bench, motor)
 
 def test_the_time_out_of_ochn_is_relevant_in_command_mode_only(bench, motor):
     """Later guides say so; in data mode nothing is dropped."""
-    tell(bench, motor, "OCHN(RS4,1,N,9600,1,8,D,100)")
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D,100)")
     motor.rs485.write(b"ab")
     bench.run(0.5)
-    assert tell(bench, motor, "a=LEN1 Ra RBs") == b"2\r0\r"
+    assert send(bench, motor, "a=LEN1 Ra RBs") == b"2\r0\r"
 
 
 def test_a_time_out_that_ends_without_power_does_nothing(bench, motor):
@@ -540,3 +519,21 @@ def test_the_first_motors_program_addresses_the_chain(bench):
         chain.write(b"%cRADDR " % (0x80 + number))
         bench.run(0.1)
         assert chain.read() == b"%cRADDR %d\r" % (0x80 + number, number)
+
+
+def test_a_command_that_comes_too_late_is_a_scan_error(bench, motor):
+    """OCHN's last parameter; RCHN: "4 scan/syntax".  Half a command is dropped and Bs is set; Zs clears both."""
+    send(bench, motor, "OCHN(RS2,0,N,9600,1,8,C,100) ZS", 0)
+    assert send(bench, motor, "RBs RCHN", 0) == b"0\r0\r"
+    send(bench, motor, "a=", 0)
+    bench.run(2.0)
+    assert send(bench, motor, "RBs RCHN", 0) == b"1\r4\r"
+    assert send(bench, motor, "Zs RBs RCHN", 0) == b"0\r0\r"
+
+
+def test_both_channels_count_their_characters(bench, motor):
+    """Base 2: LEN and LEN1 are the characters that wait on channel 0 and on channel 1, in data mode."""
+    send(bench, motor, "OCHN(RS4,1,N,9600,1,8,D)", 0)
+    motor.rs485.write(b"xyz")
+    bench.run(0.1)
+    assert send(bench, motor, "PRINT(LEN,#32,LEN1,#32,GETCHR1,#32,LEN1,#13)", 0) == b"0 3 120 2\r"

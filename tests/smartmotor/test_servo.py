@@ -9,7 +9,8 @@ from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_la
 from axistwin.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 
-from .rig import SAMPLE_S, Rig
+from .rig import Rig
+from .talking import SAMPLE_S
 
 FRAMES = sorted(SERVO_MOTORS)
 QUICK = replace(FRAME17, winding_time_constant_s=1.0, housing_time_constant_s=20.0)
@@ -101,7 +102,7 @@ def test_pid4_speaks_in_every_fourth_sample():
 
 
 def test_the_error_has_32_bits():
-    """A position beyond 2³¹ - 1 goes on at -2³¹, for the shaft as for the trajectory."""
+    """A position beyond 2³¹ - 1 continues at -2³¹, for the shaft as for the trajectory."""
     rig = tuned(kp=16)
     rig.i[state.SHAFT] = 2**31 - 1
     rig.i[state.COMMANDED] = -(2**31) << 16
@@ -164,7 +165,7 @@ def test_rms_current_beyond_the_rated_one_for_thd_samples_is_too_much():
     rig = Rig(FRAME17)
     machine.set_jam(rig.f, True)
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 427  # 24 V × 427/1023 / 2.5 Ω = 4.007 A
-    assert rig.until_protest(20_000) == pytest.approx(log(4 / 3) + 12_000 * SAMPLE_S, abs=0.08)
+    assert rig.until_overload(20_000) == pytest.approx(log(4 / 3) + 12_000 * SAMPLE_S, abs=0.08)
     assert (rig.i[state.TEMP], rig.i[state.CURRENT], rig.i[state.BA]) == (25, 400, 0)
 
 
@@ -178,7 +179,7 @@ def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
     machine.set_jam(rig.f, True)
     rig.i[state.THD] = 100
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212  # 1.99 A
-    assert rig.until_protest(400_000) == pytest.approx(22.7 * log(64.2 / 18.2), rel=0.05)
+    assert rig.until_overload(400_000) == pytest.approx(22.7 * log(64.2 / 18.2), rel=0.05)
     assert rig.i[state.TEMP] == 71
     machine.set_ambient(rig.i, rig.f, 35.0)
     rig.i[state.DRIVE] = state.DRIVE_OPEN
@@ -330,7 +331,7 @@ def test_the_ideal_motor_is_as_warm_as_the_air_and_rests_for_nothing():
     assert not rig.resting
 
 
-@pytest.mark.skipif(not jit.available(), reason="Numba is not there")
+@pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 def test_rest_is_the_same_compiled():
     rigs = []
     for compiled in (False, True):
@@ -402,7 +403,7 @@ def test_inductance_is_no_way_round_the_limit_of_the_amplifier():
 
 
 def highest(rig, counts):
-    """How far the shaft goes when the trajectory steps by so many counts, and where it comes to rest."""
+    """Step the trajectory by some counts; return the furthest and the final place of the shaft."""
     rig.i[state.COMMANDED], most = counts << 16, 0
     for _ in range(3000):
         rig.sample()
@@ -413,15 +414,10 @@ def highest(rig, counts):
 @pytest.mark.parametrize(
     ("kd", "millihenry", "fine"),
     [
-        (550, 0.0, 217),
-        (550, 0.7, 216),
-        (300, 1.4, 246),
-        (200, 0.7, 226),
-        (150, 0.0, 222),
-        (150, 0.35, 224),
+        (550, 0.0, 217), (550, 0.7, 216), (300, 1.4, 246), (200, 0.7, 226), (150, 0.0, 222), (150, 0.35, 224),
         (150, 0.7, 242),
     ],
-)
+)  # fmt: skip
 def test_inductance_matters_where_damping_is_small(kd, millihenry, fine):
     """A step of 200 counts, frame 23: an integration of the machine in steps of 1.2 µs, within 2 counts."""
     most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=millihenry / 1000)), 200)

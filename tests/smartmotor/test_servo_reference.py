@@ -8,18 +8,18 @@ import pytest
 from axistwin.controllers.smartmotor.kernel import jit, machine, state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
-from .reference import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
+from .reference.machine import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo
 from .rig import Rig
 
 PLAIN_AND_COMPILED = [
     False,
-    pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not there")),
+    pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed")),
 ]
 LAW = state.PID_RATE, state.AMPS, state.DIRECTION
 
 
 class Pair:
-    """The motor and its reference, which are told the same."""
+    """A motor and its reference with the same inputs."""
 
     def __init__(self, seed, compiled):
         self.random = random = Random(seed)
@@ -40,7 +40,7 @@ class Pair:
         self.drive, self.mode = ON, state.M_POSITION
 
     def change(self):
-        """Somebody does something."""
+        """Change the inputs by chance."""
         i, f, random = self.rig.i, self.rig.f, self.random
         self.drive = i[state.DRIVE] = random.choice((OPEN, SHORTED, ON, ON, ON, ON))
         self.mode = i[state.MODE] = random.choice((state.M_TORQUE, state.M_POSITION, state.M_VELOCITY))
@@ -61,7 +61,7 @@ class Pair:
             machine.tune(i, self.law.tuning)
 
     def sample(self):
-        """One sample of both; the trajectory goes on."""
+        """Do one sample of both, with the trajectory in motion; return their overloads."""
         i, law, reference = self.rig.i, self.law, self.machine
         i[state.COMMANDED] += i[state.VELOCITY]
         protests = self.rig.sample()

@@ -1,27 +1,26 @@
-"""Where the trajectory would have the shaft, in the machine's own coordinates, looked at whenever one likes."""
+"""The setpoint: the commanded position in the machine's own coordinates, read at any time."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .talking import ask, ready, tell
+from .talking import SAMPLE_S, ask, ready, send
 
 DATA = {"motor": "frame23", "load": {"inertia_kg_m2": 1e-4}}
-SAMPLE_S = 245_760e-9
 
 
 def moving(origin="", **options):
     bench = Bench()
     motor = ready(bench, shaft=DATA, **options)
-    tell(bench, motor, f"{origin}V=200000 A=500 P=4000 MP G ")
+    send(bench, motor, f"{origin}V=200000 A=500 P=4000 MP G ")
     return bench, motor
 
 
 @settings(deadline=None, max_examples=12)
 @given(looks=st.lists(st.integers(1, 150), min_size=1, max_size=8), origin=st.sampled_from(["", "O=123 ", "F=2 "]))
 def test_it_is_what_is_published_sample_by_sample(looks, origin):
-    """And looking at it changes nothing of what the motor does."""
+    """And reading it does not change the motion."""
     bench, motor = moving(origin)
     axis, published = motor.axes["shaft"], {}
 
@@ -58,7 +57,7 @@ def test_it_less_the_position_is_the_following_error():
 def test_with_the_servo_off_it_is_where_the_shaft_is():
     bench, motor = moving()
     bench.run(2.0)
-    tell(bench, motor, "OFF ")
+    send(bench, motor, "OFF ")
     motor.axes["shaft"].encoder.displace(300)
     bench.run(0.1)
     axis = motor.axes["shaft"]

@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 
-from .talking import ask, clear, load, ready, tell
+from .talking import ask, clear, load, ready, send
 
 FRAME23 = {"motor": "frame23"}  # 48 V
 
@@ -18,36 +18,36 @@ def dip(bench, left, duration=None):
 def test_a_dip_that_leaves_18_v_resets_nothing(bench, left, volts):
     """48 V times 0.376 are 18.05 V; UJA is in 0.1 V."""
     motor = ready(bench, shaft=FRAME23)
-    tell(bench, motor, "a=7 A=100 V=65536 MV G")
+    send(bench, motor, "a=7 A=100 V=65536 MV G")
     dip(bench, left, 0.01)
     assert ask(bench, motor, "PRINT(UJA,#13)") == volts
     bench.run(0.05)
-    assert tell(bench, motor, "Ra RBt PRINT(UJA,#13)") == b"7\r1\r480\r"
+    assert send(bench, motor, "Ra RBt PRINT(UJA,#13)") == b"7\r1\r480\r"
 
 
 def test_a_deeper_dip_resets_the_processor(bench):
     """48 V times 0.37 are 17.76 V: silence while it lasts, then everything as at power-up (2.0): MTB, variables 0."""
     motor = ready(bench, shaft=FRAME23)
-    tell(bench, motor, "a=7 A=1000 V=200000 MV G", 0.3)
+    send(bench, motor, "a=7 A=1000 V=200000 MV G", 0.3)
     assert motor.axes["shaft"].moving
     dip(bench, 0.37, 0.02)
-    assert tell(bench, motor, "RMODE Ra", 0.015) == b""
+    assert send(bench, motor, "RMODE Ra", 0.015) == b""
     assert motor.pins["brake"].level
     assert motor.powered
     bench.run(0.5)
-    assert tell(bench, motor, "RMODE Ra RBo RW") == b"B\r0\r1\r1670\r"
+    assert send(bench, motor, "RMODE Ra RBo RW") == b"B\r0\r1\r1670\r"
 
 
 def test_the_shaft_coasts_while_the_processor_is_in_reset(bench):
     """The windings are open; the position begins at 0 wherever the shaft stands."""
     motor = ready(bench, shaft=FRAME23)
-    tell(bench, motor, "A=1000 V=200000 MV G", 0.3)
+    send(bench, motor, "A=1000 V=200000 MV G", 0.3)
     before = motor.axes["shaft"].position
     dip(bench, 0.1)
     bench.run(0.02)
     assert motor.axes["shaft"].position > before + 100
     bench.faults.mend("supply_dip")
-    assert tell(bench, motor, "O=0 RBo", 1.0) == b"1\r"
+    assert send(bench, motor, "O=0 RBo", 1.0) == b"1\r"
     assert motor.axes["shaft"].position > before
 
 
@@ -67,26 +67,26 @@ def test_switch_and_supply_are_both_needed(bench):
     dip(bench, 0.2)
     motor.power(False)
     bench.faults.mend("supply_dip")
-    assert tell(bench, motor, "RMODE") == b""
+    assert send(bench, motor, "RMODE") == b""
     dip(bench, 0.2)
     motor.power(True)
-    assert tell(bench, motor, "RMODE", 0.3) == b""
+    assert send(bench, motor, "RMODE", 0.3) == b""
     bench.faults.mend("supply_dip")
-    assert tell(bench, motor, "RMODE") == b"B\r"
+    assert send(bench, motor, "RMODE") == b"B\r"
 
 
 def test_the_voltage_of_the_reset_is_an_option(bench):
     never = ready(bench, shaft=FRAME23, reset_below_v=0)
-    tell(bench, never, "a=7")
+    send(bench, never, "a=7")
     dip(bench, 0.0, 0.1)
     bench.run(0.2)
-    assert tell(bench, never, "Ra") == b"7\r"
+    assert send(bench, never, "Ra") == b"7\r"
     other = Bench()
     early = clear(other, other.add("smartmotor", line="instant", shaft=FRAME23, reset_below_v=40))
-    tell(other, early, "a=7")
+    send(other, early, "a=7")
     dip(other, 0.8, 0.1)
     other.run(0.2)
-    assert tell(other, early, "Ra") == b"0\r"
+    assert send(other, early, "Ra") == b"0\r"
     with pytest.raises(UsageError, match="reset_below_v"):
         other.add("smartmotor", name="third", reset_below_v=-1)
 

@@ -4,35 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin import Bench
-from axistwin.bench import Controller
-from axistwin.controllers.smartmotor.kernel.trajectory import approach, fastest, way_to_stop
+from axistwin.controllers.smartmotor.kernel.trajectory import max_stoppable_speed, next_velocity, stopping_distance
 
-SAMPLE_NS = 245_760
-
-
-@pytest.fixture
-def motor(bench: Bench) -> Controller:
-    made = bench.add("smartmotor", line="instant")
-    bench.run(0.25)
-    made.serial.write(b"UCI UDI ZS ")
-    bench.clock.run_to(1100 * SAMPLE_NS)
-    return made
-
-
-def positions(bench: Bench, motor: Controller, samples: int) -> list[int]:
-    """Where the shaft is at each of the samples to come."""
-    found = []
-    for _ in range(samples):
-        bench.clock.run_to(bench.now + SAMPLE_NS)
-        found.append(motor.axes["shaft"].position)
-    return found
-
-
-def say(motor: Controller, bench: Bench, words: bytes) -> bytes:
-    motor.serial.write(words)
-    bench.clock.run_to(bench.now)
-    return motor.serial.read()
+from .talking import advance, ask, positions, send
 
 
 def test_a_trapezoid_of_whole_counts(bench, motor):
@@ -41,7 +15,7 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
     A of 1 count/sample² to 10 counts/sample: 1+2+…+10 = 55 counts in 10 samples; the same back, of which the first
     sample is the last at full speed; between them 890 counts in 89 samples.  109 samples in all.
     """
-    assert say(motor, bench, b"A=65536 V=10*65536 P=1000 G RBt ") == b"1\r"
+    assert send(bench, motor, b"A=65536 V=10*65536 P=1000 G RBt ", 0) == b"1\r"
     path = positions(bench, motor, 112)
     assert path[:11] == [1, 3, 6, 10, 15, 21, 28, 36, 45, 55, 65]
     assert path[98:109] == [945, 955, 964, 972, 979, 985, 990, 994, 997, 999, 1000]
@@ -50,31 +24,31 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
 
 def test_a_triangle(bench, motor):
     """Too short a way to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples."""
-    say(motor, bench, b"A=65536 V=100*65536 P=20 G ")
+    send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     assert positions(bench, motor, 9) == [1, 3, 6, 10, 14, 17, 19, 20, 20]
 
 
 def test_bt_falls_in_the_sample_in_which_the_commanded_trajectory_ends(bench, motor):
     """Bt is 1 until the sample in which the target is commanded."""
-    say(motor, bench, b"A=65536 V=100*65536 P=20 G ")
+    send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     positions(bench, motor, 7)
-    assert say(motor, bench, b"RBt RV ") == b"1\r131072\r"
+    assert send(bench, motor, b"RBt RV ", 0) == b"1\r131072\r"
     positions(bench, motor, 1)
-    assert say(motor, bench, b"RBt RV RP ") == b"0\r0\r20\r"
+    assert send(bench, motor, b"RBt RV RP ", 0) == b"0\r0\r20\r"
 
 
 def test_a_fraction_of_a_count_per_sample(bench, motor):
     """A=1/4 count per sample², V=1/2: 1/4, 3/4, 1 1/4 … and counts are whole: the position is rounded down."""
-    say(motor, bench, b"A=16384 V=32768 MV G ")
+    send(bench, motor, b"A=16384 V=32768 MV G ", 0)
     assert positions(bench, motor, 8) == [0, 0, 1, 1, 2, 2, 3, 3]
 
 
 def test_a_relative_move_is_repeated_by_g(bench, motor):
     """D=100 G, and G again: another 100."""
-    say(motor, bench, b"A=65536 V=65536*50 D=100 G ")
+    send(bench, motor, b"A=65536 V=65536*50 D=100 G ", 0)
     positions(bench, motor, 40)
     assert motor.axes["shaft"].position == 100
-    assert say(motor, bench, b"RMODE G ") == b"R\r"
+    assert send(bench, motor, b"RMODE G ", 0) == b"R\r"
     positions(bench, motor, 40)
     assert motor.axes["shaft"].position == 200
 
@@ -84,65 +58,65 @@ def test_a_target_behind_the_motor(bench, motor):
 
     Back: 1, 2, 3 counts; 4 are left.  The largest steps that end there are 7/3, 4/3 and 1/3: 21 2/3, 20 1/3, 20.
     """
-    say(motor, bench, b"A=65536 V=5*65536 P=1000 G ")
+    send(bench, motor, b"A=65536 V=5*65536 P=1000 G ", 0)
     path = positions(bench, motor, 6)
     assert path == [1, 3, 6, 10, 15, 20]
-    say(motor, bench, b"P=20 G ")
+    send(bench, motor, b"P=20 G ", 0)
     assert positions(bench, motor, 12) == [24, 27, 29, 30, 30, 29, 27, 24, 21, 20, 20, 20]
 
 
 def test_v_lowered_on_the_fly_takes_effect_at_g(bench, motor):
     """A V assigned without G changes nothing; with G the motor decelerates at A to the new V."""
-    say(motor, bench, b"A=65536 V=5*65536 MV G ")
+    send(bench, motor, b"A=65536 V=5*65536 MV G ", 0)
     positions(bench, motor, 5)
-    say(motor, bench, b"V=2*65536 ")
+    send(bench, motor, b"V=2*65536 ", 0)
     assert positions(bench, motor, 2) == [20, 25]
-    say(motor, bench, b"G ")
+    send(bench, motor, b"G ", 0)
     assert positions(bench, motor, 5) == [29, 32, 34, 36, 38]
 
 
 def test_a_change_of_sign_passes_through_zero_at_a(bench, motor):
     """MV from 2 to -2 counts per sample with A=1: 1, 0, -1, -2."""
-    say(motor, bench, b"A=65536 V=2*65536 MV G ")
+    send(bench, motor, b"A=65536 V=2*65536 MV G ", 0)
     assert positions(bench, motor, 3) == [1, 3, 5]
-    say(motor, bench, b"V=-2*65536 G ")
+    send(bench, motor, b"V=-2*65536 G ", 0)
     assert positions(bench, motor, 5) == [6, 6, 5, 3, 1]
 
 
 def test_x_decelerates_with_the_newest_a(bench, motor):
     """X from 6 counts per sample with A=2: 4, 2, 0; then the servo holds."""
-    say(motor, bench, b"A=65536 V=6*65536 MV G ")
+    send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
     positions(bench, motor, 6)
-    say(motor, bench, b"A=2*65536 X ")
+    send(bench, motor, b"A=2*65536 X ", 0)
     assert positions(bench, motor, 4) == [25, 27, 27, 27]
-    assert say(motor, bench, b"RBt RBo ") == b"0\r0\r"
+    assert send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
 
 
 def test_s_stops_at_once(bench, motor):
     """S: the trajectory's velocity is 0 from the next sample on."""
-    say(motor, bench, b"A=65536 V=6*65536 MV G ")
+    send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
     path = positions(bench, motor, 6)
-    say(motor, bench, b"S ")
+    send(bench, motor, b"S ", 0)
     assert positions(bench, motor, 3) == [path[-1]] * 3
-    assert say(motor, bench, b"RBt RBo ") == b"0\r0\r"
+    assert send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
 
 
 @pytest.mark.parametrize("words", [b"V=1000 P=100 G ", b"A=1000 P=100 G ", b"P=0 A=100 V=100 G "])
 def test_g_without_a_way_to_move_turns_the_servo_on_and_holds(bench, motor, words):
     """A=0 or V=0: no travel; Bo falls, and no trajectory remains in progress."""
-    say(motor, bench, words)
+    send(bench, motor, words, 0)
     positions(bench, motor, 20)
-    assert say(motor, bench, b"RBo RBt RP ") == b"0\r0\r0\r"
+    assert send(bench, motor, b"RBo RBt RP ", 0) == b"0\r0\r0\r"
 
 
 def test_o_changes_the_numbers_and_nothing_else(bench, motor):
     """O= while moving: the shaft's course stays the same."""
-    say(motor, bench, b"A=65536 V=100*65536 P=20 G ")
+    send(bench, motor, b"A=65536 V=100*65536 P=20 G ", 0)
     path = positions(bench, motor, 4)
-    say(motor, bench, b"O=1000 ")
+    send(bench, motor, b"O=1000 ", 0)
     path += positions(bench, motor, 5)
     assert path == [1, 3, 6, 10, 14, 17, 19, 20, 20]
-    assert say(motor, bench, b"RP RPE ") == b"1010\r0\r"
+    assert send(bench, motor, b"RP RPE ", 0) == b"1010\r0\r"
 
 
 SPEEDS = st.integers(1, 5_000_000)
@@ -150,7 +124,7 @@ RATES = st.integers(1, 300_000)
 
 
 @given(speed=SPEEDS, rate=RATES)
-def test_way_to_stop_is_what_it_says(speed, rate):
+def test_stopping_distance_is_the_sum_of_the_samples(speed, rate):
     """Found here by adding up."""
     count = -(-speed // rate)
     if count > 5000:
@@ -158,14 +132,14 @@ def test_way_to_stop_is_what_it_says(speed, rate):
     way, left = 0, speed
     while left > 0:
         way, left = way + left, left - rate
-    assert way_to_stop(speed, rate) == way
+    assert stopping_distance(speed, rate) == way
 
 
 @given(distance=st.integers(1, 1 << 48), rate=st.integers(1, (1 << 31) - 1))
 def test_fastest_is_the_largest_speed_from_which_one_can_stop(distance, rate):
     """Its way to a stop fits, and that of the next larger speed does not."""
-    speed = fastest(distance, rate)
-    assert way_to_stop(speed, rate) <= distance < way_to_stop(speed + 1, rate)
+    speed = max_stoppable_speed(distance, rate)
+    assert stopping_distance(speed, rate) <= distance < stopping_distance(speed + 1, rate)
 
 
 @settings(deadline=None)
@@ -179,7 +153,7 @@ def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, r
     """From any velocity: it changes by at most A per sample, stays within V once below it, and ends at rest there."""
     position, velocity, target = 0, speed, target << 16
     for _ in range(10_000):
-        before, velocity = velocity, approach(velocity, target - position, top, rate)
+        before, velocity = velocity, next_velocity(velocity, target - position, top, rate)
         assert abs(velocity - before) <= rate
         assert abs(velocity) <= max(top, abs(before) - rate)
         position += velocity
@@ -197,31 +171,31 @@ def test_a_relative_move_goes_through_the_end_of_the_scale_the_short_way(bench, 
 
     From 2147483640 it is 20 counts to 2147483660, which is -2147483636; Bw rises.
     """
-    say(motor, bench, b"A=65536 V=5*65536 O=%d D=%d " % (origin, 20 * sign))
+    send(bench, motor, b"A=65536 V=5*65536 O=%d D=%d " % (origin, 20 * sign), 0)
     zero = motor.axes["shaft"].position
     for begin in (0, 20):
-        assert say(motor, bench, b"G RBt ") == b"1\r"
+        assert send(bench, motor, b"G RBt ", 0) == b"1\r"
         path = [sign * (position - zero) for position in positions(bench, motor, 9)]
         assert path == [begin + n for n in (1, 3, 6, 10, 14, 17, 19, 20, 20)]
-        assert say(motor, bench, b"RBt RBw ") == b"0\r1\r"
+        assert send(bench, motor, b"RBt RBw ", 0) == b"0\r1\r"
         at = (origin + sign * (begin + 20) + 2**31) % 2**32 - 2**31
-        assert say(motor, bench, b"RP RPE ") == b"%d\r0\r" % at
+        assert send(bench, motor, b"RP RPE ", 0) == b"%d\r0\r" % at
 
 
 def test_a_move_that_cannot_stop_before_the_end_of_the_scale_comes_back(bench, motor):
     """At 4 counts/sample, 3 counts before 2^31: it stops 10 counts further at least, and returns through the end."""
-    say(motor, bench, b"A=65536 V=4*65536 MV O=2147483600 G ")
-    while int(say(motor, bench, b"RP ")) not in range(2147483640, 2147483648):
+    send(bench, motor, b"A=65536 V=4*65536 MV O=2147483600 G ", 0)
+    while int(send(bench, motor, b"RP ", 0)) not in range(2147483640, 2147483648):
         positions(bench, motor, 1)
-    say(motor, bench, b"MP P=2147483646 G ")
+    send(bench, motor, b"MP P=2147483646 G ", 0)
     path = positions(bench, motor, 40)
-    assert say(motor, bench, b"RP RBt RBw ") == b"2147483646\r0\r1\r"
+    assert send(bench, motor, b"RP RBt RBw ", 0) == b"2147483646\r0\r1\r"
     assert max(path) - path[-1] < 20
 
 
 def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
     """Base 4: targets of MP do not cross the wrap: from -2000000000 to 2000000000 the way is positive."""
-    say(motor, bench, b"A=65536 V=4*65536 O=-2000000000 P=2000000000 G ")
+    send(bench, motor, b"A=65536 V=4*65536 O=-2000000000 P=2000000000 G ", 0)
     zero = motor.axes["shaft"].position
     positions(bench, motor, 20)
     assert motor.axes["shaft"].position > zero
@@ -229,6 +203,39 @@ def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
 
 def test_the_direction_of_an_absolute_move_decides_at_a_limit(bench, motor):
     """3.1: "directional": with the positive limit acknowledged the move from -2^31 up to 2^31 - 1 is refused."""
-    say(motor, bench, b"A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP ")
+    send(bench, motor, b"A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP ", 0)
     positions(bench, motor, 2)
-    assert say(motor, bench, b"Zr G RBt ") == b"0\r"
+    assert send(bench, motor, b"Zr G RBt ", 0) == b"0\r"
+
+
+# Torque of a motor without a data sheet, and A=0
+
+
+FASTER = 4 * 65536
+
+
+@pytest.mark.parametrize(
+    ("torque", "counts"), [(0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31)]
+)
+@pytest.mark.parametrize(("functions", "way"), [(0, 1), (2, -1)])
+def test_torque_turns_the_shaft_by_a_32nd_of_it_in_a_sample(bench, motor, torque, counts, functions, way):
+    """5 of the base language, MT: T at once; a motor without a data sheet: T/32 counts per sample, towards 0; F=2."""
+    send(bench, motor, f"F={functions} MT T={torque}")
+    advance(bench)
+    before = motor.axes["shaft"].position
+    advance(bench, 500)
+    assert motor.axes["shaft"].position - before == 500 * counts * way
+
+
+@pytest.mark.parametrize("words", ["MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X"])
+def test_with_a_zero_a_moving_motor_keeps_its_velocity_until_s(bench, motor, words):
+    """4 of the base language: A is the change of velocity in a sample; S stops whatever A is."""
+    send(bench, motor, f"MV A={FASTER} V={FASTER} G", 0.01)
+    send(bench, motor, words)
+    advance(bench)
+    before = motor.axes["shaft"].position
+    advance(bench, 100)
+    assert motor.axes["shaft"].position - before == 400
+    assert send(bench, motor, "RV RBt") == b"262144\r1\r"
+    send(bench, motor, "S")
+    assert ask(bench, motor, "RV") == "0"

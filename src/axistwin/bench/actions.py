@@ -21,10 +21,20 @@ from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.by_hand import MOST_COUNTS
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.host_acts import HostAct
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial_port import Flow, SerialPort
+from axistwin.sim.serial_port import (
+    DropPending,
+    Flow,
+    Hold,
+    SendBreak,
+    SerialPort,
+    SetFlow,
+    SetFormat,
+    SetInstant,
+    SetLine,
+    Setting,
+)
 from axistwin.units import to_ns
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
@@ -126,14 +136,23 @@ def action_value(target: str, *values: float) -> str:
     return level_name(bool(value)) if target == "power" or target.endswith(".jam") else _exact(value)
 
 
-def setting_value(act: HostAct) -> str:
-    """What follows `! kind` for a setting of the host's end of a line."""
-    match act.kind:
-        case "flow":
-            return str(act.value.value)
-        case "drop":
-            return "pending"
-    return level_name(act.value)
+def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
+    """Return the target and the value of `! target value` for an action of a host at its end of a line."""
+    match act:
+        case SendBreak(seconds):
+            return "break", f"{Decimal(seconds).quantize(Decimal('1e-9')):f}"
+        case SetFormat(fmt):
+            return "line", str(fmt)
+        case SetFlow(flow):
+            return "flow", flow.value
+        case DropPending():
+            return "drop", "pending"
+        case SetLine(line, on):
+            return line, level_name(on)
+        case Hold(on):
+            return "hold", level_name(on)
+        case SetInstant(on):
+            return "instant", level_name(on)
 
 
 def _exact(value: float) -> str:

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import endpoints
-from axistwin.bench.actions import action_value, lead_value, on_a_bus, setting_value
+from axistwin.bench.actions import action_value, lead_value, line_action, on_a_bus
 from axistwin.bench.bench import Bench
 from axistwin.bench.controller import Controller
 from axistwin.fault_injection.injector import Fault
@@ -191,9 +191,7 @@ def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
     stack.callback(port.subscribe_sent(lambda data: sink(Sent(clock.now, name, data))))
-    stack.callback(
-        port.subscribe_settings(lambda act: sink(SettingChanged(clock.now, name, act.kind, setting_value(act))))
-    )
+    stack.callback(port.subscribe_settings(lambda act: sink(SettingChanged(clock.now, name, *line_action(act)))))
     stack.callback(port.subscribe_breaks(lambda seconds: sink(LineBreak(clock.now, name, seconds))))
     stack.callback(port.subscribe_received(lambda byte, errors: sink(Received(clock.now, name, bytes([byte]), errors))))
 

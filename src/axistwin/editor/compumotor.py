@@ -6,10 +6,10 @@ from functools import partial
 
 from axistwin.bench.codec import codec_of
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.compumotor.chapters.moves import Kind
-from axistwin.controllers.compumotor.checker.program import heard
+from axistwin.controllers.compumotor.checker.program import acceptable
 from axistwin.controllers.compumotor.checker.texts import SWITCHES, name_of
 from axistwin.controllers.compumotor.language import DontCare, Number, OneOf, Opcode, Ranges, Switch
+from axistwin.controllers.compumotor.parts.library import Kind
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
 from axistwin.diagnostics.checking import read_acts, sessions
@@ -53,7 +53,7 @@ class Commands:
         given = text.split()
         number = len(given) - (not text.endswith((" ", "\t")) and bool(given))
         if number == 0:
-            return [item(command, name_of(command)) for command in heard(self.made.commands, session())]
+            return [item(command, name_of(command)) for command in acceptable(self.made.commands, session())]
         command = self.names.get(given[0])
         fields = _written(command) if command is not None else []
         return _values(fields[number - 1]) if number <= len(fields) else []

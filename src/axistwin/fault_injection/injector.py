@@ -73,7 +73,7 @@ class Fault:
         """Time at which the fault began; None: it has not begun."""
         self._faults = faults
         self._mend: Mend | None = None
-        self._unwatch: Callable[[], object] | None = None
+        self._unsubscribe: Callable[[], object] | None = None
 
     def __repr__(self) -> str:
         return f"<Fault {self.name}: {self.kind.name} of {self.spot.name}, {self.state.value}>"
@@ -128,13 +128,13 @@ class Fault:
             self.state = State.OVER
             self._faults._tell(self, "ends")
 
-    def _wait_for(self, unwatch: Callable[[], object]) -> None:
-        self._unwatch = unwatch
+    def _wait_for(self, unsubscribe: Callable[[], object]) -> None:
+        self._unsubscribe = unsubscribe
 
     def _stop_waiting(self) -> None:
-        unwatch, self._unwatch = self._unwatch, None
-        if unwatch is not None:
-            unwatch()
+        unsubscribe, self._unsubscribe = self._unsubscribe, None
+        if unsubscribe is not None:
+            unsubscribe()
 
 
 class Faults:

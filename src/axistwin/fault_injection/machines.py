@@ -37,11 +37,11 @@ class Bounce:
         self._case, self._pin = case, _pin(case)
         self._bouncing = False
         self._let_go: Callable[[], None] = _nothing
-        self._unwatch = self._pin.subscribe(self._changed)
+        self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
         """End the fault."""
-        self._unwatch()
+        self._unsubscribe()
         self._bouncing = False
         self._release()
 

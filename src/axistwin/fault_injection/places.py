@@ -46,8 +46,8 @@ class Machine(Protocol):
     def programs(self) -> Mapping[str, Listing]:
         """Programs stored in the controller."""
 
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher` when this line begins.  Return an unsubscribe function."""
+    def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Call `callback` when this line begins.  Return an unsubscribe function."""
 
     def power(self, on: bool) -> None:
         """Switch the controller on or off."""

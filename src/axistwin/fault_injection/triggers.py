@@ -27,8 +27,8 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
 
-Unwatch = Callable[[], object]
-Arm = Callable[[Callable[[], None]], Unwatch]
+Unsubscribe = Callable[[], object]
+Arm = Callable[[Callable[[], None]], Unsubscribe]
 """Calls a function each time the event occurs; returns an unsubscribe function."""
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
@@ -49,7 +49,7 @@ class KnownFaults(Protocol):
     def announced(self) -> Iterable[str]:
         """Names of faults that follow."""
 
-    def subscribe(self, callback: Callable[[Any, str], None]) -> Unwatch:
+    def subscribe(self, callback: Callable[[Any, str], None]) -> Unsubscribe:
         """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
 
 
@@ -98,13 +98,13 @@ class _Passing:
     def __init__(self, axis: Axis, position: int, ways: tuple[int, ...], happens: Callable[[], None]) -> None:
         self._axis, self._position, self._ways, self._happens = axis, position, ways, happens
         self._side = self._find_side()
-        self.end = axis.subscribe_edges([position, position + 1], self._look)
+        self.end = axis.subscribe_edges([position, position + 1], self._check)
 
     def _find_side(self) -> int:
         at = self._axis.position
         return (at > self._position) - (at < self._position)
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         before, self._side = self._side, self._find_side()
         if before and self._side != before and -before in self._ways:
             self._happens()
@@ -117,7 +117,7 @@ def _edge(wish: _Wish) -> Arm:
         raise wish.wrong("input1 rises")
     wanted = {"rises": (True,), "falls": (False,), "changes": (True, False)}[wish.verb]
 
-    def arm(happens: Callable[[], None]) -> Unwatch:
+    def arm(happens: Callable[[], None]) -> Unsubscribe:
         def changed(changed_pin: Pin) -> None:
             if changed_pin.level in wanted:
                 happens()
@@ -146,7 +146,7 @@ def _port(wish: _Wish) -> Any:
 
 
 def _characters(received: Signal[int, LineError], pattern: bytes) -> Arm:
-    def arm(happens: Callable[[], None]) -> Unwatch:
+    def arm(happens: Callable[[], None]) -> Unsubscribe:
         latest = bytearray()
 
         def take(byte: int, _: LineError) -> None:
@@ -160,8 +160,8 @@ def _characters(received: Signal[int, LineError], pattern: bytes) -> Arm:
     return arm
 
 
-def _messages(listen: Callable[[Callable[[bytes], None]], Unwatch], pattern: bytes) -> Arm:
-    return lambda happens: listen(lambda message: happens() if message.startswith(pattern) else None)
+def _messages(subscribe: Callable[[Callable[[bytes], None]], Unsubscribe], pattern: bytes) -> Arm:
+    return lambda happens: subscribe(lambda message: happens() if message.startswith(pattern) else None)
 
 
 def _written(wish: _Wish) -> bytes:

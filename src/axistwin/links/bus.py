@@ -16,13 +16,14 @@ meanwhile: the client then receives the last level.  See `docs/bus.md`.
 """
 
 from collections.abc import Callable
+from typing import Protocol
 
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
-from axistwin.links.single_client import SingleClient
+from axistwin.links.single_client import Gate, SingleClient
 from axistwin.links.tcp import Connection
 from axistwin.sim.pins import Pin
-from axistwin.sim.registers import CONTROL, RegisterPort
+from axistwin.sim.registers import CONTROL
 
 LONGEST = 1024
 """Longest request line in bytes; a longer line is discarded and answered with an error."""
@@ -31,28 +32,50 @@ MAX_BLOCK = 256
 USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 
+class Registers(Protocol):
+    """The registers of a board as a client uses them: a `RegisterPort`, or an object around one."""
+
+    @property
+    def interrupt(self) -> bool:
+        """True while the board interrupts the host."""
+
+    @property
+    def interrupt_line(self) -> Pin:
+        """The interrupt line to the host."""
+
+    def read(self, offset: int) -> int:
+        """Read a register."""
+
+    def write(self, offset: int, value: int) -> None:
+        """Write a register."""
+
+    def init(self) -> None:
+        """Activate the bus's reset line."""
+
+
 class Slot(SingleClient["Master"]):
     """A board's slot on the bus.  `reset` is called for each new client."""
 
     def __init__(
-        self, name: str, bus: RegisterPort, pacer: Pacer, *, reset: Callable[[], object] = lambda: None
+        self,
+        name: str,
+        bus: Registers,
+        pacer: Pacer,
+        *,
+        reset: Callable[[], object] = lambda: None,
+        gate: Gate | None = None,
     ) -> None:
-        super().__init__(name, pacer)
+        super().__init__(name, pacer, gate)
         self.bus, self.reset = bus, reset
 
     @property
     def full(self) -> bool:
-        """True while no requests are read from the client: the slot is muted, or the client does not read."""
-        return self._muted or (self.client is not None and self.client.stalled)
+        """True while no requests are read from the client: the gate is closed, or the client does not read."""
+        return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
         """Prepare the board for a new client."""
         self.reset()
-
-    def replace_bus(self, bus: RegisterPort) -> None:
-        """Connect the client to other registers, without changing them."""
-        self.bus = bus
-        self.resubscribe()
 
     def flush_pending(self) -> None:
         """Flush pending output to the client."""
@@ -127,7 +150,7 @@ class Master(Connection):
         self._end_subscription()
         if on:
             self._last_reported = self.slot.bus.interrupt
-            self._unsubscribe = self.slot.subscribe(lambda: self.slot.bus.interrupt_line, self._changed)
+            self._unsubscribe = self.slot.bus.interrupt_line.subscribe(self._changed)
 
     def _end_subscription(self) -> None:
         if self._unsubscribe is not None:

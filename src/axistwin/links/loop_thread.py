@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from axistwin.errors import UsageError
 
 T = TypeVar("T")
-INSIDE = "cannot advance virtual time inside `do`, a condition or a watcher: call it from the test's own thread"
+INSIDE = "cannot advance virtual time inside `do`, a condition or a callback: call it from the test's own thread"
 OVER = "this twin is closed: its `with` block has ended"
 
 

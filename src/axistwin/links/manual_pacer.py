@@ -30,8 +30,7 @@ class ManualPacer(Pacer):
         """Number of times that output was sent to hosts."""
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
-        """Allow ports to be used; virtual time stays stopped."""
-        self._loop = loop or asyncio.get_running_loop()
+        """Do nothing: virtual time stays stopped."""
 
     def sync(self) -> None:
         """Count an input."""
@@ -39,7 +38,7 @@ class ManualPacer(Pacer):
 
     def work(self) -> None:
         """Send the output that is available without passing time."""
-        self._flush()
+        self.flush()
 
     async def receive_all(self) -> int:
         """Receive all that hosts have sent by now.  Returns the number of inputs so far."""
@@ -90,5 +89,5 @@ class ManualPacer(Pacer):
         if not self._to_flush:
             return False
         self.deliveries += 1
-        self._flush()
+        self.flush()
         return True

@@ -2,20 +2,17 @@
 
 A new client finds empty buffers, the default line format, and DTR and RTS on.  Characters of the last client are still
 transmitted until the next client connects.
-
-A replay may end before the time at which the client has set a format, a control line or flow control.  The plug then
-sets them again.
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import Protocol
 
 from axistwin.links.pacing import BLOCK_S, Pacer
-from axistwin.links.single_client import Client, SingleClient
-from axistwin.sim.frames import SOUND, LineError
-from axistwin.sim.host_acts import HostAct
-from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
+from axistwin.links.single_client import Client, Gate, SingleClient
+from axistwin.sim.frames import SOUND, LineError, UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Line
+from axistwin.sim.serial_port import X_OFF, X_ON, Flow
 from axistwin.units import to_seconds
 
 FULL = 512
@@ -28,8 +25,66 @@ FEW = 64
 """While the bench is behind the wall clock, nothing is read from a client with more characters waiting."""
 
 
-LASTING_ACTS = "format", "dtr", "rts", "flow", "hold"
-"""Kinds of host acts that set a lasting state of the line."""
+class HostEnd(Protocol):
+    """The host's end of a line, as a client sets it."""
+
+    format: UartFormat
+    dtr: bool
+    rts: bool
+
+
+class HostPort(Protocol):
+    """A serial port as a client uses it: a `SerialPort`, or an object around one."""
+
+    flow: Flow
+    held: bool
+
+    @property
+    def host(self) -> HostEnd:
+        """The host's end of the line."""
+
+    @property
+    def dtr_line(self) -> Pin:
+        """The device's data terminal ready."""
+
+    @property
+    def rts_line(self) -> Pin:
+        """The device's request to send."""
+
+    @property
+    def dtr(self) -> bool:
+        """Level of `dtr_line`."""
+
+    @property
+    def rts(self) -> bool:
+        """Level of `rts_line`."""
+
+    @property
+    def pending(self) -> int:
+        """Number of characters that have not left yet."""
+
+    @property
+    def instant(self) -> bool:
+        """True if characters take no time."""
+
+    @property
+    def to_device(self) -> Line:
+        """The line to the device."""
+
+    def write(self, data: bytes) -> None:
+        """Queue data for transmission."""
+
+    def read(self) -> bytes:
+        """Return and remove all received bytes."""
+
+    def send_break(self, seconds: float) -> None:
+        """Send a break."""
+
+    def drop_pending(self) -> None:
+        """Discard the characters that have not left yet."""
+
+    def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
+        """Call `callback(byte, errors)` for each received character.  Return an unsubscribe function."""
 
 
 class SerialClient(Client, Protocol):
@@ -51,14 +106,15 @@ class Plug(SingleClient[SerialClient]):
     def __init__(
         self,
         name: str,
-        serial: SerialPort,
+        serial: HostPort,
         pacer: Pacer,
         *,
         title: str = "",
         flow: Flow = Flow.DTR,
         reset: Callable[[], object] = lambda: None,
+        gate: Gate | None = None,
     ) -> None:
-        super().__init__(name, pacer)
+        super().__init__(name, pacer, gate)
         self.serial, self.title = serial, title or name
         self.flow, self.reset = flow, reset
         self.default_format = self.serial.host.format
@@ -66,40 +122,33 @@ class Plug(SingleClient[SerialClient]):
         self._errors = SOUND
         self._break_from_ns: int | None = None
         self._stop_observing: Callable[[], None] | None = None
-        self._settings: dict[str, tuple[int, HostAct]] = {}  # the last lasting act of each kind, with its time
-        self._unsubscribe_received = self.serial.subscribe_received(self._received)
-        self._apply(self.apply_flow)
+        self.serial.subscribe_received(self._received)
+        self.apply_flow()
 
     # Connecting and disconnecting
 
     def begin(self) -> None:
         """Prepare the port for a new client."""
-        self._apply(self._clean)
-        self.reset()
-
-    def end(self) -> None:
-        """Restore the line after the client has disconnected."""
-        self._apply(self._leave)
-        self._end_pause()
-
-    def _leave(self) -> None:
-        self.set_break(False)
-        self.serial.host.dtr = self.serial.host.rts = True
-        self.apply_flow()
-
-    def _clean(self) -> None:
         self.serial.drop_pending()
         self.serial.read()
         self._errors = SOUND
         self.serial.host.format = self.default_format
         self.serial.flow = self._flow
+        self.reset()
+
+    def end(self) -> None:
+        """Restore the line after the client has disconnected."""
+        self.set_break(False)
+        self.serial.host.dtr = self.serial.host.rts = True
+        self.apply_flow()
+        self._end_pause()
 
     # From the client
 
     @property
     def full(self) -> bool:
         """True while nothing is read from the client."""
-        return self._muted or self._stop_observing is not None
+        return self.gate.closed or self._stop_observing is not None
 
     @property
     def chunk(self) -> int:
@@ -123,7 +172,7 @@ class Plug(SingleClient[SerialClient]):
     def change(self, change: Callable[[], object]) -> None:
         """Apply another act of the client: a line format, a control line."""
         self.pacer.sync()
-        self._apply(change)
+        change()
         self.pacer.work()
 
     def set_break(self, on: bool) -> None:
@@ -145,7 +194,7 @@ class Plug(SingleClient[SerialClient]):
     def _resume_when_emptier(self) -> None:
         if self.serial.pending <= FULL // 2 and not self._behind:
             self._end_pause()
-            if self.client is not None and not self._muted:
+            if self.client is not None and not self.gate.closed:
                 self.client.resume()
 
     def _end_pause(self) -> None:
@@ -165,7 +214,7 @@ class Plug(SingleClient[SerialClient]):
         """Send received characters to the client.  Without a client they are lost, as on an open cable."""
         self._flush_requested = False
         data, errors, self._errors = self.serial.read(), self._errors, SOUND
-        if self.client is None or self._muted:
+        if self.client is None:
             return
         if (X_ON in data or X_OFF in data) and self.serial.flow is Flow.X_ON_X_OFF:
             data = data.translate(None, bytes((X_ON, X_OFF)))
@@ -180,36 +229,6 @@ class Plug(SingleClient[SerialClient]):
         """Flush pending output to the client."""
         if self._flush_requested:
             self.flush()
-
-    # Replaying a run
-
-    def replace_port(self, serial: SerialPort) -> None:
-        """Connect the client to another port, without changing that port."""
-        self._unsubscribe_received()
-        self.serial = serial
-        self._unsubscribe_received = serial.subscribe_received(self._received)
-        self.resubscribe()
-
-    def catch_up(self) -> None:
-        """Set again what the client has set after the present time, and update the client."""
-        self.pacer.sync()
-        now_ns = self.pacer.clock.now
-        for set_ns, act in tuple(self._settings.values()):
-            if set_ns > now_ns:  # not yet set on this bench
-                self._apply(partial(self.serial.perform, act))
-        super().catch_up()
-
-    def _apply(self, change: Callable[[], object]) -> None:
-        """Perform an act of the client, and store its lasting settings."""
-        unwatch = self.serial.watch_host(self._store_setting)
-        try:
-            change()
-        finally:
-            unwatch()
-
-    def _store_setting(self, act: HostAct) -> None:
-        if act.kind in LASTING_ACTS:
-            self._settings[act.kind] = self.pacer.clock.now, act
 
     # Flow control: "The controller should therefore interrupt data transmission if this signal becomes reset"
 

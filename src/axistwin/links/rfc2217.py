@@ -54,8 +54,8 @@ class ComPortClient(TcpClient):
         super().connection_made(transport)
         self._port.set_modem_state(dsr=self.plug.serial.dtr, cts=self._cts_line().level)
         self._unsubscribe = [
-            self.plug.subscribe(lambda: self.plug.serial.dtr_line, lambda _: self._line_moved(ModemState.DSR_CHANGED)),
-            self.plug.subscribe(self._cts_line, lambda _: self._line_moved(ModemState.CTS_CHANGED)),
+            self.plug.serial.dtr_line.subscribe(lambda _: self._line_moved(ModemState.DSR_CHANGED)),
+            self._cts_line().subscribe(lambda _: self._line_moved(ModemState.CTS_CHANGED)),
         ]
 
     def _cts_line(self) -> Pin:

@@ -17,11 +17,11 @@ from logging import getLogger
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, Plug
+from axistwin.links.plug import CHUNK, HostEnd, Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
 from axistwin.sim.frames import LineError, UartFormat
-from axistwin.sim.serial_port import Flow, HostEnd
+from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
     import serial
@@ -77,8 +77,8 @@ class SerialDevice:
         self._unsubscribe = [plug.pacer.subscribe(self._follow_format)]
         self._lines = control_lines(self._device) if plug.flow is not Flow.NONE else None
         if self._lines is not None:
-            lines = lambda: plug.serial.dtr_line, lambda: plug.serial.rts_line
-            self._unsubscribe += [plug.subscribe(line, self._drive) for line in lines]
+            lines = plug.serial.dtr_line, plug.serial.rts_line
+            self._unsubscribe += [line.subscribe(self._drive) for line in lines]
             self._drive()
             self._poll_lines()
 
@@ -117,7 +117,7 @@ class SerialDevice:
     def _poll_lines(self) -> None:
         assert self._lines is not None
         host, dsr, cts = self.plug.serial.host, self._lines.dsr, self._lines.cts
-        if (host.dtr, host.rts) != (dsr, cts) and not self.plug.muted:
+        if (host.dtr, host.rts) != (dsr, cts) and not self.plug.gate.closed:
             self.plug.change(lambda: _set_lines(host, dsr, cts))
         self._poll = self._loop.call_later(POLL_S, self._poll_lines)
 
@@ -136,7 +136,7 @@ class SerialDevice:
         """Set the real UART to the format of the controller's UART."""
         inside = self.plug.serial.to_device.receiver.format
         wanted = self.format if inside is None else replace(inside, baudrate=self.format.baudrate)
-        if wanted == self._applied or self.plug.muted:
+        if wanted == self._applied or self.plug.gate.closed:
             return
         self._applied = self.plug.serial.host.format = wanted
         try:

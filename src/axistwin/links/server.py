@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import Bench
 from axistwin.links.pacing import Pacer
-from axistwin.links.plug import Plug
-from axistwin.links.single_client import SingleClient
+from axistwin.links.plug import HostPort, Plug
+from axistwin.links.single_client import Gate, SingleClient
 from axistwin.links.urls import PortUrl
 from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
-    from axistwin.links.bus import Slot
+    from axistwin.links.bus import Registers, Slot
 
 
 class OpenPort(Protocol):
@@ -25,12 +25,35 @@ class OpenPort(Protocol):
         """Close the port."""
 
 
+class Ports(Protocol):
+    """The ports that clients use, by the name of the endpoint.  Raises UsageError for an unknown name."""
+
+    def serial(self, name: str) -> HostPort:
+        """Return the serial port of an endpoint."""
+
+    def bus(self, name: str) -> "Registers":
+        """Return the registers of a board."""
+
+
+class _OwnPorts:
+    """The ports of the bench itself."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+
+    def serial(self, name: str) -> HostPort:
+        return self._bench.port(name)
+
+    def bus(self, name: str) -> "Registers":
+        return self._bench[name].bus
+
+
 class Server:
     """Paces a bench and opens ports to its controllers.  Use within a running event loop.
 
     `speed`: times real time; None: as fast as possible.  `flow`: the host's flow control, on transports without one.
     `reset`: True power-cycles the controller for each new client; a function is called with its name instead.  `pacer`:
-    replaces the default pacer.  `on_open` is called with a controller's name before its first port is opened.
+    replaces the default pacer.  `access`: gives the ports for clients; None: the ports of the bench itself.
     """
 
     def __init__(
@@ -41,14 +64,15 @@ class Server:
         flow: Flow = Flow.DTR,
         reset: bool | Callable[[str], object] = False,
         pacer: Pacer | None = None,
-        on_open: Callable[[str], object] = lambda name: None,
+        access: Ports | None = None,
     ) -> None:
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
         """Open ports, each with the name of its controller."""
-        self._flow, self._on_open = flow, on_open
+        self.gate = Gate()
+        """Admission of clients to all endpoints."""
+        self._flow, self._access = flow, access or _OwnPorts(bench)
         self._reset = reset if callable(reset) else self._power_cycle if reset else lambda name: None
-        self._muted = False
         self._plugs: dict[str, Plug] = {}
         self._slots: dict[str, Slot] = {}
         self._open: list[OpenPort] = []
@@ -80,57 +104,17 @@ class Server:
         """Return the address of the client at this endpoint, such as `127.0.0.1:4711`; "" without a client."""
         return next((endpoint.client_name for endpoint in self._endpoints if endpoint.name == name), "")
 
-    # Replaying a run on another bench
-
-    @property
-    def muted(self) -> bool:
-        """True while no data passes between clients and the bench, and new clients are refused.
-
-        A replay repeats what clients have already received.  Setting False updates the clients with all later changes.
-        """
-        return self._muted
-
-    @muted.setter
-    def muted(self, on: bool) -> None:
-        if on is self._muted:
-            return
-        self._muted = on
-        for endpoint in self._endpoints:
-            endpoint.muted = on
-        if not on:
-            for endpoint in self._endpoints:
-                endpoint.catch_up()
-            self.pacer.work()
-
-    def replace_bench(self, bench: Bench) -> None:
-        """Serve another bench with the same names; clients stay connected.
-
-        The ports of the new bench are not changed: a replay repeats there the acts of the hosts.  Not allowed while the
-        bench is being advanced.  Raises UsageError, without any change, if a name is missing on the new bench.
-        """
-        ports, buses = {name: bench.port(name) for name in self._plugs}, {name: bench[name].bus for name in self._slots}
-        muted, self.muted = self.muted, True
-        self.bench = bench
-        for name, port in ports.items():
-            self._plugs[name].replace_port(port)
-        for name, bus in buses.items():
-            self._slots[name].replace_bus(bus)
-        self.pacer.replace_clock(bench.clock)
-        self.muted = muted
-
     @property
     def _endpoints(self) -> list[SingleClient[Any]]:
         return [*self._plugs.values(), *self._slots.values()]
 
     def _plug(self, name: str) -> Plug:
         if name not in self._plugs:
-            port = self.bench.port(name)
+            port = self._access.serial(name)
             title = self.bench[name].product.model if name in self.bench.controllers else name
-            self._on_open(name)
             self.pacer.sync()
-            plug = Plug(name, port, self.pacer, title=title, flow=self._flow, reset=partial(self._reset, name))
-            plug.muted = self._muted
-            self._plugs[name] = plug
+            reset = partial(self._reset, name)
+            self._plugs[name] = Plug(name, port, self.pacer, title=title, flow=self._flow, reset=reset, gate=self.gate)
         return self._plugs[name]
 
     def _power_cycle(self, name: str) -> None:
@@ -143,10 +127,8 @@ class Server:
         from axistwin.links.bus import Slot
 
         if name not in self._slots:
-            self._on_open(name)
-            slot = Slot(name, self.bench[name].bus, self.pacer, reset=partial(self._reset, name))
-            slot.muted = self._muted
-            self._slots[name] = slot
+            bus = self._access.bus(name)
+            self._slots[name] = Slot(name, bus, self.pacer, reset=partial(self._reset, name), gate=self.gate)
         return self._slots[name]
 
 

@@ -3,16 +3,15 @@
 The first client is connected.  A later client is refused, unless the present client has hung up.  A client that is
 not being read from, because it has sent too much, may have hung up unnoticed; a later client replaces it.
 
-While a recorded run is replayed the endpoint is muted: nothing is read from its client or sent to it.
+While the gate of an endpoint is closed, nothing is read from its client, and new clients are refused.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from logging import getLogger
 from typing import Generic, Protocol, TypeVar
 
 from axistwin.links.pacing import Pacer
-from axistwin.sim.pins import Pin
+from axistwin.sim.signal import Signal
 
 log = getLogger("axistwin.links")
 
@@ -35,14 +34,35 @@ class Client(Protocol):
         """Continue reading from the client."""
 
 
-@dataclass(eq=False)
-class _Subscription:
-    """An observer of a device line, and the last level that was reported to the observer."""
+class Gate:
+    """Admission of clients to one endpoint or several: open, or closed for a reason."""
 
-    pin: Callable[[], Pin]
-    observer: Callable[[Pin], None]
-    unsubscribe: Callable[[], None]
-    level: bool = False
+    def __init__(self) -> None:
+        self.reason = ""
+        """Why the gate is closed; "" while it is open."""
+        self._changes: Signal[[]] = Signal()
+
+    @property
+    def closed(self) -> bool:
+        """True while clients are neither read nor admitted."""
+        return self.reason != ""
+
+    def close(self, reason: str) -> None:
+        """Flush pending output, stop reading from clients, and refuse new clients."""
+        self._set(reason)
+
+    def open(self) -> None:
+        """Continue reading from clients, and admit new clients."""
+        self._set("")
+
+    def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` after the gate has been opened or closed.  Return an unsubscribe function."""
+        return self._changes.subscribe(callback)
+
+    def _set(self, reason: str) -> None:
+        if reason != self.reason:
+            self.reason = reason
+            self._changes.emit()
 
 
 G = TypeVar("G", bound=Client)
@@ -51,17 +71,18 @@ G = TypeVar("G", bound=Client)
 class SingleClient(Generic[G]):
     """An endpoint for one client.  `name`: the name of the controller."""
 
-    def __init__(self, name: str, pacer: Pacer) -> None:
-        self.name, self.pacer = name, pacer
+    def __init__(self, name: str, pacer: Pacer, gate: Gate | None = None) -> None:
+        self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
         self._has_refused = False
-        self._muted = self._has_disconnected = False
-        self._subscriptions: list[_Subscription] = []
+        self._has_disconnected = False
+        """True if the client has disconnected while the gate was closed."""
+        self.gate.subscribe(self._gate_changed)
 
     @property
     def full(self) -> bool:
         """True while nothing is read from the client."""
-        return self._muted
+        return self.gate.closed
 
     @property
     def chunk(self) -> int:
@@ -73,25 +94,10 @@ class SingleClient(Generic[G]):
         """Name of the connected client; "" without one."""
         return "" if self.client is None or self._has_disconnected else self.client.name
 
-    def subscribe(self, pin: Callable[[], Pin], observer: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `observer(pin)` at every change of the line `pin()`, also after the bench has been replaced.
-
-        While the endpoint is muted, changes are held back.  Returns an unsubscribe function.
-        """
-        subscription = _Subscription(pin, observer, lambda: None)
-        self._subscriptions.append(subscription)
-        self._observe(subscription)
-
-        def unsubscribe() -> None:
-            self._subscriptions.remove(subscription)
-            subscription.unsubscribe()
-
-        return unsubscribe
-
     def connect(self, client: G) -> bool:
         """Connect this client, unless another client is connected.  Returns True if the client is connected."""
-        if self._muted:
-            self._warn_refused(client, "the run is being repeated")
+        if self.gate.closed:
+            self._warn_refused(client, self.gate.reason)
             return False
         if self.client is not None and self.client is not client:
             if not self.client.hung_up():
@@ -107,7 +113,7 @@ class SingleClient(Generic[G]):
 
     def disconnect(self, client: G) -> None:
         """Release the endpoint after this client has disconnected."""
-        if self.client is client and self._muted:
+        if self.client is client and self.gate.closed:
             self._has_disconnected = True
         elif self.client is client:
             self.pacer.sync()
@@ -130,46 +136,16 @@ class SingleClient(Generic[G]):
             log.warning("%s: refused %s, as %s", self.name, client.name, why)
         self._has_refused = True
 
-    # Replaying a run
-
-    @property
-    def muted(self) -> bool:
-        """True while nothing is read from the client or sent to it, and new clients are refused."""
-        return self._muted
-
-    @muted.setter
-    def muted(self, on: bool) -> None:
-        if on and not self._muted:
+    def _gate_changed(self) -> None:
+        self._has_refused = False
+        if self.gate.closed:
             self.flush_pending()
-            for subscription in self._subscriptions:
-                subscription.level = subscription.pin().level
-            if self.client is not None:
-                self.client.pause()
-        self._muted, self._has_refused = on, False
-
-    def catch_up(self) -> None:
-        """Update the client, after unmuting, with what has changed meanwhile."""
         if self.client is None:
             return
-        if self._has_disconnected:
+        if self.gate.closed:
+            self.client.pause()
+        elif self._has_disconnected:
             self._has_disconnected = False
             self.disconnect(self.client)
-            return
-        for subscription in tuple(self._subscriptions):
-            if (pin := subscription.pin()).level is not subscription.level:
-                subscription.observer(pin)
-        if not self.full:
+        elif not self.full:
             self.client.resume()
-
-    def resubscribe(self) -> None:
-        """Observe the lines of the bench that has replaced the last one."""
-        for subscription in self._subscriptions:
-            subscription.unsubscribe()
-            self._observe(subscription)
-
-    def _observe(self, subscription: _Subscription) -> None:
-        def changed(pin: Pin) -> None:
-            if not self._muted:
-                subscription.observer(pin)
-
-        subscription.unsubscribe = subscription.pin().subscribe(changed)

@@ -412,14 +412,14 @@ class ServoAxis:
 
     # Switches
 
-    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` when the shaft has crossed an edge; edge n lies between position n-1 and n.
+    def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` when the shaft has crossed an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.
         """
         self._source.catch_up()
         self._edges += edges
-        unsubscribe = self._left_window.subscribe(look)
+        unsubscribe = self._left_window.subscribe(callback)
         self._find_window()
         self._source.replan()
 

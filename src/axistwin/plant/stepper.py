@@ -52,19 +52,19 @@ class EncoderView:
         _ = self.count
         return self._encoder.at_index
 
-    def subscribe_index(self, look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` whenever channel Z may have begun or ended.  Return an unsubscribe function."""
+    def subscribe_index(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` whenever channel Z may have begun or ended.  Return an unsubscribe function."""
 
         def edges() -> Sequence[int]:
             _ = self.count
             return self._encoder.index_edges()
 
-        watch = _EdgeWatch(self._axis, edges, look)
-        unsubscribe = self._axis.on_push.subscribe(watch.look)
+        edge_subscription = _EdgeSubscription(self._axis, edges, callback)
+        unsubscribe = self._axis.on_push.subscribe(edge_subscription.update)
 
         def end() -> None:
             unsubscribe()
-            watch.end()
+            edge_subscription.end()
 
         return end
 
@@ -320,12 +320,12 @@ class StepperAxis:
         at_ns = move.reaches_ns(move.origin + move.direction * n)
         return at_ns if at_ns is not None and at_ns > now_ns else None
 
-    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` on the exact pulse that crosses an edge; edge n lies between position n-1 and n.
+    def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` on the exact pulse that crosses an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.
         """
-        return _EdgeWatch(self, lambda: edges, look).end
+        return _EdgeSubscription(self, lambda: edges, callback).end
 
     def _lost_in_move(self, over: bool = False) -> int:
         return self._behind((over or not self.moving) and not self._held)
@@ -393,13 +393,13 @@ class StepperAxis:
         self.on_motion.emit()
 
 
-class _EdgeWatch:
-    """Calls `look` whenever the axis crosses an edge, predicted from its present profile; the edges may move."""
+class _EdgeSubscription:
+    """Calls `callback` whenever the axis crosses an edge, predicted from its present profile; the edges may move."""
 
-    def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], look: Callable[[], None]) -> None:
-        self._axis, self._edges, self._look_there = axis, edges, look
+    def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], callback: Callable[[], None]) -> None:
+        self._axis, self._edges, self._callback = axis, edges, callback
         self._plan, self._waiting = 0, False
-        self._unsubscribe = axis.on_motion.subscribe(self.look)
+        self._unsubscribe = axis.on_motion.subscribe(self.update)
         self._wait()
 
     def end(self) -> None:
@@ -407,11 +407,11 @@ class _EdgeWatch:
         self._forget()
         self._unsubscribe()
 
-    def look(self) -> None:
-        """Call `look` now, then plan the next call."""
+    def update(self) -> None:
+        """Call `callback` now, then plan the next call."""
         self._forget()
         plan = self._plan
-        self._look_there()
+        self._callback()
         if plan == self._plan:
             self._wait()
 
@@ -433,6 +433,6 @@ class _EdgeWatch:
     def _call(self, plan: int) -> None:
         if plan == self._plan:
             self._waiting = False
-            self.look()
+            self.update()
         else:
             self._axis.clock.background -= 1

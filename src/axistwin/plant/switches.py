@@ -13,8 +13,8 @@ class WatchedAxis(Protocol):
     def position(self) -> int:
         """Position in the axis's own unit."""
 
-    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` whenever the axis may have crossed an edge; edge n lies between position n-1 and n.
+    def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` whenever the axis may have crossed an edge; edge n lies between position n-1 and n.
 
         Return an unsubscribe function.
         """
@@ -31,13 +31,13 @@ class PositionSwitch:
         self.on_change: Callable[[], None] = lambda: None
         self.on = self._inside()
         edges = ([] if first is None else [first]) + ([] if last is None else [last + 1])
-        axis.subscribe_edges(edges, self._look)
+        axis.subscribe_edges(edges, self._update)
 
     def _inside(self) -> bool:
         position = self.axis.position
         return (self.first is None or position >= self.first) and (self.last is None or position <= self.last)
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         """Update the switch for the present position."""
         inside = self._inside()
         if inside is not self.on:

@@ -4,23 +4,28 @@ Acts of the scene's own hosts, script and faults are not external: the bench rep
 """
 
 from collections.abc import Callable
-from decimal import Decimal
 from functools import partial
 from logging import getLogger
 
-from axistwin.bench import Bench, endpoints
+from axistwin.bench import Bench
 from axistwin.bench.action_runner import LOAD, ActionRunner
-from axistwin.bench.actions import level_name
+from axistwin.bench.actions import line_action
 from axistwin.bench.acts import Do, Say
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
+from axistwin.links.server import Server
 from axistwin.scenes.hosting import loader
 from axistwin.sessions.journal import Act, Cursor, Journal, check
+from axistwin.sessions.recorded_port import RecordedBus, RecordedPort
 from axistwin.sim.clock import Clock
-from axistwin.sim.host_acts import HostAct, one_act
+from axistwin.sim.registers import BusAct, Init, ReadData, WriteRegister
+from axistwin.sim.serial_port import LineAct, SetLine, Write
 from axistwin.units import to_seconds
 
 log = getLogger("axistwin")
+
+REPEATING = "the run is being repeated"
+"""Why clients at real ports wait, and new clients are refused."""
 
 
 class ExternalInput:
@@ -30,24 +35,70 @@ class ExternalInput:
         self.pacer, self.journal = pacer, Journal()
         self.texts: dict[str, str] = {}
         """Texts of loaded programs, by file name."""
-        self._observed: dict[str, Callable[[], None]] = {}
+        self._ports: dict[str, RecordedPort] = {}
+        self._buses: dict[str, RecordedBus] = {}
+        self._muted = False
+        self._server: Server | None = None
 
     def attach(self, bench: Bench) -> None:
-        """Apply external input to this bench from now on."""
-        for unsubscribe in self._observed.values():
-            unsubscribe()
-        self._observed.clear()
+        """Apply external input to this bench from now on.  Clients stay connected, and the ports are not changed.
+
+        Raises UsageError, without any change, if the bench has no port of a name that is in use.  Not allowed while the
+        bench is being advanced.
+        """
+        ports = [(port, bench.port(name)) for name, port in self._ports.items()]
+        buses = [(bus, bench[name].bus) for name, bus in self._buses.items()]
         self.bench = bench
         self.runner = ActionRunner(bench, loader(bench, self._text))
-        self.observe_hosts()
+        for recorded, port in ports:
+            recorded.attach(port)
+        for registers, bus in buses:
+            registers.attach(bus)
+        if self._server is not None:
+            self._server.bench = bench
+        self.pacer.pace(bench.clock)
 
-    def observe_hosts(self) -> None:
-        """Observe the acts of hosts at all endpoints."""
-        for name in endpoints.names(self.bench):
-            if name not in self._observed:
-                at_a_bus = endpoints.at_a_bus(self.bench, name)
-                port = self.bench[name].bus if at_a_bus else self.bench.port(name)
-                self._observed[name] = port.watch_host(partial(self._record_host_act, name))
+    def serial(self, name: str) -> RecordedPort:
+        """Return the port of an endpoint for a host; its acts are recorded.  Raises UsageError."""
+        if name not in self._ports:
+            self._ports[name] = RecordedPort(self.bench.port(name), partial(self._record_line_act, name))
+            self._ports[name].mute(self._muted)
+        return self._ports[name]
+
+    def bus(self, name: str) -> RecordedBus:
+        """Return the registers of a board for a host; its acts are recorded.  Raises UsageError."""
+        if name not in self._buses:
+            self._buses[name] = RecordedBus(self.bench[name].bus, partial(self._record_bus_act, name))
+            self._buses[name].mute(self._muted)
+        return self._buses[name]
+
+    def serve(self, server: Server) -> None:
+        """Control the clients of this server, too."""
+        self._server = server
+        server.bench = self.bench
+        if self._muted:
+            server.gate.close(REPEATING)
+
+    def mute(self) -> None:
+        """Block hosts: nothing passes between them and the bench, and new clients are refused."""
+        if self._server is not None:
+            self._server.gate.close(REPEATING)
+        self._mute(True)
+
+    def unmute(self) -> None:
+        """Admit hosts, and update them with what has changed meanwhile."""
+        self.pacer.sync()
+        self._mute(False)
+        if self._server is not None:
+            self._server.gate.open()
+        self.pacer.work()
+
+    def _mute(self, on: bool) -> None:
+        self._muted = on
+        for port in self._ports.values():
+            port.mute(on)
+        for bus in self._buses.values():
+            bus.mute(on)
 
     def _text(self, file: str) -> str:
         if file not in self.texts:
@@ -62,66 +113,46 @@ class ExternalInput:
     def _do(self, act: Act, do: Callable[[], object]) -> None:
         self.pacer.sync()
         try:
-            with one_act(self.bench.clock):
-                do()
+            do()
         except AxistwinError:
             if isinstance(act, Do) and act.target == LOAD:
                 self._record(act)  # a load that fails half-way must fail in a replay, too
             raise
         self._record(act)
         self.pacer.work()
-        self.observe_hosts()
 
     def replay(self, act: Act) -> None:
         """Perform a recorded act again; an error is logged."""
         try:
-            with one_act(self.bench.clock):
-                self.runner.prepare(act)()
+            self.runner.prepare(act)()
         except AxistwinError as error:
             log.warning("%s", error)
 
-    def _record_host_act(self, name: str, done: HostAct) -> None:
+    def _record_line_act(self, name: str, act: LineAct) -> None:
         """Record an act of a host before it is performed; acts of the bench itself are not recorded."""
+        if self.pacer.advancing or (isinstance(act, SetLine) and not self.bench.port(name).handshake):
+            return
+        if isinstance(act, Write):
+            self._record(Say(bytes(act.data), controller=name))
+        else:
+            self._record(Do(*line_action(act), controller=name))
+
+    def _record_bus_act(self, name: str, act: BusAct) -> None:
         if self.pacer.advancing:
             return
-        if endpoints.at_a_bus(self.bench, name):
-            self.runner.leave(name)
-            self._record(_bus_act(name, done))
-        elif (
-            done.kind not in ("dtr", "rts") or self.bench.port(name).handshake
-        ):  # otherwise the lines are not connected
-            self._record(_line_act(name, done))
+        self.runner.leave(name)
+        match act:
+            case WriteRegister(offset, value):
+                self._record(Do("write", f"{offset} {value:02X}", controller=name))
+            case ReadData():
+                self._record(Do("read", "0", controller=name))
+            case Init():
+                self._record(Do("init", "on", controller=name))
 
     def _record(self, act: Act) -> None:
         was_full = self.journal.full_ns is not None
         if not self.journal.add(self.bench.now, self.pacer.passes, act) and not was_full:
             log.warning("the journal is full: acts after %.3f s are not recorded", to_seconds(self.bench.now))
-
-
-def _line_act(name: str, done: HostAct) -> Act:
-    """Return a host's act on a serial line as an act of a conversation."""
-    match done.kind:
-        case "write":
-            return Say(bytes(done.value), controller=name)
-        case "break":
-            return Do("break", f"{Decimal(done.value).quantize(Decimal('1e-9')):f}", controller=name)
-        case "format":
-            return Do("line", str(done.value), controller=name)
-        case "flow":
-            return Do("flow", done.value.value, controller=name)
-        case "drop":
-            return Do("drop", "pending", controller=name)
-    return Do(done.kind, level_name(done.value), controller=name)
-
-
-def _bus_act(name: str, done: HostAct) -> Act:
-    match done.kind:
-        case "write":
-            offset, value = done.value
-            return Do("write", f"{offset} {value:02X}", controller=name)
-        case "read":
-            return Do("read", "0", controller=name)
-    return Do("init", "on", controller=name)
 
 
 class Replay:

@@ -76,8 +76,9 @@ class Session:
         """Text of the breakpoint or error that has stopped the bench; "" if a user has paused it."""
         self.progress: float | None = None
         """Progress of `go_to`, 0 to 1; None if not active."""
-        self._input = ExternalInput(self.pacer)
-        self._input.attach(self.bench)
+        self.input = ExternalInput(self.pacer)
+        """External input; its `serial(name)` and `bus(name)` are ports for hosts, whose acts are recorded."""
+        self.input.attach(self.bench)
         self._attached: list[Attach] = []
         self._replay: Replay | None = None
         self._recorded_ns = 0
@@ -104,8 +105,9 @@ class Session:
             pacer=self.pacer,
             flow=flow,
             reset=self._power_cycle if reset else False,
-            on_open=lambda _: self._input.observe_hosts(),
+            access=self.input,
         )
+        self.input.serve(self.server)
         return self.server
 
     def client(self, name: str) -> str:
@@ -115,7 +117,7 @@ class Session:
     @property
     def journal(self) -> Journal:
         """The journal of external input."""
-        return self._input.journal
+        return self.input.journal
 
     # Acts of users
 
@@ -141,18 +143,18 @@ class Session:
         SmartMotor source (.sms) is stored and run; command lines (.if1, .181x) are sent as by a host.  Raises
         AxistwinError before any act; an error in the program names file, line and column.
         """
-        file = programs.checked(self.bench, name, filename, text, self._input.texts)
+        file = programs.checked(self.bench, name, filename, text, self.input.texts)
         if name in self.bench.ports:
             self.do(name, "drop", "pending")
         self.do(name, "power", "off")
         until_ns = self.bench.now + to_ns(programs.OFF_S)
         self.pacer.advance_slice(lambda _: self.bench.clock.run_to(until_ns))
-        self._input.texts[file] = text
+        self.input.texts[file] = text
         self.do(name, "load", file)
 
     def _do(self, act: Say | Do) -> None:
         self._check_free()
-        do = self._input.prepare(act)
+        do = self.input.prepare(act)
         self.forget_rest()
         do()
 
@@ -161,7 +163,7 @@ class Session:
         line = self.bench.lines.get(name)
         for motor in (self.bench[name.removesuffix(".rs485")],) if line is None else line.motors:
             for level in ("off", "on"):
-                self._input.prepare(Do("power", level, controller=motor.name))()
+                self.input.prepare(Do("power", level, controller=motor.name))()
 
     def _check_free(self) -> None:
         if self.busy:
@@ -209,13 +211,13 @@ class Session:
         or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
         """
         self.pause()
-        with steps.StepObserver(self.bench, kind) as watch, self._moving():
+        with steps.StepObserver(self.bench, kind) as observer, self._moving():
             end_ns = self.bench.now + steps.MAX_S * S
-            while self._state is State.MOVING and not watch.seen:
-                if not self.pacer.advance_slice(partial(self._step, watch, end_ns)):
+            while self._state is State.MOVING and not observer.seen:
+                if not self.pacer.advance_slice(partial(self._step, observer, end_ns)):
                     break
                 await asyncio.sleep(0)
-            return watch.seen
+            return observer.seen
 
     def add_break(self, sentence: str) -> Break:
         """Add a breakpoint that stops the bench when `sentence` comes true, e.g. "table.X passes 1000".
@@ -237,10 +239,10 @@ class Session:
         self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
 
-    def _step(self, watch: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
+    def _step(self, observer: steps.StepObserver, end_ns: int, over: Callable[[], bool]) -> bool:
         """Advance a step by one slice.  Returns False if no event is left."""
         return steps.advance(
-            self.bench, end_ns, lambda: watch.seen or self._state is not State.MOVING or self._replayed or over()
+            self.bench, end_ns, lambda: observer.seen or self._state is not State.MOVING or self._replayed or over()
         )
 
     def _hit(self, which: Break) -> None:
@@ -314,18 +316,13 @@ class Session:
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
         bench = self._build()  # if this fails, the session is unchanged
-        if self.server is not None:
-            self.server.muted = True
+        self.input.mute()
         self.bench = bench
         for attach in self._attached:
             attach(self.bench)
-        if self.server is not None:
-            self.server.replace_bench(self.bench)
-        else:
-            self.pacer.replace_clock(self.bench.clock)
-        self._input.attach(self.bench)
+        self.input.attach(self.bench)
         self._recorded_ns = recorded_ns
-        self._replay = Replay(self.bench.clock, self.journal, self._input.replay, recorded_ns, self._end_slice)
+        self._replay = Replay(self.bench.clock, self.journal, self.input.replay, recorded_ns, self._end_slice)
 
     async def _advance_to(self, time_ns: int) -> None:
         """Advance to a time; breakpoints are suspended meanwhile."""
@@ -381,12 +378,11 @@ class Session:
     def _end_replay(self) -> None:
         """End the replay: unmute the hosts at real ports and update them."""
         self._replay, self._recorded_ns = None, self.bench.now
-        if self.server is not None:
-            self.server.muted = False
+        self.input.unmute()
 
     # Saving
 
     def save(self) -> dict[str, str]:
         """Return a scene that repeats the recording with `axistwin run`: the texts of its files, by name."""
-        texts, end_ns = self._input.texts, self._recorded
+        texts, end_ns = self.input.texts, self._recorded
         return saving.files(self._scene, self._served, self.bench, self.journal, texts, end_ns)

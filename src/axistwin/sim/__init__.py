@@ -3,19 +3,32 @@
 from axistwin.sim.by_hand import ByHand, by_itself
 from axistwin.sim.clock import Clock, Procedure, Process, interrupt, kill
 from axistwin.sim.frames import FASTEST_BAUD, Break, LineError, Parity, UartFormat
-from axistwin.sim.host_acts import HostAct
 from axistwin.sim.levels import Levels, Space
 from axistwin.sim.pins import Pin, UserPin, connect
 from axistwin.sim.progress import Progress
-from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, RegisterPort
+from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, Init, ReadData, RegisterPort, WriteRegister
 from axistwin.sim.serial import Line, Uart
-from axistwin.sim.serial_port import X_OFF, X_ON, Flow, SerialPort
+from axistwin.sim.serial_port import (
+    X_OFF,
+    X_ON,
+    DropPending,
+    Flow,
+    Hold,
+    SendBreak,
+    SerialPort,
+    SetFlow,
+    SetFormat,
+    SetInstant,
+    SetLine,
+    Write,
+)
 from axistwin.sim.signal import Signal
 from axistwin.sim.wirings import Pair, daisy_chain, direct, join, shared_pair
 
 __all__ = [
-    "CONTROL", "DATA", "FASTEST_BAUD", "NOBODY_DRIVES", "X_OFF", "X_ON", "Break", "ByHand", "Clock", "Flow",
-    "HostAct", "Levels", "Line", "LineError", "Pair", "Parity", "Pin", "Procedure", "Process", "Progress",
-    "RegisterPort", "SerialPort", "Signal", "Space", "Uart", "UartFormat", "UserPin", "by_itself", "connect",
-    "daisy_chain", "direct", "interrupt", "join", "kill", "shared_pair",
+    "CONTROL", "DATA", "FASTEST_BAUD", "NOBODY_DRIVES", "X_OFF", "X_ON", "Break", "ByHand", "Clock",
+    "DropPending", "Flow", "Hold", "Init", "Levels", "Line", "LineError", "Pair", "Parity", "Pin", "Procedure",
+    "Process", "Progress", "ReadData", "RegisterPort", "SendBreak", "SerialPort", "SetFlow", "SetFormat",
+    "SetInstant", "SetLine", "Signal", "Space", "Uart", "UartFormat", "UserPin", "Write", "WriteRegister",
+    "by_itself", "connect", "daisy_chain", "direct", "interrupt", "join", "kill", "shared_pair",
 ]  # fmt: skip

@@ -38,8 +38,6 @@ class Clock(simpy.Environment):
         """True unless a user watches in real time: then no nanosecond may take seconds to compute."""
         self.background = 0
         """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
-        self.acting = False
-        """True while an outside action is in progress; all that happens meanwhile is part of that action."""
         self.interrupted: set[Process] = set()
         """Procedures with a pending interrupt."""
         self.by_itself = False

@@ -208,7 +208,7 @@ class SensedPin(Pin):
         self._last = False
 
     def sense(self, read: Callable[[], bool], follow: Callable[[Callable[[], None]], Callable[[], None]]) -> None:
-        """Connect a sensor: `read` returns its level, `follow(look)` calls `look` whenever the level may have changed.
+        """Connect a sensor: `read` returns its level, `follow(update)` calls `update` when the level may have changed.
 
         `follow` must return an unsubscribe function.
         """
@@ -233,25 +233,25 @@ class SensedPin(Pin):
         end = super().subscribe(callback)
         if self._unfollow is None and self._follow is not None:
             self._last = self.level
-            self._unfollow = self._follow(self._look)
+            self._unfollow = self._follow(self._read_again)
 
-        def unwatch() -> None:
+        def unsubscribe() -> None:
             end()
             if not self._changes and self._unfollow is not None:
                 self._unfollow()
                 self._unfollow = None
 
-        return unwatch
+        return unsubscribe
 
     def changed(self) -> Event:
         """Return an event that happens at the next change of level."""
         if self._changed is None:
             event = super().changed()
-            unwatch = self.subscribe(lambda pin: unwatch())
+            unsubscribe = self.subscribe(lambda pin: unsubscribe())
             return event
         return self._changed
 
-    def _look(self) -> None:
+    def _read_again(self) -> None:
         self._update(self._last)
 
     def _update(self, before: bool) -> None:

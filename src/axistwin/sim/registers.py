@@ -10,10 +10,10 @@ messages to subscribers.
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
-from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
 
@@ -68,7 +68,6 @@ class RegisterPort:
         self.powered = False
         self.input, self.output = Fifo(), Fifo()
         self._status = 0
-        self._doing = HostActs(clock)
         self._status_changes: Signal[[]] = Signal()
         self._commands: Signal[bytes] = Signal()
         self._messages: Signal[bytes] = Signal()
@@ -84,22 +83,19 @@ class RegisterPort:
 
     def read(self, offset: int) -> int:
         """Read a register: 0 the output data buffer, 1 the status byte.  It takes no virtual time."""
-        _check("offset", offset, CONTROL)
+        check_byte("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
         if offset == CONTROL:
             return self.status
-        return self._doing("read", None, lambda _: self.output.pop())
+        return self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
         """Write a register: 0 the input data buffer, 1 the control byte.  It takes no virtual time."""
-        _check("offset", offset, CONTROL)
-        _check("value", value, 0xFF)
-        if self.powered:
-            self._doing("write", (offset, value), self._write)
-
-    def _write(self, register: tuple[int, int]) -> None:
-        offset, value = register
+        check_byte("offset", offset, CONTROL)
+        check_byte("value", value)
+        if not self.powered:
+            return
         if offset == DATA:
             self.input.push(value)
         else:
@@ -108,27 +104,7 @@ class RegisterPort:
     def init(self) -> None:
         """Activate the bus's reset line."""
         if self.powered:
-            self._doing("init", None, lambda _: self.on_init())
-
-    def watch_host(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `callback(act)` before every action of the host that changes something.  Return an unsubscribe function.
-
-        Kinds with their values: `read` of the data buffer (None), `write` (offset, byte), `init` (None).  Actions at an
-        unpowered board are not reported.
-        """
-        return self._doing.subscribe(callback)
-
-    def perform(self, act: HostAct) -> None:
-        """Perform this action of the host."""
-        match act.kind:
-            case "read":
-                self.read(DATA)
-            case "write":
-                self.write(*act.value)
-            case "init":
-                self.init()
-            case _:
-                raise UsageError(f"unknown action {act.kind!r} on a bus")
+            self.on_init()
 
     @property
     def status(self) -> int:
@@ -164,6 +140,31 @@ class RegisterPort:
         self._messages.emit(message)
 
 
-def _check(what: str, value: object, highest: int) -> None:
+def check_byte(what: str, value: object, highest: int = 0xFF) -> None:
+    """Raise UsageError unless `value` is an integer from 0 to `highest`."""
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= highest:
         raise UsageError(f"invalid {what} {value!r}: expected an integer from 0 to {highest}")
+
+
+# Actions of a host at the registers, as values
+
+
+@dataclass(frozen=True, slots=True)
+class ReadData:
+    """Read the output data buffer."""
+
+
+@dataclass(frozen=True, slots=True)
+class WriteRegister:
+    """Write a register."""
+
+    offset: int
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class Init:
+    """Activate the bus's reset line."""
+
+
+BusAct = ReadData | WriteRegister | Init

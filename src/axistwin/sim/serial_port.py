@@ -1,14 +1,13 @@
 """The host's end of a serial connection: data, format, control lines and flow control."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
+from typing import Literal
 
 from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, Parity, UartFormat
-from axistwin.sim.host_acts import HostAct, HostActs
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
@@ -26,25 +25,74 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-class _Output(Pin):
-    """An output line of the host."""
+# Actions of a host at its end of a line, as values
 
-    def __init__(self, clock: Clock, kind: str, doing: HostActs) -> None:
-        super().__init__(clock, f"host {kind}", True)
-        self._kind, self._doing = kind, doing
 
-    def set(self, level: bool) -> None:
-        """Set the line, as an action of the host."""
-        self._doing(self._kind, bool(level), super().set)
+@dataclass(frozen=True, slots=True)
+class Write:
+    """Queue data for transmission."""
+
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class SendBreak:
+    """Send a break."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetFormat:
+    """Set the format of the host's end."""
+
+    format: UartFormat
+
+
+@dataclass(frozen=True, slots=True)
+class SetLine:
+    """Set an output line of the host."""
+
+    line: Literal["dtr", "rts"]
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetFlow:
+    """Set the host's flow control."""
+
+    flow: Flow
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """Hold back the host's characters, or release them."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DropPending:
+    """Discard the characters that have not left yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetInstant:
+    """Make the line take no time, or take its time again."""
+
+    on: bool
+
+
+Setting = SetFlow | Hold | DropPending | SetInstant
+LineAct = Write | SendBreak | SetFormat | SetLine | Setting
 
 
 class HostEnd:
     """The host's end of a connection: its format and its two output lines.  Assign to its attributes to change them."""
 
-    def __init__(self, clock: Clock, uart: Uart, doing: HostActs) -> None:
-        self._uart, self._doing = uart, doing
-        self.dtr_line: Pin = _Output(clock, "dtr", doing)
-        self.rts_line: Pin = _Output(clock, "rts", doing)
+    def __init__(self, clock: Clock, uart: Uart) -> None:
+        self._uart = uart
+        self.dtr_line, self.rts_line = Pin(clock, "host dtr", True), Pin(clock, "host rts", True)
 
     @property
     def format(self) -> UartFormat:
@@ -54,7 +102,7 @@ class HostEnd:
 
     @format.setter
     def format(self, value: UartFormat) -> None:
-        self._doing("format", value, partial(setattr, self._uart, "format"))
+        self._uart.format = value
 
     @property
     def baudrate(self) -> int:
@@ -99,7 +147,7 @@ class HostEnd:
 
     @dtr.setter
     def dtr(self, on: bool) -> None:
-        self.dtr_line.set(on)
+        self.dtr_line.set(bool(on))
 
     @property
     def rts(self) -> bool:
@@ -108,7 +156,7 @@ class HostEnd:
 
     @rts.setter
     def rts(self, on: bool) -> None:
-        self.rts_line.set(on)
+        self.rts_line.set(bool(on))
 
 
 class SerialPort:
@@ -119,8 +167,7 @@ class SerialPort:
     ) -> None:
         self.clock = clock
         self._uart = Uart(clock, line, on_receive=self._received)
-        self._doing = HostActs(clock)
-        self.host = HostEnd(clock, self._uart, self._doing)
+        self.host = HostEnd(clock, self._uart)
         self.handshake = dtr is not None
         """True if there are control lines."""
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
@@ -128,7 +175,7 @@ class SerialPort:
         self._receives: Signal[int, LineError] = Signal()
         self._breaks: Signal[float] = Signal()
         self._writes: Signal[bytes] = Signal()
-        self._settings: Signal[HostAct] = Signal()
+        self._settings: Signal[Setting] = Signal()
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
@@ -136,9 +183,6 @@ class SerialPort:
 
     def write(self, data: bytes) -> None:
         """Queue data for transmission; flow control decides when it leaves."""
-        self._doing("write", data, self._write)
-
-    def _write(self, data: bytes) -> None:
         self._writes.emit(data)
         self._uart.send(data)
 
@@ -150,11 +194,7 @@ class SerialPort:
 
     def send_break(self, seconds: float = 0.25) -> None:
         """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
-        if to_ns(seconds) < 1:
-            raise UsageError(f"invalid break of {seconds:g} s: expected 1 ns or more, e.g. 0.25 s")
-        self._doing("break", seconds, self._break)
-
-    def _break(self, seconds: float) -> None:
+        check_break(seconds)
         self._uart.send_break(seconds)
         self._breaks.emit(seconds)
 
@@ -174,11 +214,8 @@ class SerialPort:
 
     @flow.setter
     def flow(self, flow: Flow) -> None:
-        self._doing("flow", flow, self._set_flow)
-
-    def _set_flow(self, flow: Flow) -> None:
         if flow is not self._flow or self._stopped:
-            self._tell_setting("flow", flow)
+            self._report(SetFlow(flow))
         self._flow, self._stopped = flow, False
         self._update_flow()
 
@@ -189,21 +226,15 @@ class SerialPort:
 
     @held.setter
     def held(self, on: bool) -> None:
-        self._doing("hold", on, self._hold)
-
-    def _hold(self, on: bool) -> None:
         if on is not self._held:
-            self._tell_setting("hold", on)
+            self._report(Hold(on))
         self._held = on
         self._update_flow()
 
     def drop_pending(self) -> None:
         """Discard all queued characters that have not left yet."""
-        self._doing("drop", None, self._drop)
-
-    def _drop(self, _: None) -> None:
         if self._uart.queue:
-            self._tell_setting("drop", None)
+            self._report(DropPending())
         self._uart.queue.clear()
 
     @property
@@ -219,7 +250,7 @@ class SerialPort:
     @instant.setter
     def instant(self, on: bool) -> None:
         if on is not self.instant:
-            self._tell_setting("instant", on)
+            self._report(SetInstant(on))
         self.to_device.instant = self.from_device.instant = on
 
     @property
@@ -244,42 +275,16 @@ class SerialPort:
         """Call `callback(data)` with data from the host when it is queued.  Return an unsubscribe function."""
         return self._writes.subscribe(callback)
 
-    def subscribe_settings(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `callback(act)` before each `flow`, `hold`, `drop` and `instant` that changes something, for recordings.
+    def subscribe_settings(self, callback: Callable[[Setting], None]) -> Callable[[], None]:
+        """Call `callback(setting)` before each `Setting` that changes something, unless the bench itself makes it.
 
-        Settings within another act are reported, settings by the bench itself are not.  Return an unsubscribe function.
+        Return an unsubscribe function.
         """
         return self._settings.subscribe(callback)
 
-    def _tell_setting(self, kind: str, value: object) -> None:
+    def _report(self, setting: Setting) -> None:
         if not self.clock.by_itself:
-            self._settings.emit(HostAct(kind, value))
-
-    def watch_host(self, callback: Callable[[HostAct], None]) -> Callable[[], None]:
-        """Call `callback(act)` before every action of the host.  Return an unsubscribe function.
-
-        Kinds with their values: `write` (bytes), `break` (seconds), `hold`, `dtr`, `rts` (bool), `flow` (Flow),
-        `format` (UartFormat), `drop` (None).
-        """
-        return self._doing.subscribe(callback)
-
-    def perform(self, act: HostAct) -> None:
-        """Perform this action of the host."""
-        match act.kind:
-            case "write":
-                self.write(act.value)
-            case "break":
-                self.send_break(act.value)
-            case "hold":
-                self.held = act.value
-            case "flow":
-                self.flow = act.value
-            case "format" | "dtr" | "rts":
-                setattr(self.host, act.kind, act.value)
-            case "drop":
-                self.drop_pending()
-            case _:
-                raise UsageError(f"unknown action {act.kind!r} at a serial line")
+            self._settings.emit(setting)
 
     def _received(self, byte: int, errors: LineError) -> None:
         self._received_bytes.append(byte)
@@ -295,3 +300,9 @@ class SerialPort:
         if held is not self._uart.held:
             self._uart.held = held
             self._uart.pump()
+
+
+def check_break(seconds: float) -> None:
+    """Raise UsageError for a break of less than 1 ns."""
+    if to_ns(seconds) < 1:
+        raise UsageError(f"invalid break of {seconds:g} s: expected 1 ns or more, e.g. 0.25 s")

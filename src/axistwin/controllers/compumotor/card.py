@@ -1,19 +1,19 @@
-"""The board as it sits in its slot: connectors and registers, which are there with and without power (appendix C)."""
+"""The board in its slot: connectors and registers, which exist with and without power (appendix C)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
-from axistwin.controllers.compumotor.chapters.events import ALARMS
 from axistwin.controllers.compumotor.chapters.requests import move_bits
 from axistwin.controllers.compumotor.checker.program import check
 from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
 from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 from axistwin.controllers.compumotor.host import Host
-from axistwin.controllers.compumotor.listing import SEQUENCES, listings, name_of
+from axistwin.controllers.compumotor.listing import SEQUENCES, listings
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.rules import RULES
 from axistwin.controllers.product import Abilities, Listing, Order, Product, PulseAxis, Register, Store
@@ -43,7 +43,7 @@ class Card:
     """An 1810 or 1811."""
 
     def __init__(self, clock: Clock, commands: CommandSet, axis: PulseAxis, options: Options, *, encoder: bool) -> None:
-        """`encoder`: it has the encoder interface of an 1811."""
+        """`encoder`: the board has the encoder interface of an 1811."""
         self.clock, self._axis, self._options, self._encoder = clock, axis, options, encoder
         self._commands = installed(commands, options)
         self._board: Board | None = None
@@ -55,7 +55,7 @@ class Card:
         self.pins |= {name: Pin(clock, name, output=True) for name in OUTPUTS}
         for name in JUMPERS:
             self.pins[name] = Pin(clock, name, output=True)
-            self.pins[name].restless = True  # it changes with each command
+            self.pins[name].restless = True  # the level changes with each command
         driven: dict[str, Callable[[], bool]] = {
             "step": lambda: self._board is not None and self._board.step_level,
             "cw_step": lambda: not self._steps(+1),
@@ -84,16 +84,18 @@ class Card:
         return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 
     def _busy(self) -> bool:
-        """Moving, performing a sequence or a stream, or with commands that it has not obeyed yet."""
+        """True while the board moves, performs a sequence or stream, or has commands in the queue."""
         board = self._board
-        return board is not None and (board.moving or board.streaming or board.sequencer.running or bool(board.queued))
+        return board is not None and (
+            board.moving or board.stream.performing or board.sequencer.running or bool(board.queued)
+        )
 
     def _procedures(self) -> Sequence[Process]:
-        """Those of the board."""
+        """The procedures of the board."""
         return () if self._board is None else self._board.procedures
 
     def power(self, on: bool) -> None:
-        """Switch it on or off."""
+        """Switch the power on or off."""
         self.bus.powered = on
         if not on and self._board is not None:
             self._board.power_off()
@@ -106,36 +108,36 @@ class Card:
                 encoder=self._encoder,
             )  # fmt: skip
             self._board.events.on_fault = self.alarms.report
-            self._board.sequencer.on_command = lambda number, at: self._progress.report(name_of(number), at)
+            self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 
     def programs(self) -> Mapping[str, Listing]:
-        """The sequence buffers; without power there are none."""
+        """Return the sequence buffers; without power there are none."""
         return {} if self._board is None else listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
-        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, how many commands wait.
+        """The status byte, both data buffers in hex, the answer to 88h, mode, phase, number of commands in the queue.
 
-        Without power there is nothing in them; what a host reads then is what the bus floats to.
-        `sequence` and `command`: which of the fifteen is being performed, and what of it, from 1; 0: none is.
+        Without power all are empty; a host then reads the floating bus.
+        `sequence` and `command`: the numbers, from 1, of the sequence being performed and of its command; 0: none.
         """
         bus = self.bus
 
-        def kept(read: Callable[[Board], int | str]) -> Callable[[], int | str]:
-            return lambda: 0 if self._board is None else read(self._board)
+        def number(read: Callable[[Board], int], *names: str) -> Register:
+            return Register(lambda: 0 if self._board is None else read(self._board), names)
 
-        def told(read: Callable[[Board], str], without_power: str) -> Callable[[], str]:
-            return lambda: without_power if self._board is None else read(self._board)
+        def text(read: Callable[[Board], str], *names: str, unpowered: str = "") -> Register:
+            return Register(lambda: unpowered if self._board is None else read(self._board), names, text=True)
 
         return {
-            "status": Register(kept(lambda _: bus.status), ("SB",)),
-            "input": Register(told(lambda _: _hex(bus.input.contents), ""), ("IDB",), text=True),
-            "output": Register(told(lambda _: _hex(bus.output.contents), ""), ("ODB",), text=True),
-            "move": Register(kept(move_bits), ("88h",)),
-            "mode": Register(kept(lambda board: board.mode)),
-            "phase": Register(told(_phase, "off"), text=True),
-            "queue": Register(kept(lambda board: board.queued)),
-            "sequence": Register(kept(lambda board: board.sequencer.number if board.sequencer.running else 0)),
-            "command": Register(kept(lambda board: board.sequencer.at + 1 if board.sequencer.running else 0)),
+            "status": number(lambda _: bus.status, "SB"),
+            "input": text(lambda _: _hex(bus.input.contents), "IDB"),
+            "output": text(lambda _: _hex(bus.output.contents), "ODB"),
+            "move": number(move_bits, "88h"),
+            "mode": number(lambda board: board.mode),
+            "phase": text(_phase, unpowered="off"),
+            "queue": number(lambda board: board.queued),
+            "sequence": number(lambda board: board.sequencer.number if board.sequencer.running else 0),
+            "command": number(lambda board: board.sequencer.at + 1 if board.sequencer.running else 0),
         }
 
     def _restart(self) -> None:
@@ -194,7 +196,7 @@ PRODUCTS = {
 
 
 def _phase(board: Board) -> str:
-    """What the pulse generator does; while a joystick moves the motor, that: its pulses only pass through."""
+    """Return the phase of the pulse generator, or "joystick" while a joystick moves the motor."""
     return "joystick" if board.joystick.moving else board.pulses.phase.name.lower()
 
 

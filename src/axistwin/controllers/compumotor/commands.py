@@ -18,7 +18,6 @@ from axistwin.controllers.compumotor.chapters import (
     stop,
     streaming,
 )
-from axistwin.controllers.compumotor.chapters.pulses import Phase
 from axistwin.controllers.compumotor.language import (
     Accept,
     DontCare,
@@ -34,6 +33,8 @@ from axistwin.controllers.compumotor.language import (
     u32,
 )
 from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.parts.library import Kind
+from axistwin.controllers.compumotor.parts.pulses import Phase
 
 # SINGULAR, INDEXER, STREAMING, in and during a SEQUENCE, during streaming, while DEFINING, ENCODER: 1811 only
 S, I, V, Q, C, W, D, E = Accept  # noqa: E741
@@ -108,8 +109,8 @@ COMMANDS_1811 = CommandSet(
     Opcode(0x32, "go on",                                     POS,      (DIRECTION,),                    S | I | Q,     moves.go_on),
     Opcode(0x33, "go relative",                               POS,      (DISTANCE,),                     S | I | V | Q, moves.go_relative),
     Opcode(0x34, "go absolute",                               POS,      (ABSOLUTE,),                     S | I | V | Q, moves.go_absolute),
-    Opcode(0x35, "go relative, encoder",                      LOOP,     (ENCODER_DISTANCE,),             S | I | V | Q | E, partial(closed_loop.go, moves.Kind.RELATIVE_ENCODER)),
-    Opcode(0x36, "go absolute, encoder",                      LOOP,     (ENCODER_POSITION,),             S | I | V | Q | E, partial(closed_loop.go, moves.Kind.ABSOLUTE_ENCODER)),
+    Opcode(0x35, "go relative, encoder",                      LOOP,     (ENCODER_DISTANCE,),             S | I | V | Q | E, partial(closed_loop.go, Kind.RELATIVE_ENCODER)),
+    Opcode(0x36, "go absolute, encoder",                      LOOP,     (ENCODER_POSITION,),             S | I | V | Q | E, partial(closed_loop.go, Kind.ABSOLUTE_ENCODER)),
     Opcode(0x37, "resume stopped closed-loop move",           LOOP,     (),                              S | I | V | Q | E, closed_loop.resume),
     Opcode(0x38, "define home",                               HOME,     SEARCH,                          I | V | Q | W, home.define_home),
     Opcode(0x39, "go home",                                   HOME,     (DIRECTION,),                    S | I | V | Q, home.go_home),
@@ -189,11 +190,11 @@ COMMANDS_1811 = CommandSet(
     Opcode(0xB3, "define maintenance algorithm",              LOOP,     (u8("algorithm", 1, 3), u8("constant"), u8("velocity range", 0x00, 0x5F), i32("maximum velocity", low=0, unit="units of range")), ANY, closed_loop.set_law),
     Opcode(0xB4, "define rotor teeth",                        LOOP,     (u32("teeth", high=0xFFFF),),    ANY,           closed_loop.set_teeth),
     Opcode(0xB5, "define deadband",                           LOOP,     (DontCare("don't care", size=2), u16("deadband", unit="encoder pulses")), ANY | E, closed_loop.set_deadband),
-    Opcode(0xC8, "define relative move",                      DEFINE,   (*MOVE_HEAD, DISTANCE),          I | Q | C,     partial(moves.define, moves.Kind.RELATIVE)),
-    Opcode(0xCB, "define absolute move",                      DEFINE,   (*MOVE_HEAD, ABSOLUTE),          I | Q | C,     partial(moves.define, moves.Kind.ABSOLUTE)),
-    Opcode(0xCE, "define continuous move",                    DEFINE,   (*MOVE_HEAD, u8("direction")),   I | Q | C,     partial(moves.define, moves.Kind.CONTINUOUS)),
-    Opcode(0xD4, "define relative closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_DISTANCE),  I | Q | C,     partial(moves.define, moves.Kind.RELATIVE_ENCODER)),
-    Opcode(0xD5, "define absolute closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_POSITION),  I | Q | C,     partial(moves.define, moves.Kind.ABSOLUTE_ENCODER)),
+    Opcode(0xC8, "define relative move",                      DEFINE,   (*MOVE_HEAD, DISTANCE),          I | Q | C,     partial(moves.define, Kind.RELATIVE)),
+    Opcode(0xCB, "define absolute move",                      DEFINE,   (*MOVE_HEAD, ABSOLUTE),          I | Q | C,     partial(moves.define, Kind.ABSOLUTE)),
+    Opcode(0xCE, "define continuous move",                    DEFINE,   (*MOVE_HEAD, u8("direction")),   I | Q | C,     partial(moves.define, Kind.CONTINUOUS)),
+    Opcode(0xD4, "define relative closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_DISTANCE),  I | Q | C,     partial(moves.define, Kind.RELATIVE_ENCODER)),
+    Opcode(0xD5, "define absolute closed-loop move",          LOOP,     (*MOVE_HEAD, ENCODER_POSITION),  I | Q | C,     partial(moves.define, Kind.ABSOLUTE_ENCODER)),
     Opcode(0xD6, "start/stop velocity",                       DEFINE,   (i32("velocity", low=0, unit="pulses/s"),), ASK, moves.set_start_stop),
     Opcode(0xD7, "delete move",                               DEFINE,   (MOVE,),                         I | Q | C,     moves.delete),
     Opcode(0xD8, "end sequence definition",                   SEQ,      (),                              I | D,         sequence.finish),

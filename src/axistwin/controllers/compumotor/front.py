@@ -1,10 +1,10 @@
-"""What an 1810 or 1811 shows: its status byte, its one lamp, its connectors, and what 88h would tell of the motion.
+"""The front of an 1810 or 1811: the status byte, the one lamp, the connectors, and the answer to 88h.
 
 Chapters Programming: The Status Byte (C.2), Interrupts (D); Functional check; Specifications: Inputs and Outputs;
 appendix A, 88h.
 """
 
-from axistwin.controllers.compumotor.chapters.pulses import Phase
+from axistwin.controllers.compumotor.parts.pulses import Phase
 from axistwin.controllers.front import Group, Lamp, Reading, Tone, Word
 
 MODES = {

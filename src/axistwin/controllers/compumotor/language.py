@@ -1,11 +1,12 @@
 """The command language: a command string is an opcode and its parameter bytes (chapter Command Language Syntax).
 
-Numbers are sent most significant byte first; signed ones in two's complement.  Fields know their size and range; what
-is short, out of range or has surplus bytes that are not zero does not decode, and the board ignores it.
+Numbers are sent most significant byte first; signed ones in two's complement.  Fields know their size and range; a
+command that is short, out of range or followed by bytes other than 00 does not decode, and the board ignores it.
 """
 
 from dataclasses import dataclass
 from enum import Flag, auto
+from functools import partial
 from typing import Any
 
 from axistwin.controllers.commandset import Command, CommandSet, Field
@@ -17,7 +18,7 @@ LONGEST = 16
 
 
 class Accept(Flag):
-    """The attributes of a command (chapter Command attributes): they alone decide who is heard when."""
+    """The attributes of a command (chapter Command attributes): they alone decide which commands are performed."""
 
     SINGULAR = auto()  # takes time, and only one can be in progress
     INDEXER = auto()  # valid in indexer mode
@@ -37,12 +38,12 @@ class Number(Field):
     signed: bool = False
 
     def decode(self, data: bytes) -> Any:
-        """The value, or None if it is out of range."""
+        """Return the value, or None if it is out of range."""
         value = int.from_bytes(data, "big", signed=self.signed)
         return value if self.allows(value) else None
 
     def encode(self, value: Any) -> bytes:
-        """The bytes of a value."""
+        """Return the bytes of a value."""
         return int(value).to_bytes(self.size, "big", signed=self.signed)
 
 
@@ -51,12 +52,12 @@ class Ranges(Number):
     """One byte: the velocity range in the upper nibble, the acceleration range in the lower one."""
 
     def decode(self, data: bytes) -> tuple[int, int] | None:
-        """Both ranges, or None if one of them is not defined."""
+        """Return both ranges, or None if one of them is not defined."""
         velocity, acceleration = divmod(data[0], 0x10)
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
     def encode(self, value: tuple[int, int]) -> bytes:
-        """Both ranges as one byte."""
+        """Return both ranges as one byte."""
         return bytes([value[0] << 4 | value[1]])
 
 
@@ -73,49 +74,35 @@ class Switch(Number):
     """One byte: 00 or anything else."""
 
     def decode(self, data: bytes) -> bool:
-        """Whether it is not 00."""
+        """True if the byte is not 00."""
         return data[0] != 0
 
 
 @dataclass(frozen=True)
 class OneOf(Number):
-    """One byte of a few."""
+    """One byte with a few choices."""
 
     choices: tuple[int, ...] = ()
 
     def allows(self, value: int) -> bool:
-        """Whether it is one of them."""
+        """True if the value is a choice."""
         return value in self.choices
 
 
 @dataclass(frozen=True)
 class DontCare(Number):
-    """Bytes that must be there but mean nothing; a handler does not get them."""
+    """Required bytes without a meaning; a handler does not get them."""
 
 
-def u8(name: str, low: int = 0, high: int = 0xFF, unit: str = "") -> Number:
-    """An unsigned byte."""
-    return Number(name, unit, low, high)
+def _number(
+    size: int, signed: bool, name: str, low: int | None = None, high: int | None = None, unit: str = ""
+) -> Number:
+    least, most = (-(1 << 8 * size - 1), (1 << 8 * size - 1) - 1) if signed else (0, (1 << 8 * size) - 1)
+    return Number(name, unit, least if low is None else low, most if high is None else high, size=size, signed=signed)
 
 
-def u16(name: str, low: int = 0, high: int = 0xFFFF, unit: str = "") -> Number:
-    """Two bytes, unsigned."""
-    return Number(name, unit, low, high, size=2)
-
-
-def u32(name: str, low: int = 0, high: int = 0xFFFF_FFFF, unit: str = "") -> Number:
-    """Four bytes, unsigned."""
-    return Number(name, unit, low, high, size=4)
-
-
-def i16(name: str, low: int = -0x8000, high: int = 0x7FFF, unit: str = "") -> Number:
-    """Two bytes, signed."""
-    return Number(name, unit, low, high, size=2, signed=True)
-
-
-def i32(name: str, low: int = -0x8000_0000, high: int = 0x7FFF_FFFF, unit: str = "") -> Number:
-    """Four bytes, signed."""
-    return Number(name, unit, low, high, size=4, signed=True)
+u8, u16, u32 = (partial(_number, size, False) for size in (1, 2, 4))
+i16, i32 = (partial(_number, size, True) for size in (2, 4))
 
 
 @dataclass(frozen=True)
@@ -134,7 +121,7 @@ class Opcode(Command):
 
     @property
     def size(self) -> int:
-        """How many parameter bytes it requires."""
+        """Number of required parameter bytes."""
         return sum(field.size for field in self.fields)
 
     @property
@@ -144,7 +131,7 @@ class Opcode(Command):
         return " ".join((f"{self.opcode:02X}", *parts))
 
     def decode(self, parameters: bytes) -> tuple[Any, ...] | None:
-        """The values for the handler, or None: the command is to be ignored."""
+        """Return the values for the handler; None: the command is ignored."""
         if len(parameters) < self.size or any(parameters[self.size :]):
             return None
         values, at = [], 0
@@ -158,12 +145,12 @@ class Opcode(Command):
         return tuple(values)
 
     def string(self, parameters: bytes) -> bytes:
-        """The command as it is kept: without surplus bytes."""
+        """Return the command as stored: without surplus bytes."""
         return bytes([self.opcode]) + parameters[: self.size]
 
 
 def decode(commands: CommandSet, data: bytes) -> tuple[Opcode, tuple[Any, ...]] | None:
-    """A command string as a command of the table and its values; None: nothing that means anything."""
+    """Return the command of a command string, and its values; None: no valid command."""
     command = commands.get(data[0]) if data else None
     if not isinstance(command, Opcode):
         return None

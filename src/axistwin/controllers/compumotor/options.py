@@ -1,4 +1,4 @@
-"""What differs from one installed board to the next, and figures of which the manual gives only an "about"."""
+"""Differences between installed boards, and figures for which the manual gives only an "about"."""
 
 from dataclasses import dataclass, fields
 from typing import Literal, get_args, get_type_hints
@@ -14,13 +14,13 @@ class Options:
     interrupts: tuple[Interrupt, ...] = ("message_ready",)
     """Which conditions interrupt the host: the jumpers JU18 (message_ready), JU20 (input_ready), JU19 (failed)."""
     test_switch: bool = True
-    """Jumper JU15: whether the test switch on the board's edge does anything."""
+    """Jumper JU15: True if the test switch on the board's edge is connected."""
     initialisation_s: float = 1.0
-    """Power-up or reset until the board listens: "about one second"."""
+    """From power-up or reset until the board accepts commands: "about one second"."""
     drain_ms: float = 1.0
     """From a command's CB bit 4 until SB bit 4 is set again: "in about one millisecond"."""
     reply_ms: float = 4.0
-    """From there until the message is in the ODB; asking "usually takes about 5+ milliseconds"."""
+    """From the end of `drain_ms` until the message is in the ODB; asking "usually takes about 5+ milliseconds"."""
     start_ms: float = 3.0
     """Before a calculated move begins; "within five milliseconds of receipt of the command"."""
     calculation_ms: float = 10.0
@@ -32,22 +32,22 @@ class Options:
     limit_us: float = 75.0
     """A limit input must be active for "a minimum duration of 75 microseconds"; it acts "within 200 microseconds"."""
     trigger1_us: float = 200.0
-    """From a rising edge to what trigger 1 does."""
+    """From a rising edge to the function of trigger 1."""
     trigger6_us: float = 400.0
-    """From a rising edge to what trigger 6 does."""
+    """From a rising edge to the function of trigger 6."""
     trigger1_hold_us: float = 0.0
-    """How long trigger 1 must stay high to count, and then acts.  0: as long as its response takes.
+    """The time for which trigger 1 must stay high before it acts.  0: its response time.
 
     "Requires a hold time of 500 microseconds to be recognized"; yet "response will be within 200".
     """
     trigger6_hold_us: float = 0.0
     """The same for trigger 6: "1 millisecond", and "within 400 microseconds"."""
     home_ms: float = 3.0
-    """How long the home input must keep a level to be seen: "like TRIGGERS 2 through 5", whose worst case it is."""
+    """The time for which the home input must keep a level: "like TRIGGERS 2 through 5", whose worst case it is."""
     invert_z: bool = False
-    """Jumper JU16: whether the encoder's channel Z is inverted."""
+    """Jumper JU16: True if the encoder's channel Z is inverted."""
     invert_encoder: bool = False
-    """Jumper JU17: whether the encoder's direction bit is inverted."""
+    """Jumper JU17: True if the encoder's direction bit is inverted."""
     marker_ms: float = 3.0
     """From a marker in the stream until its command has been carried out: "approximately two to four milliseconds"."""
     buffer_bytes: int = 600
@@ -57,19 +57,19 @@ class Options:
     message_queue: int = 64
     """Messages waiting for the ODB; full: further ones are lost."""
     interrupt_command: Literal["everywhere", "printed"] = "everywhere"
-    """Where 01h may stand: in sequences and markers too, or only as its printed attributes say, in neither."""
+    """The places of 01h: in sequences and markers too, or in neither, as its printed attributes say."""
     encoder_commands: Literal["kept", "performed", "ignored"] = "kept"
-    """Of an 1810: what becomes of 2Fh, 35h to 37h, 3Ah, D4h and D5h.
+    """The effect of 2Fh, 35h to 37h, 3Ah, D4h and D5h on an 1810.
 
-    "kept": the position and the definitions are kept, nothing moves by the encoder that is not there.
+    "kept": the position and the definitions are kept, nothing moves by the missing encoder.
     "performed": all of them as on an 1811 without an encoder.  "ignored": none of them.
     """
     stop_after_stream: Literal["ramp", "ignored"] = "ramp"
-    """What 70h does to a motor that a stream has left at a velocity: a ramp as of the last move, or nothing."""
+    """The effect of 70h on a motor that a stream has left at a velocity: a ramp as of the last move, or none."""
     high_impedance: bool = False
     """The level of the outputs in high impedance, after a failure: what they are connected to pulls them there."""
     part_number: str = "94-003657-01A"
-    """What FDh reports: 94-, six digits, -, two digits, one or two letters."""
+    """The answer to FDh: 94-, six digits, -, two digits, one or two letters."""
 
     def __post_init__(self) -> None:
         for name in self.interrupts:

@@ -1,7 +1,7 @@
-"""What the checker of the 1810 and 1811 can find: its table of codes.
+"""The diagnostics of the checker for the 1810 and 1811: a table of codes.
 
-1xx a command and its bytes, 2xx modes and sequences, 3xx moves, 4xx streaming.  A board ignores what is wrong without
-a word.
+1xx a command and its bytes, 2xx modes and sequences, 3xx moves, 4xx streaming.  A board ignores wrong commands
+without a message.
 """
 
 from axistwin.controllers.diagnostics import Rule, Severity
@@ -166,4 +166,4 @@ RULES = (
         STREAMING + "EE 7F FE 7C 01 01",
     ),
 )  # fmt: skip
-"""All of them, in the order of the codes."""
+"""All diagnostics, in the order of the codes."""

@@ -1,6 +1,6 @@
-"""What the checker of the SmartMotor can find: its table of codes.
+"""Diagnostics of the SmartMotor checker: the table of codes.
 
-1xx a command and its values, 2xx program flow, 3xx mode cam, 4xx what 4.76 does in another way than 4.15 and 4.40,
+1xx a command and its values, 2xx program flow, 3xx mode cam, 4xx changes of 4.76 against 4.15 and 4.40,
 5xx a program as a whole and the line to the host.
 """
 
@@ -22,7 +22,7 @@ WIRED = "UCI UDI ZS "
 RULES = (
     UNKNOWN := Rule(
         "SM101", "unknown command", E, LEXICAL,
-        "The motor sets Bs and goes on with the next statement.",
+        "The motor sets Bs and continues with the next statement.",
         "FLY",
     ),
     REMOVED := Rule(
@@ -41,7 +41,7 @@ RULES = (
         "a =1",
     ),
     VALUE := Rule(
-        "SM105", "a value where a command is wanted", E, LEXICAL,
+        "SM105", "a value where a command is expected", E, LEXICAL,
         "A variable by itself does nothing and sets Bs; with R before it it is reported.",
         "a",
     ),
@@ -52,12 +52,12 @@ RULES = (
     ),
     NO_COMMENT := Rule(
         "SM107", "a rule that is no comment", E, LEXICAL,
-        "A comment begins with an apostrophe and goes on to the end of the line.",
+        "A comment begins with an apostrophe and ends with the line.",
         "-----",
     ),
     PROGRAM_ONLY := Rule(
         "SM108", "a command for programs only", E, LEXICAL,
-        "A host cannot say it; the motor sets Bs.",
+        "A host cannot send it; the motor sets Bs.",
         "> WAIT=5\\r", ".talk",
     ),
     NUMBER := Rule(
@@ -71,13 +71,13 @@ RULES = (
         "E=40000",
     ),
     INDEX := Rule(
-        "SM111", "an array index that is not there", E, ARRAYS,
+        "SM111", "an array index out of range", E, ARRAYS,
         "There are ab[0] to ab[203], aw[0] to aw[101] and al[0] to al[50], in the same memory.",
         "a=aw[102]",
     ),
     EXPRESSION := Rule(
         "SM112", "an expression that cannot be read", E, EXPRESSIONS,
-        "A value, an operator or a parenthesis is missing, or something stands behind its end.  The motor sets Bs.",
+        "A value, an operator or a parenthesis is missing, or its end is followed by more.  The motor sets Bs.",
         "b=2+",
     ),
     VARIABLE := Rule(
@@ -86,7 +86,7 @@ RULES = (
         "a=FOO",
     ),
     ELEMENTS := Rule(
-        "SM114", "array values in a row that are not written so", E, "1.1 Features added",
+        "SM114", "a malformed row of array values", E, "1.1 Features added",
         "Values in a row follow the array element after blanks, and the last one ends with a period.",
         "aw[0] 1 2 3",
     ),
@@ -97,7 +97,7 @@ RULES = (
         'PRINT("go)',
     ),
     ARGUMENTS := Rule(
-        "SM116", "a command with other parameters than it takes", E, LEXICAL,
+        "SM116", "a command with wrong parameters", E, LEXICAL,
         "The parameters in parentheses, or the device and channel of an AniLink command, are not what it takes.",
         "VST(a)",
     ),
@@ -114,21 +114,21 @@ RULES = (
     LATER := Rule(
         "SM119", "a word of Class 5 motors", E, LEXICAL,
         "Programs for the later generation do not run on 4.76: the motor sets Bs.  The message names the word of 4.76. "
-        "Numbers of speed and acceleration are others there, as Class 5 samples 8000 times a second.",
+        "Velocities and accelerations differ there, as Class 5 takes 8000 samples per second.",
         "PT=1000",
     ),
     BLOCK := Rule(
-        "SM201", "a block without its end, or a part of none", E, FLOW,
-        "IF goes with ENDIF, WHILE with LOOP, SWITCH with ENDS, one within another.  What is left over sets Bs.",
+        "SM201", "a block without its end, or a part without its block", E, FLOW,
+        "ENDIF ends IF, LOOP ends WHILE, ENDS ends SWITCH, nested.  A part without its counterpart sets Bs.",
         "IF a",
     ),
     NO_LABEL := Rule(
-        "SM202", "a label that is not there", E, FLOW,
-        "GOTO and GOSUB set Bs and the program goes on behind them.",
+        "SM202", "a missing label", E, FLOW,
+        "GOTO and GOSUB set Bs and the program continues after them.",
         "GOTO5",
     ),
     LABEL_TWICE := Rule(
-        "SM203", "a label that stands twice", E, FLOW,
+        "SM203", "a label defined twice", E, FLOW,
         "GOTO and GOSUB go to the first one.",
         "C5 a=1\nC5",
     ),
@@ -148,7 +148,7 @@ RULES = (
         "GOSUB7 END C7 RETURNF",
     ),
     DEEP := Rule(
-        "SM207", "more calls within one another than there is room for", E, FLOW,
+        "SM207", "more nested calls than the stack holds", E, FLOW,
         "Ten returns can wait, those of C1 and C2 among them.",
         "F=96 GOSUB3 END C1 RETURNF C2 RETURNI"
         + "".join(f" C{n} GOSUB{n + 1} RETURN" for n in range(3, 12)) + " C12 RETURN",
@@ -159,7 +159,7 @@ RULES = (
         "GOSUB5 END C5 GOSUB5 RETURN",
     ),
     CALLS_NOTHING := Rule(
-        "SM209", "F= calls a label that is not there", W, F_WORD,
+        "SM209", "F= calls a missing label", W, F_WORD,
         "F=32 calls C1 on a fault and F=64 calls C2 on pin G.",
         "F=32 END",
     ),
@@ -174,7 +174,7 @@ RULES = (
         "END a=1",
     ),
     SWITCHES := Rule(
-        "SM212", "too many SWITCH within one another", W, FLOW,
+        "SM212", "too many nested SWITCH", W, FLOW,
         "The guide allows four.",
         "SWITCH a CASE 1 " * 5 + "ENDS " * 5,
     ),
@@ -209,7 +209,7 @@ RULES = (
         WIRED + "MC BASE=9 SIZE=5",
     ),
     NO_DWELL := Rule(
-        "SM307", "a dwell that is none", W, ON_THE_FLY,
+        "SM307", "a dwell without effect", W, ON_THE_FLY,
         "D= is a dwell with F=16 or F=128 only.",
         WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. D=50 MC G",
     ),
@@ -239,12 +239,12 @@ RULES = (
         "UCI UDI G",
     ),
     DIRECTION := Rule(
-        "SM403", "F=2 means something else now", W, "1.4 Commands modified",
+        "SM403", "F=2 has a new meaning", W, "1.4 Commands modified",
         "Since 4.76 it reverses the shaft's direction.",
         "F=2",
     ),
     ENDS_PROGRAM := Rule(
-        "SM404", "a fault that the program cannot look for", W, "4.3 Fault handling",
+        "SM404", "a fault that the program cannot test for", W, "4.3 Fault handling",
         "Since 4.76 a position error or overheating ends the program, unless F=32 calls C1.",
         "IF Be a=1 ENDIF",
     ),
@@ -280,8 +280,8 @@ RULES = (
     ),
     DOWNLOAD := Rule(
         "SM504", "a download that is never ended", E, "Program storage",
-        "Behind LOAD all characters are the program, up to FFh FFh.",
+        "After LOAD all characters up to FFh FFh are the program.",
         "> LOAD\\r\n> GOTO5 C5 END", ".talk",
     ),
 )  # fmt: skip
-"""All of them, in the order of the codes."""
+"""All rules, in the order of their codes."""

@@ -1,21 +1,20 @@
 """The position tracking addendum and the loose sheets: commands 18h, 19h, 2Fh, 35h to 37h, 98h to 9Fh, B0h to B5h."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.compumotor.chapters import moves
-from axistwin.controllers.compumotor.chapters.moves import Kind
-from axistwin.controllers.compumotor.chapters.ranges import VELOCITY_RANGES
-from axistwin.controllers.compumotor.chapters.tracking import Law, wrapped
+from axistwin.controllers.compumotor.chapters.requests import position_bytes
+from axistwin.controllers.compumotor.chapters.tracking import wake
+from axistwin.controllers.compumotor.parts.library import Kind
+from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
+from axistwin.controllers.compumotor.parts.tracking import Law, wrapped
+from axistwin.controllers.compumotor.state import State
 from axistwin.sim.clock import Procedure
-
-if TYPE_CHECKING:
-    from axistwin.controllers.compumotor.board import Board
 
 # Positions and moves
 
 
-def define_position(board: "Board", position: int) -> None:
+def define_position(board: State, position: int) -> None:
     """Command 2Fh: the present closed-loop position is `position`, signed encoder pulses.  Ignored while moving.
 
     Any number of the 32-bit counter will do.
@@ -24,8 +23,8 @@ def define_position(board: "Board", position: int) -> None:
         board.loop.define(position)
 
 
-def go(kind: Kind, board: "Board", target: int) -> Procedure:
-    """Commands 35h and 36h: so many encoder pulses, or to an absolute position in them, at default velocity.
+def go(kind: Kind, board: State, target: int) -> Procedure:
+    """Commands 35h and 36h: move by or to `target` encoder pulses at default velocity.
 
     Ignored unless the default move (31h) and B0h to B4h are defined, while moving, shut down, or if it takes more than
     2³¹-1 motor pulses.
@@ -34,8 +33,8 @@ def go(kind: Kind, board: "Board", target: int) -> Procedure:
         yield from moves.perform_default(board, kind, target)
 
 
-def resume(board: "Board") -> Procedure:
-    """Command 37h: to where the last closed-loop move was to end, in the way that move was.
+def resume(board: State) -> Procedure:
+    """Command 37h: move to the target of the last closed-loop move, at the speed of that move.
 
     Ignored if there was none.  Loose sheet on command 37h.
     """
@@ -48,15 +47,15 @@ def resume(board: "Board") -> Procedure:
 # Switches
 
 
-def maintain(board: "Board", on: bool) -> None:
+def maintain(board: State, on: bool) -> None:
     """Command 18h: position maintenance on or off; off after reset.  While it is on, 33h, 34h, C8h, CBh are refused."""
     board.loop.on = on
     if not on:
         board.loop.give_way()
-    board.loop.wake()
+    wake(board)
 
 
-def end_on_stall(board: "Board", on: bool) -> None:
+def end_on_stall(board: State, on: bool) -> None:
     """Command 19h: a stall ends the move, or not; off after reset."""
     board.loop.ends_stalled_moves = on
 
@@ -64,41 +63,41 @@ def end_on_stall(board: "Board", on: bool) -> None:
 # Parameters
 
 
-def set_ratio(board: "Board", motor: int, encoder: int) -> None:
-    """Command B0h: motor pulses for so many encoder pulses (encoder lines x 4), both positive."""
+def set_ratio(board: State, motor: int, encoder: int) -> None:
+    """Command B0h: motor pulses per encoder pulses (encoder lines x 4), both positive."""
     board.loop.ratio = motor, encoder
-    board.loop.wake()
+    wake(board)
 
 
-def set_resolution(board: "Board", resolution: int) -> None:
+def set_resolution(board: State, resolution: int) -> None:
     """Command B1h: motor pulses per revolution."""
     board.loop.resolution = resolution
-    board.loop.wake()
+    wake(board)
 
 
-def set_sigma(board: "Board", sigma: int) -> None:
+def set_sigma(board: State, sigma: int) -> None:
     """Command B2h: backlash between motor and encoder, all of it, in motor pulses."""
     board.loop.sigma = sigma
-    board.loop.wake()
+    wake(board)
 
 
-def set_law(board: "Board", algorithm: int, gain: int, ranges: int, maximum: int) -> None:
+def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
     """Command B3h: correct by K·e (1), K·√e (2) or K·e² (3), at `maximum` units of the range or less.
 
     K and e make a velocity in units of the range.  Ignored if the maximum is beyond the range.
     """
     if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
         board.loop.law = Law(algorithm, gain, ranges, maximum)
-        board.loop.wake()
+        wake(board)
 
 
-def set_teeth(board: "Board", teeth: int) -> None:
+def set_teeth(board: State, teeth: int) -> None:
     """Command B4h: rotor teeth of the motor."""
     board.loop.teeth = teeth
-    board.loop.wake()
+    wake(board)
 
 
-def set_deadband(board: "Board", deadband: int) -> None:
+def set_deadband(board: State, deadband: int) -> None:
     """Command B5h: the error in encoder pulses, to either side, up to which 0Fh shows state 80h.  1811 only."""
     board.loop.deadband = deadband
     board.outputs.refresh()
@@ -107,47 +106,47 @@ def set_deadband(board: "Board", deadband: int) -> None:
 # Requests
 
 
-def _bytes(number: int, size: int = 4) -> bytes:
-    return (number % (1 << 8 * size)).to_bytes(size, "big")
-
-
-def relative_count(board: "Board") -> bytes:
+def relative_count(board: State) -> bytes:
     """Command 98h: encoder pulses since zero velocity was left, or of the last move."""
-    return _bytes(board.loop.relative)
+    return position_bytes(board.loop.relative)
 
 
-def error(board: "Board") -> bytes:
+def error(board: State) -> bytes:
     """Command 99h: desired less actual position, encoder pulses."""
-    return _bytes(board.loop.error)
+    return position_bytes(board.loop.error)
 
 
-def absolute_count(board: "Board") -> bytes:
+def absolute_count(board: State) -> bytes:
     """Command 9Ah: encoder pulses from absolute zero."""
-    return _bytes(board.loop.absolute)
+    return position_bytes(board.loop.absolute)
 
 
-def slip(board: "Board") -> bytes:
+def slip(board: State) -> bytes:
     """Command 9Bh: rotor teeth slipped since absolute zero was defined (30h); 0 without B0h, B1h and B4h."""
-    return _bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
+    return position_bytes(min(board.loop.slipped(board.absolute, board.loop.absolute), 0xFFFF))
 
 
-def ratio(board: "Board") -> bytes:
+def ratio(board: State) -> bytes:
     """Command 9Ch: the ratio as it was given; zeros if it was not."""
     motor, encoder = board.loop.ratio or (0, 0)
-    return _bytes(motor, 2) + _bytes(encoder, 2)
+    return position_bytes(motor, 2) + position_bytes(encoder, 2)
 
 
-def resolution(board: "Board") -> bytes:
+def resolution(board: State) -> bytes:
     """Command 9Dh: motor pulses per revolution as given; 0 if they were not."""
-    return _bytes(board.loop.resolution or 0)
+    return position_bytes(board.loop.resolution or 0)
 
 
-def sigma(board: "Board") -> bytes:
+def sigma(board: State) -> bytes:
     """Command 9Eh: backlash in motor pulses as given; 0 if it was not."""
-    return _bytes(board.loop.sigma or 0)
+    return position_bytes(board.loop.sigma or 0)
 
 
-def law(board: "Board") -> bytes:
+def law(board: State) -> bytes:
     """Command 9Fh: algorithm, K, range and maximum velocity; zeros if they were not given."""
     found = board.loop.law
-    return _bytes(0) if found is None else bytes((found.algorithm, found.gain, found.ranges)) + _bytes(found.maximum)
+    return (
+        position_bytes(0)
+        if found is None
+        else bytes((found.algorithm, found.gain, found.ranges)) + position_bytes(found.maximum)
+    )

@@ -1,57 +1,53 @@
 """Chapter Requests: commands 01h, 80h to 97h, E2h, FDh.  A handler returns the bytes that follow the opcode."""
 
-from typing import TYPE_CHECKING
-
 from axistwin.controllers.compumotor.chapters import streaming
-from axistwin.controllers.compumotor.chapters.moves import NO_MOVE
-from axistwin.controllers.compumotor.chapters.pulses import Phase
-from axistwin.controllers.compumotor.chapters.ranges import VELOCITY_RANGES
-
-if TYPE_CHECKING:
-    from axistwin.controllers.compumotor.board import Board
+from axistwin.controllers.compumotor.parts.library import NO_MOVE
+from axistwin.controllers.compumotor.parts.pulses import Phase
+from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
+from axistwin.controllers.compumotor.state import State
 
 YES, NO = b"\xff", b"\x00"
 LEVEL_TRIGGERS = (2, 3, 4, 5)
 
 
-def position_bytes(position: int, size: int) -> bytes:
-    """A position in two's complement, most significant byte first; what does not fit is lost."""
-    return (position % (1 << 8 * size)).to_bytes(size, "big")
+def position_bytes(number: int, size: int = 4) -> bytes:
+    """Return a number in two's complement, most significant byte first, modulo its size."""
+    return (number % (1 << 8 * size)).to_bytes(size, "big")
 
 
-def interrupt(board: "Board", identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
+def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handlers are given the board
     """Command 01h: a message with this identifier."""
     return bytes([identifier])
 
 
-def from_start(board: "Board") -> bytes:
+def from_start(board: State) -> bytes:
     """Command 80h: position from the start of the present or most recent excursion from zero velocity."""
-    return position_bytes(board.pulses.excursion, 4)
+    return position_bytes(board.pulses.excursion)
 
 
-def from_end(board: "Board") -> bytes:
+def from_end(board: State) -> bytes:
     """Command 81h: pulses short of (+) or beyond (-) the end of the preset move; 0 if it was none."""
     end = board.motion.end
     missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
-    return position_bytes(missing, 4)
+    return position_bytes(missing)
 
 
-def from_home(board: "Board") -> bytes:
+def from_home(board: State) -> bytes:
     """Command 82h: position from HOME, six bytes; HOME is where the motor was at reset until 39h or 3Ah finds it."""
     return position_bytes(board.pulses.position - board.home, 6)
 
 
-def from_zero(board: "Board") -> bytes:
+def from_zero(board: State) -> bytes:
     """Command 83h: position from absolute zero, six bytes."""
     return position_bytes(board.absolute, 6)
 
 
-def direction(board: "Board") -> bytes:
+def direction(board: State) -> bytes:
     """Commands 84h, 8Bh: present or most recent direction of travel, 00 + and FF -."""
     return NO if board.pulses.sign > 0 else YES
 
 
-def velocity(board: "Board") -> bytes:
+def velocity(board: State) -> bytes:
     """Command 85h: in indexer mode ranges and velocity number, always positive; while streaming as the stream has it.
 
     At the velocity of the move it is the number that was asked for.
@@ -63,24 +59,24 @@ def velocity(board: "Board") -> bytes:
     return bytes([move.xy]) + number.to_bytes(4, "big")
 
 
-def acceleration(board: "Board") -> bytes:
+def acceleration(board: State) -> bytes:
     """Command 86h: ranges and acceleration number of the present or most recent move."""
     move = board.motion.move or NO_MOVE
     return bytes([move.xy]) + move.acceleration.to_bytes(4, "big")
 
 
-def status(board: "Board") -> bytes:
+def status(board: State) -> bytes:
     """Command 88h: limits + and -, home, direction, moving, constant velocity, accelerating, decelerating."""
     return bytes([move_bits(board)])
 
 
-def move_bits(board: "Board") -> int:
-    """The bits of 88h."""
+def move_bits(board: State) -> int:
+    """Return the bits of 88h."""
     phase = board.pulses.phase
     bits = (
         board.limits.blocks(+1),
         board.limits.blocks(-1),
-        board.at_home_switch,
+        _at_home_switch(board),
         board.pulses.sign < 0,
         board.moving,
         phase is Phase.CONSTANT,
@@ -90,32 +86,38 @@ def move_bits(board: "Board") -> int:
     return sum(bit << number for number, bit in enumerate(bits))
 
 
-def limits(board: "Board") -> bytes:
+def limits(board: State) -> bytes:
     """Command 89h: F0 the + limit is active, 0F the - limit, FF both."""
     return bytes([0xF0 * board.limits.blocks(+1) | 0x0F * board.limits.blocks(-1)])
 
 
-def home_switch(board: "Board") -> bytes:
+def home_switch(board: State) -> bytes:
     """Command 8Ah: FF while the home input is active."""
-    return YES if board.at_home_switch else NO
+    return YES if _at_home_switch(board) else NO
 
 
-def moving(board: "Board") -> bytes:
+def _at_home_switch(board: State) -> bool:
+    """True while the home input is active; TTL high unless 38h says otherwise."""
+    active_high = board.home_definition is None or board.home_definition.active_high
+    return board.pins["home"].level is active_high
+
+
+def moving(board: State) -> bytes:
     """Command 8Ch: FF while the motor is moving."""
     return YES if board.moving else NO
 
 
-def in_phase(phase: Phase, board: "Board") -> bytes:
+def in_phase(phase: Phase, board: State) -> bytes:
     """Commands 8Dh, 8Eh, 8Fh: FF at constant, non-zero velocity; accelerating; decelerating."""
     return YES if board.pulses.phase is phase else NO
 
 
-def mode(board: "Board") -> bytes:
+def mode(board: State) -> bytes:
     """Command 90h: the mode by the opcode that enters it, and for streaming modes its parameters."""
-    return bytes([board.mode]) + board.mode_parameters
+    return bytes([board.mode]) + (board.stream.setting.parameters if board.stream.setting else b"")
 
 
-def move_parameters(board: "Board", number: int) -> bytes | None:
+def move_parameters(board: State, number: int) -> bytes | None:
     """Command 91h: the definition of move 0 to 255; move 0 is there from reset on, with velocity and acceleration 0.
 
     No reply if there is no such move, nor while streaming for any but move 0.
@@ -126,26 +128,27 @@ def move_parameters(board: "Board", number: int) -> bytes | None:
     return move.definition(number)
 
 
-def crunched(board: "Board") -> bytes:
+def crunched(board: State) -> bytes:
     """Command 93h: FF if all moves have been calculated in advance."""
     return YES if board.library.crunched else NO
 
 
-def triggers(board: "Board") -> bytes:
+def triggers(board: State) -> bytes:
     """Command 94h: triggers 2 to 5 in bits 2 to 5, 1 while TTL high."""
     return bytes([sum(board.pins[f"trigger{number}"].level << number for number in LEVEL_TRIGGERS)])
 
 
-def channel_z(board: "Board") -> bytes:
-    """Command 96h: FF while the encoder's channel Z is high."""
-    return YES if board.channel_z else NO
+def channel_z(board: State) -> bytes:
+    """Command 96h: FF while the encoder's channel Z is high, after JU16."""
+    return YES if board.pins["channel_z"].level is not board.options.invert_z else NO
 
 
-def free_bytes(board: "Board") -> bytes:
+def free_bytes(board: State) -> bytes:
     """Command E2h: bytes left for sequences, or in a streaming mode in the streaming buffer."""
-    return board.free_bytes.to_bytes(4, "big")
+    free = board.stream.free if board.in_streaming_mode else board.sequences.free
+    return free.to_bytes(4, "big")
 
 
-def part_number(board: "Board") -> bytes:
+def part_number(board: State) -> bytes:
     """Command FDh: part number and revision of the software, in ASCII."""
     return board.options.part_number.encode()

@@ -1,14 +1,11 @@
 """Chapters Functional check and test switch: command FFh and switch S1."""
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
-from axistwin.controllers.compumotor.chapters.pulses import Phase, VelocityProfile
+from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
+from axistwin.controllers.compumotor.state import State
 from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Procedure
-
-if TYPE_CHECKING:
-    from axistwin.controllers.compumotor.board import Board
 
 PULSES = 25_000
 RATE = Fraction(5_000)
@@ -17,15 +14,15 @@ WIDTH = Fraction(3, 2_000_000)
 ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), 1 / (2 * WIDTH))
 
 
-def test_switch(board: "Board") -> None:
-    """Command FFh: drop everything and perform the test; the board must be reset after it."""
+def test_switch(board: State) -> None:
+    """Command FFh: abandon everything and perform the test; only a reset ends it."""
     board.begin_test()
 
 
-def test(board: "Board") -> Procedure:
+def test(board: State) -> Procedure:
     """One revolution of 25,000 pulses CCW at 5,000 Hz without a ramp, one CW; then the board monitor alarm.
 
-    A limit prevents the one in its direction: JU5 and JU6 must be installed if there are no switches.
+    A limit prevents the revolution in its direction: JU5 and JU6 must be installed if there are no switches.
     """
     board.pulses.kill()
     for cw in (False, True):

@@ -1,10 +1,10 @@
-"""What an 1810 or 1811 would ignore in what a host sends, without running it.
+"""Diagnostics of a host's commands without running them: everything that an 1810 or 1811 would ignore.
 
-`check` follows the host from switching on to switching off: what is defined, which mode is in force, what a sequence
-holds.  A board ignores what is wrong without a word, so all of it is worth telling.
+`check` follows the host from power-on to power-off: definitions, the mode in force, the contents of sequences.  A board
+ignores wrong commands without a message, so all of them are reported.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Flag
 from itertools import groupby
@@ -12,10 +12,10 @@ from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor import rules
-from axistwin.controllers.compumotor.chapters.moves import CLOSED_LOOP, Kind, Move
-from axistwin.controllers.compumotor.chapters.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.compumotor.checker.texts import name_of
 from axistwin.controllers.compumotor.language import LONGEST, Accept, DontCare, Opcode
+from axistwin.controllers.compumotor.parts.library import CLOSED_LOOP, Kind, Move
+from axistwin.controllers.compumotor.parts.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose, fixing, replaced
 from axistwin.units import MS, S
 
@@ -29,12 +29,12 @@ DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
 """Streaming data, and the mode it is for."""
 END_OF_STREAM = -0x7FFF
 SHORTEST_NS = 2 * MS
-"""What each velocity-distance pair must last."""
+"""The shortest duration of a velocity-distance pair."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """A command as it was sent, with its values and where each of its bytes stands."""
+    """A command as sent, with its values and the place of each of its bytes."""
 
     command: Opcode
     values: tuple[Any, ...]
@@ -43,7 +43,7 @@ class Given:
 
 @dataclass
 class Known:
-    """What the board knows after what it has been sent."""
+    """The definitions and the mode of the board after the commands so far."""
 
     moves: dict[int, int] = field(default_factory=dict)
     """By number, the opcodes that define them."""
@@ -59,7 +59,7 @@ class Known:
 
 
 def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Everything wrong with what a host sends; in order of place.  Each line is one command."""
+    """Return everything wrong with the commands of a host, in order of place.  Each line is one command."""
     found: set[Diagnostic] = set()
     for session in sessions:
         checker = _followed(commands, session)
@@ -68,16 +68,16 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
     return sorted(found)
 
 
-def heard(commands: CommandSet, session: Session) -> list[Opcode]:
-    """The commands that may follow what a host has sent in this session."""
+def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
+    """Return the commands that may follow those of this session."""
     known = _followed(commands, session).known
-    return [command for command in commands if isinstance(command, Opcode) and _may_follow(command.accepted, known)]
 
+    def may_follow(accepted: Flag) -> bool:
+        if known.defining is not None:
+            return bool(accepted & (Accept.SEQUENCE | Accept.DEFINING))
+        return bool(accepted) and _misplaced(accepted, known.mode is not None) is None
 
-def _may_follow(accepted: Flag, known: Known) -> bool:
-    if known.defining is not None:
-        return bool(accepted & (Accept.SEQUENCE | Accept.DEFINING))
-    return bool(accepted) and _misplaced(accepted, known.mode is not None) is None
+    return [command for command in commands if isinstance(command, Opcode) and may_follow(command.accepted)]
 
 
 def _followed(commands: CommandSet, session: Session) -> "_Checker":
@@ -95,7 +95,7 @@ class _Checker:
     # One command
 
     def take(self, sent: Sequence[Sent]) -> None:
-        """A command has been sent."""
+        """Check one command."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
             self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: it is ignored")
@@ -103,7 +103,7 @@ class _Checker:
             self._place(Given(command, values, sent))
 
     def _values(self, command: Opcode, sent: Sequence[Sent]) -> tuple[Any, ...] | None:
-        """The values for the handler, or None after telling what is wrong."""
+        """Return the values for the handler, or None after a diagnostic."""
         here = sent[1:]
         if len(sent) > LONGEST:
             self._say(rules.TOO_LONG, sent[LONGEST:], f"the input data buffer holds {LONGEST} bytes")
@@ -136,7 +136,7 @@ class _Checker:
         return tuple(values)
 
     def _place(self, given: Given) -> None:
-        """Where it stands: in a sequence definition, in a mode."""
+        """Check the place of a command: in a sequence definition, in a mode."""
         accepted, known = given.command.accepted, self.known
         if not accepted:
             self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing", given.command.chapter)
@@ -153,10 +153,8 @@ class _Checker:
             self._value_rules(given)
             self._follow(given)
 
-    # What it does
-
     def _value_rules(self, given: Given) -> None:
-        """Values that are in range each, and yet cannot be."""
+        """Check values that are in range each, but impossible together."""
         opcode, values = given.command.opcode, given.values
         if opcode in DEFINITIONS:
             self._move_rules(given, *values[1:4])
@@ -202,7 +200,7 @@ class _Checker:
                 self._perform(given)
 
     def _perform(self, given: Given) -> None:
-        """A command as it is performed, from the host or from a sequence."""
+        """Follow a command as it is performed, from the host or from a sequence."""
         opcode, values, known = given.command.opcode, given.values, self.known
         if opcode in DEFINITIONS:
             known.moves[values[0]] = opcode
@@ -242,7 +240,7 @@ class _Checker:
             self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
 
     def _trigger(self, given: Given) -> None:
-        """One function per trigger at a time."""
+        """Check that a trigger has one function at a time."""
         opcode, known = given.command.opcode, self.known
         if len(given.values) < 2:
             return
@@ -295,7 +293,7 @@ class _Checker:
             self._perform(each)
 
     def finish(self) -> None:
-        """The host has said everything."""
+        """Check for an unfinished definition after the last command."""
         known = self.known
         if known.defining is not None and known.begun is not None:
             what = "the definition of this sequence never ends: D8 is missing"
@@ -313,11 +311,12 @@ class _Checker:
             return
         clock = BASE_CLOCKS[mode.values[0]] / mode.values[1]
         if opcode == 0xE0:
-            for number, (velocity, distance) in enumerate(_pairs(given.values)):
+            for number, (velocity, distance) in enumerate(zip(given.values[::2], given.values[1::2], strict=True)):
                 rate = clock * (velocity & 0x7FFF) / FULL
                 if rate and distance and distance * S < rate * SHORTEST_NS:
                     pair = given.sent[1 + 4 * number : 5 + 4 * number]
-                    self._short_pair(pair, float(distance / rate * 1000))
+                    what = f"this pair lasts {float(distance / rate * 1000):.3g} ms: each must last 2 ms at least"
+                    self._say(rules.SHORT_PAIR, pair, what)
         elif opcode == 0xE3:
             most = clock / 2 * mode.values[3] / 1000
             for number, distance in enumerate(given.values[1 : 1 + given.values[0]]):
@@ -325,10 +324,6 @@ class _Checker:
                     at = given.sent[2 + 2 * number : 4 + 2 * number]
                     what = f"{abs(distance)} pulses in {mode.values[3]} ms are beyond the clock: {int(most)} at most"
                     self._say(rules.BEYOND_CLOCK, at, what, given.command.chapter)
-
-    def _short_pair(self, pair: Sequence[Sent], ms: float) -> None:
-        what = f"this pair lasts {ms:.3g} ms: each must last 2 ms at least"
-        self._say(rules.SHORT_PAIR, pair, what)
 
     def _marker(self, given: Given) -> None:
         marked = self.commands.get(given.values[1])
@@ -341,10 +336,8 @@ class _Checker:
             )
             self._say(rules.NOT_MARKED, given.sent[3:4], what, given.command.chapter)
 
-    # What is said about it
-
     def _about(self, rule: Rule, given: Given, message: str, chapter: str = "", fix: Fix | None = None) -> None:
-        """Something about the whole command."""
+        """Report a finding about the whole command."""
         self._say(rule, given.sent, message, chapter, fix)
 
     def _say(
@@ -354,7 +347,7 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Why a command is not heard in this mode, while no sequence is being defined."""
+    """Return the reason why this mode ignores a command outside of a sequence definition, or None."""
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "means something in a sequence only"
     if not streaming and Accept.INDEXER not in accepted:
@@ -366,7 +359,3 @@ def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
 
 def _called(command: Opcode) -> str:
     return f"{name_of(command)} ({command.opcode:02X})"
-
-
-def _pairs(values: Sequence[int]) -> Iterator[tuple[int, int]]:
-    return zip(values[::2], values[1::2], strict=True)

@@ -1,6 +1,6 @@
-"""Commands as people write them, and messages in words.
+"""Commands as users write them, and explanations of messages.
 
-A command is written in hex, `33 00 00 61 A8`, or by the name it has in the table: `go_relative 25000`.  Values are
+A command is written in hex, `33 00 00 61 A8`, or by its name in the table: `go_relative 25000`.  Values are
 decimal, or hex after 0x; ranges are their two digits, such as 00 or 51; a switch is 0 or 1, off or on, + or -.
 """
 
@@ -39,16 +39,16 @@ _SIGNS = {" + ": " plus ", " - ": " minus "}
 
 
 class Placed(NamedTuple):
-    """A byte, and the column from 0 at which it is written."""
+    """A byte, and the column, from 0, of its text."""
 
     byte: int
     column: int
     width: int = 2
-    """The columns of the word it is written with."""
+    """The length of the word that contains the byte."""
 
 
 def name_of(command: Opcode) -> str:
-    """The name under which a command is written: `go relative, encoder` is `go_relative_encoder`."""
+    """Return the name that users write for a command: `go relative, encoder` is `go_relative_encoder`."""
     name = command.name.lower()
     for sign, word in _SIGNS.items():
         name = name.replace(sign, word)
@@ -62,11 +62,11 @@ class Words:
     commands: CommandSet
 
     def read(self, text: str) -> bytes:
-        """A command in hex or by its name.  Raises ProgramError with the column, from 1."""
+        """Return the bytes of a command in hex or by its name.  Raise ProgramError with the column, from 1."""
         return bytes(placed.byte for placed in self.placed(text))
 
     def placed(self, text: str) -> list[Placed]:
-        """The same, with the place of each byte."""
+        """Return the bytes of a command, each with its place."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
             raise ProgramError("a command is wanted: 33 00 00 61 A8, or go_relative 25000", column=1)
@@ -77,7 +77,7 @@ class Words:
         return found
 
     def message(self, text: str) -> bytes:
-        """A message in hex, filled up with zeros as the board does it."""
+        """Return a message in hex, filled up with zeros as by the board."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         data = bytes(placed.byte for placed in _hex(words))
         if len(data) > LONGEST:
@@ -85,14 +85,14 @@ class Words:
         return data.ljust(LONGEST, b"\0") if data else b""
 
     def explain(self, command: bytes) -> str:
-        """A command in words."""
+        """Return the explanation of a command."""
         found = decode(self.commands, command)
         if found is None:
             return "means nothing"
-        return _sentence(found[0].name, _told(found[0].fields, command[1:]))
+        return _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
-        """A message in words."""
+        """Return the explanation of a message."""
         return explain_message(message)
 
     def _named(self, words: list[re.Match[str]]) -> list[Placed]:
@@ -175,9 +175,9 @@ _RANGES = Ranges("ranges")
 _TRIGGER = (u8("trigger"),)
 
 _INDEXED = _RANGES, u32("velocity")
-"""What 85h tells in indexer mode."""
+"""The answer to 85h in indexer mode."""
 _STREAMED = (StreamedVelocity("velocity", "effective clock/65536", size=2),)
-"""What it tells in a streaming mode."""
+"""The answer to 85h in a streaming mode."""
 
 LAYOUTS: dict[int, tuple[Number, ...]] = {
     0x01: (u8("identifier"),),
@@ -236,11 +236,11 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
     0x97: lambda data: f"{_bits(('', '1', '2'), data[0])} set",
     0xFD: _text,
 }
-"""Those that are not."""
+"""Other messages, by the opcode they begin with."""
 
 
 def explain_message(message: bytes) -> str:
-    """A message in words."""
+    """Return the explanation of a message."""
     opcode, data = message[0], message[1:]
     command = COMMANDS_1811.get(opcode)
     if not isinstance(command, Opcode):
@@ -250,18 +250,18 @@ def explain_message(message: bytes) -> str:
     fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
     if fields is _INDEXED and _streamed(data):
         fields = _STREAMED
-    return _sentence(command.name, _told(fields, data))
+    return _sentence(command.name, _values(fields, data))
 
 
 def _streamed(data: bytes) -> bool:
-    """Whether 85h has told a velocity of a stream: there are no such ranges, or no move is so fast.
+    """True if an answer to 85h is a streamed velocity: the ranges do not exist, or the velocity is beyond every range.
 
-    A streamed velocity whose lower byte is 0 cannot always be told from a velocity of 0 in some ranges.
+    A streamed velocity whose lower byte is 0 can be identical to a velocity of 0 in some ranges.
     """
     return _RANGES.decode(data) is None or data[1] != 0
 
 
-def _told(fields: Iterable[Number], data: bytes) -> Iterable[str]:
+def _values(fields: Iterable[Number], data: bytes) -> Iterable[str]:
     at = 0
     for field in fields:
         part = data[at : at + field.size]
@@ -282,5 +282,5 @@ def _shown(field: Number, data: bytes) -> str:
 
 
 def _sentence(name: str, parts: Iterable[str]) -> str:
-    told = ", ".join(parts)
-    return f"{name}: {told}" if told else name
+    values = ", ".join(parts)
+    return f"{name}: {values}" if values else name

@@ -1,6 +1,6 @@
 """The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and what makes a CI invalid.
 
-They go along the text from top to bottom and know only values that are known beforehand.
+The rules read the text from top to bottom and use only constant values.
 """
 
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ LEAVING = frozenset(
 
 @dataclass
 class _Cam:
-    """What is known of the parameters at a statement; None: not known."""
+    """The parameters at a statement; None: not constant."""
 
     findings: Findings
     size: int | None = None
@@ -32,14 +32,14 @@ class _Cam:
     dwell_at: int = -1
     entries: set[int] = field(default_factory=set)
     tabled: bool = True
-    """Whether all entries of the table are known by their index."""
+    """True if all entries of the table have constant indices."""
     pending: int | None = None
     """The CI that waits for the zero point."""
     stale: str = ""
-    """BASE= or SIZE= since the last MCn."""
+    """BASE or SIZE, if assigned since the last MCn."""
 
     def follow(self) -> None:
-        """Go along the program."""
+        """Check the program."""
         for number, (keyword, statement) in enumerate(zip(self.findings.words, self.findings.statements, strict=True)):
             self._invalid(number, keyword)
             self._keep(number, keyword, statement)
@@ -53,7 +53,7 @@ class _Cam:
             message = (
                 f"this makes the CI in line {self.findings.line(self.pending)} invalid unless its zero point has passed"
             )
-            self.findings.say(rules.INVALID, number, message)
+            self.findings.report(rules.INVALID, number, message)
         if keyword in INVALIDATING | LEAVING:
             self.pending = None
 
@@ -88,46 +88,46 @@ class _Cam:
         dwelling = self.functions is None or self.functions & DWELLING
         if self.dwell and not dwelling:
             message = f"D={self.dwell} is no dwell: that needs F=16 or F=128"
-            self.findings.say(rules.NO_DWELL, self.dwell_at, message)
+            self.findings.report(rules.NO_DWELL, self.dwell_at, message)
 
     def _size(self, number: int) -> None:
         size = self.size
         if size is None:
             return
         if size == 0:
-            self.findings.say(rules.NO_TABLE, number, "SIZE=0: a cam table has at least one interval")
+            self.findings.report(rules.NO_TABLE, number, "SIZE=0: a cam table has at least one interval")
         elif size < SMALLEST_SIZE:
             message = f"SIZE={size}: a cam table needs {SMALLEST_SIZE} to {WORDS - 1}, and a smaller one is obeyed"
-            self.findings.say(rules.SIZE, number, message)
+            self.findings.report(rules.SIZE, number, message)
         elif self.tabled and self.entries:
             missing = sorted(set(range(size + 1)) - self.entries)
             if missing:
                 message = f"the table is shorter than SIZE={size}: aw[{missing[0]}] is not set"
-                self.findings.say(rules.TABLE, number, message)
+                self.findings.report(rules.TABLE, number, message)
 
     def _base(self, number: int, base: int) -> None:
         if base <= 0:
-            self.findings.say(rules.BASE, number, f"BASE={base}: a cam cycle has a positive length")
+            self.findings.report(rules.BASE, number, f"BASE={base}: a cam cycle has a positive length")
         elif base <= QUARTER:
             message = f"BASE={base}: the master must move less than a quarter of that in a sample"
-            self.findings.say(rules.SHORT_BASE, number, message)
+            self.findings.report(rules.SHORT_BASE, number, message)
         elif self.size and base < self.size:
-            self.findings.say(rules.BASE_BELOW_SIZE, number, f"BASE={base} is less than SIZE={self.size}")
+            self.findings.report(rules.BASE_BELOW_SIZE, number, f"BASE={base} is less than SIZE={self.size}")
 
     def _initialize(self, number: int) -> None:
         if self.stale:
             message = f"{self.stale}= has been given since the last MCn: without a new MCn before CI it has no effect"
-            self.findings.say(rules.STALE, number, message)
+            self.findings.report(rules.STALE, number, message)
         self.pending = number
 
 
 def check(findings: Findings) -> None:
-    """Apply all rules of this file, where there is a cam."""
+    """Apply all rules of this file to a program with a cam."""
     begun = next(findings.all(*MODES), None)
     if begun is None:
         return
     for keyword in ("BASE=", "SIZE="):
         if keyword not in findings.words[: begun[0]]:
             message = f"{keyword} has not been given yet: MCn takes it over when it is issued"
-            findings.say(rules.NOT_GIVEN, begun[0], message)
+            findings.report(rules.NOT_GIVEN, begun[0], message)
     _Cam(findings).follow()

@@ -1,4 +1,4 @@
-"""What the checker's rules share: a program with its places, and what has been found in it."""
+"""The basis of the checker's rules: a program with its places, and the diagnostics found in it."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.language.program import Program, word
 
 
 class Findings:
-    """A program's source and the diagnostics about it.  Statements are told by their numbers."""
+    """A program's source and its diagnostics.  Statements are identified by their numbers."""
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.characters = characters
@@ -18,40 +18,40 @@ class Findings:
         self.words = [word(statement) for statement in self.statements]
         self.found: list[Diagnostic] = []
 
-    def say(self, rule: Rule, number: int, message: str, fix: Fix | None = None) -> None:
-        """Something about a statement."""
+    def report(self, rule: Rule, number: int, message: str, fix: Fix | None = None) -> None:
+        """Add a diagnostic of a statement."""
         self.found.append(diagnose(rule, self.text(number), message, fix=fix))
 
     def problem(self, number: int, problem: Problem, fix: Fix | None = None) -> None:
-        """What the reader of statements has found wrong with one."""
-        self.found.append(told(self.characters, *self.program.places[number][2:], problem, fix))
+        """Add a problem that the reader of statements has found."""
+        self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:
-        """The characters of a statement."""
+        """Return the characters of a statement."""
         place = self.program.places[number]
         return self.characters[place.begin : place.end]
 
     def line(self, number: int) -> int:
-        """The line in which a statement stands."""
+        """Return the line of a statement."""
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """The statements with these keywords."""
+        """Yield the statements with these keywords."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
 
     def has(self, *words: str) -> bool:
-        """Whether any of these stands in the program."""
+        """True if any of these keywords is in the program."""
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:
-        """Whether some F= may set this bit."""
+        """True if some F= may set this bit."""
         return any(known(statement) is None or (known(statement) or 0) & bit for _, statement in self.all("F="))
 
 
-def told(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """A problem with the statement from `begin` to `end`; what is missing at its end is just behind it."""
+def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
+    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after it."""
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position
@@ -61,6 +61,6 @@ def told(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix
 
 
 def known(statement: Statement) -> int | None:
-    """The value that a statement assigns, if it is known beforehand."""
+    """Return the constant that a statement assigns, if any."""
     value = statement.operands[-1] if statement.operands else None
     return value.constant if isinstance(value, Expression) else None

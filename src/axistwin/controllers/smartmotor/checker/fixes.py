@@ -1,4 +1,4 @@
-"""What would mend a statement.  It is sure where it can be read in one way only."""
+"""Fixes of statements.  A fix is sure if the statement can be read in one way only."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -11,11 +11,11 @@ from axistwin.controllers.smartmotor.language.expressions import Problem
 from axistwin.controllers.smartmotor.language.language import read
 
 WITHOUT = frozenset({"ES400", "ES1000"})
-"""Commands removed in 4.76 that are simply left out."""
+"""Commands removed in 4.76 without a replacement."""
 
 
 def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
-    """What would mend a statement by itself; None: that is for a person to say."""
+    """Return the fix of a statement by itself, or None if only the user can decide."""
     if problem.rule is rules.EQUAL_SIGN:
         name = text.rstrip("-0123456789")
         return fixing("put the equal sign in", put_behind(sent[len(name) - 1], "="))
@@ -27,14 +27,14 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """The word of 4.76 for one of Class 5, if that can be read."""
+    """Replace a word of Class 5 by that of 4.76, if there is a valid one."""
     if any(read(word).problem is not None for word in later.here.split()):
         return None
     return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
 
 
 def in_program(findings: Findings, number: int, problem: Problem) -> Fix | None:
-    """The same for a statement of a program, where what stands beside it can be looked at."""
+    """Return the fix of a statement in a program, where its neighbours count too."""
     find = _IN_PROGRAM.get(problem.rule.code)
     if find is not None:
         return find(findings, number)
@@ -48,7 +48,7 @@ def _removed(findings: Findings, number: int) -> Fix | None:
 
 
 def _blanks(findings: Findings, number: int) -> Fix | None:
-    """Close the gaps on both sides of `=`, where the three statements are one then."""
+    """Close the gaps on both sides of `=`, if the result is one statement."""
     text = findings.statements[number].text
     first, last = number - text.startswith("="), number + text.endswith("=")
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
@@ -63,7 +63,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
 
 
 def _unfinished(findings: Findings, number: int) -> Fix | None:
-    """`a= 1`."""
+    """Join `a= 1`."""
     return _blanks(findings, number) if findings.statements[number].text.endswith("=") else None
 
 
@@ -73,7 +73,7 @@ def _gap(findings: Findings, left: int, right: int) -> Edit:
 
 
 def _upper_case(findings: Findings, number: int) -> Fix | None:
-    """Sure if all of the line can be read then; otherwise it may be a comment without its apostrophe."""
+    """Return a fix that is sure if it makes all of the line valid; else the line may be a comment."""
     statement = findings.statements[number]
     line = findings.line(number)
     beside = [each for at, each in enumerate(findings.statements) if findings.line(at) == line]
@@ -83,7 +83,7 @@ def _upper_case(findings: Findings, number: int) -> Fix | None:
 
 
 def _comment(findings: Findings, number: int) -> Fix | None:
-    """Sure if nothing else stands on the line."""
+    """Return a fix that is sure for a statement alone on its line."""
     line = findings.line(number)
     alone = sum(findings.line(at) == line for at in range(len(findings.statements))) == 1
     return fixing("make it a comment", put_before(findings.text(number)[0], "'"), alone)

@@ -1,6 +1,6 @@
 """The checker's rules for program flow: labels, calls, returns, the return stack, what is never reached.
 
-They look at the code as the interpreter would run it, from the top, from each label that is called, and from C1 and C2
+They follow the code as the interpreter runs it, from the top, from each label that is called, and from C1 and C2
 if F= may call them.
 """
 
@@ -26,7 +26,7 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """What is carried out from a label on, or from the top (label None), without the subroutines it calls."""
+    """The code executed from a label, or from the top (label None), without the subroutines it calls."""
 
     label: int | None
     pcs: set[int] = field(default_factory=set)
@@ -45,12 +45,12 @@ class Flow:
 
     @cached_property
     def main(self) -> Routine:
-        """From the top."""
+        """The routine at the top."""
         return self.routine(None)
 
     @cached_property
     def interrupts(self) -> dict[int, Routine]:
-        """C1 and C2, as far as they are there and may be called by a fault or by pin G."""
+        """C1 and C2, if they exist and a fault or pin G may call them."""
         wanted = {FAULT: CALL_C1, INPUT: CALL_C2}
         return {
             label: self.routine(label)
@@ -60,7 +60,7 @@ class Flow:
 
     @cached_property
     def routines(self) -> dict[int | None, Routine]:
-        """All of them, by label; a label that nobody calls may be called by a host."""
+        """All routines by label; a host may call any label that the program does not."""
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
@@ -82,7 +82,7 @@ class Flow:
         return frozenset(called - self._reached(None))
 
     def _reached(self, label: int | None) -> set[int]:
-        """The statements of a routine and of all that it calls."""
+        """Return the statements of a routine and of all that it calls."""
         done: set[int | None] = set()
         waiting, numbers = [label], set[int]()
         while waiting:
@@ -102,7 +102,7 @@ class Flow:
             made.returns[number] = self.findings.words[number]
 
     def _next(self, pc: int) -> Iterator[int]:
-        """Where the program may go on after a statement."""
+        """Yield the places where the program may continue after a statement."""
         code = self.program.code
         operation, number, target = code[pc], code[pc + 1], code[pc + 2]
         if operation == ops.S_IF:
@@ -115,7 +115,7 @@ class Flow:
             yield target
 
     def _branches(self, pc: int, otherwise: int) -> Iterator[int]:
-        """Both branches of a condition, or one if it is known."""
+        """Yield both branches of a condition, or the one of a constant condition."""
         code = self.program.code
         constant = code[pc + HEAD] == ops.CONSTANT and code[pc + HEAD + 2] == ops.RESULT
         if not constant or code[pc + HEAD + 1]:
@@ -124,7 +124,7 @@ class Flow:
             yield otherwise
 
     def _behind(self, at: int) -> int:
-        """The place behind an expression."""
+        """Return the place after an expression."""
         code = self.program.code
         while code[at] != ops.RESULT:
             at += 2 if code[at] in WITH_ARGUMENT else 1
@@ -143,18 +143,18 @@ def check(findings: Findings) -> None:
 
 
 def _labels(findings: Findings) -> None:
-    """Labels that are missing or stand twice."""
+    """Report labels that are missing or defined twice."""
     first: dict[int, int] = {}
     for number, statement in findings.all("Cn"):
         label = digits(statement)
         if label in first:
             message = f"label C{label} stands in line {findings.line(first[label])} already"
-            findings.say(rules.LABEL_TWICE, number, message)
+            findings.report(rules.LABEL_TWICE, number, message)
         first.setdefault(label, number)
     for number, statement in findings.all("GOTOn", "GOSUBn"):
         label = digits(statement)
         if label not in first:
-            findings.say(rules.NO_LABEL, number, f"there is no label C{label}")
+            findings.report(rules.NO_LABEL, number, f"there is no label C{label}")
 
 
 RETURNS = {FAULT: "RETURNF", INPUT: "RETURNI"}
@@ -162,39 +162,39 @@ CALLED_BY = {FAULT: "a fault (F=32)", INPUT: "pin G (F=64)"}
 
 
 def _returns(findings: Findings, flow: Flow) -> None:
-    """Each routine returns with its own word."""
+    """Report routines that do not return with their own word."""
     called = {label for routine in flow.routines.values() for label in routine.calls.values()}
     for number, keyword in flow.main.returns.items():
         message = f"{keyword} is reached without a GOSUB: it sets Bs and ends the program"
-        findings.say(rules.RETURN, number, message)
+        findings.report(rules.RETURN, number, message)
     for label, routine in flow.interrupts.items():
         for number, keyword in routine.returns.items():
             if keyword != RETURNS[label] and label not in called:
                 note = ": C2 would not be called again" if label == INPUT else ""
                 message = f"C{label} is called by {CALLED_BY[label]} and returns with {RETURNS[label]}{note}"
                 fix = fixing(f"write {RETURNS[label]}", replaced(findings.text(number), RETURNS[label]))
-                findings.say(rules.OTHER_RETURN, number, message, fix)
+                findings.report(rules.OTHER_RETURN, number, message, fix)
     for label, keyword in RETURNS.items():
         own = flow.routines[label].returns if label in flow.routines else {}
         for number, _ in findings.all(keyword):
             if number not in own and number not in flow.main.returns:
                 message = f"{keyword} belongs to C{label}, and is not reached from there"
-                findings.say(rules.STRAY_RETURN, number, message)
+                findings.report(rules.STRAY_RETURN, number, message)
 
 
 def _stack(findings: Findings, flow: Flow) -> None:
-    """Ten returns can wait, those of C1 and C2 among them."""
+    """Report calls that need more than ten returns, those of C1 and C2 included."""
     depths = _Depths(findings, flow)
     deepest = depths.of(None) + sum(1 + depths.of(label) for label in flow.interrupts)
     calls = flow.main.calls
     if deepest > DEPTH_MOST and calls:
         number = max(calls, key=lambda at: depths.of(calls[at]))
         message = f"this may need {deepest} returns to wait, there is room for {DEPTH_MOST}"
-        findings.say(rules.DEEP, number, message)
+        findings.report(rules.DEEP, number, message)
 
 
 class _Depths:
-    """How many returns a routine needs; of one that calls itself, as if it did not."""
+    """The number of returns that each routine needs, without its calls of itself."""
 
     def __init__(self, findings: Findings, flow: Flow) -> None:
         self._findings, self._flow = findings, flow
@@ -203,11 +203,11 @@ class _Depths:
             self._measure(label)
 
     def of(self, label: int | None) -> int:
-        """The returns that wait at most while this routine is carried out, its own not counted."""
+        """Return the largest number of returns that wait in this routine, without its own."""
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Depth first, without recursion of our own: a program may have a thousand routines."""
+        """Measure depth first, without recursion: a program may have a thousand routines."""
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:
             label, calls = path[-1]
@@ -219,7 +219,7 @@ class _Depths:
             number, called = calls.pop()
             if any(called == upper for upper, _ in path):
                 message = f"C{called} calls itself: each time one of {DEPTH_MOST} returns waits"
-                self._findings.say(rules.RECURSION, number, message)
+                self._findings.report(rules.RECURSION, number, message)
             elif called not in self._known:
                 path.append((called, self._calls(called)))
 
@@ -228,25 +228,25 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """F=32 and F=64 need their labels; STACK is followed by GOTO."""
+    """Report F=32 and F=64 without their labels, and STACK without GOTO."""
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
             if (known(statement) or 0) & bit and label not in flow.program.labels:
-                findings.say(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
+                findings.report(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
     for number, _ in findings.all("STACK"):
         if "GOTOn" not in findings.words[number + 1 : number + 2]:
-            findings.say(rules.STACK, number, "STACK should be followed by GOTO at once")
+            findings.report(rules.STACK, number, "STACK should be followed by GOTO at once")
 
 
 def _unreachable(findings: Findings, flow: Flow) -> None:
-    """The first statement of each part that neither the program nor a host can reach."""
+    """Report the first statement of each part that neither the program nor a host can reach."""
     reached = {flow.program.code[pc + 1] for routine in flow.routines.values() for pc in routine.pcs}
     quiet = {"Cn", "ENDIF", "ENDS", "CASE", "DEFAULT", "ELSE", "ELSEIF", "LOOP", "BREAK", "END", ""}
     before = True
     for number, keyword in enumerate(findings.words):
         here = number in reached
         if not here and before and keyword not in quiet:
-            findings.say(rules.UNREACHED, number, "this is never reached")
+            findings.report(rules.UNREACHED, number, "this is never reached")
         before = here or (before and keyword in quiet)
 
 
@@ -255,4 +255,4 @@ def _switches(findings: Findings) -> None:
     for number, keyword in enumerate(findings.words):
         deep += (keyword == "SWITCH") - (keyword == "ENDS")
         if keyword == "SWITCH" and deep == SWITCH_MOST + 1:
-            findings.say(rules.SWITCHES, number, f"more than {SWITCH_MOST} SWITCH within one another")
+            findings.report(rules.SWITCHES, number, f"more than {SWITCH_MOST} SWITCH within one another")

@@ -1,6 +1,6 @@
-"""The checker's rules for programs that were written for firmware 4.15 or 4.40: what 4.76 does in another way.
+"""The checker's rules for programs that were written for firmware 4.15 or 4.40: changes in 4.76.
 
-Commands that have been removed, and assignments without an equal sign, are found where the program is read.
+The reader of the program finds removed commands and assignments without an equal sign.
 """
 
 from axistwin.controllers.diagnostics import fixing, put_before
@@ -28,7 +28,7 @@ def check(findings: Findings) -> None:
 def _limits(findings: Findings, flow: Flow) -> None:
     """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1).
 
-    C1 is called by a new fault, not by those from switching on, so what stands there only does not count.
+    A new fault calls C1, those from switching on do not, so commands that only C1 reaches do not count.
     """
     moves = next(findings.all(*MOTION), None)
     if moves is None:
@@ -39,32 +39,30 @@ def _limits(findings: Findings, flow: Flow) -> None:
             "limits are active high since 4.76: unless normally closed switches pull C and D to ground nothing moves; "
             "UCI UDI ZS at the top makes them ordinary inputs"
         )
-        findings.say(rules.LIMITS, moves[0], message)
+        findings.report(rules.LIMITS, moves[0], message)
     elif not given.isdisjoint(("UCI", "UDI", "UCO", "UDO")) and given.isdisjoint(CLEARING):
         message = "limit faults from switching on still hold: ZS (or Zr and Zl) is missing"
         clearing = fixing("clear them with ZS", put_before(findings.text(moves[0])[0], "ZS "), sure=False)
-        findings.say(rules.LIMIT_FAULTS, moves[0], message, clearing)
+        findings.report(rules.LIMIT_FAULTS, moves[0], message, clearing)
 
 
 def _direction(findings: Findings) -> None:
-    """1.4: F=2 had to do with scan errors before."""
+    """1.4: before 4.76 F=2 concerned scan errors."""
     for number, statement in findings.all("F="):
         if (known(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
-            findings.say(rules.DIRECTION, number, message)
+            findings.report(rules.DIRECTION, number, message)
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """4.1: a position error or overheat ends the program, so it cannot look for them, unless F=32 calls C1."""
+    """4.1: a position error or overheat ends the program, so it cannot test for them, unless F=32 calls C1."""
     if findings.sets_function(CALL_C1):
         return
     for number in range(len(findings.statements)):
-        looked_at = [
-            name for part in findings.statements[number].computed for name in part.names if name in ("Be", "Bh")
-        ]
-        if looked_at and findings.words[number] in ("IF", "ELSEIF", "WHILE"):
-            message = f"when {looked_at[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
-            findings.say(rules.ENDS_PROGRAM, number, message)
+        tested = [name for part in findings.statements[number].computed for name in part.names if name in ("Be", "Bh")]
+        if tested and findings.words[number] in ("IF", "ELSEIF", "WHILE"):
+            message = f"when {tested[0]} becomes 1 the program ends since 4.76; F=32 and label C1 let it go on"
+            findings.report(rules.ENDS_PROGRAM, number, message)
 
 
 def _soft_limits(findings: Findings) -> None:
@@ -79,20 +77,20 @@ def _soft_limits(findings: Findings) -> None:
             message = (
                 f"software limits are enabled in line {findings.line(enabled)}: SLD before their values are changed"
             )
-            findings.say(rules.SOFT_LIMITS, number, message)
+            findings.report(rules.SOFT_LIMITS, number, message)
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """5.1: the pin is made an output before, and left alone afterwards; only an assignment to a variable takes it."""
+    """5.1: the pin becomes an output first and is not used later; of the reads only an assignment takes the pin."""
     begun = next(findings.all(command), None)
     if begun is None:
         return
     if f"U{pin}O" not in findings.words[: begun[0]]:
         output = fixing(f"make pin {pin} an output", put_before(findings.text(begun[0])[0], f"U{pin}O "), sure=False)
-        findings.say(rules.BRAKE_PIN, begun[0], f"U{pin}O must be given before {command}", output)
+        findings.report(rules.BRAKE_PIN, begun[0], f"U{pin}O must be given before {command}", output)
     disturbing = {f"U{pin}I", f"U{pin}=", *({"RS4", "OCHN()"} if pin == "G" else ())}
     for number in range(begun[0] + 1, len(findings.words)):
         taken = {name for part in findings.statements[number].computed for name in part.taken}
         if findings.words[number] in disturbing or not taken.isdisjoint({f"U{pin}", f"U{pin}I"}):
             message = f"the brake uses pin {pin} since line {findings.line(begun[0])}"
-            findings.say(rules.BRAKE_USED, number, message)
+            findings.report(rules.BRAKE_USED, number, message)

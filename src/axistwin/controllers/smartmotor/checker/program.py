@@ -1,7 +1,7 @@
-"""What a SmartMotor with firmware 4.76 would make of a program or a conversation, without running it.
+"""Diagnostics of a program or a conversation for firmware 4.76, without running it.
 
-The motor's own reader and compiler find what sets Bs.  On top of that: values out of range, program flow
-(`check_flow`), mode cam (`check_cam`), and what an older program meant in another way (`check_migration`).
+The motor's own reader and compiler find what sets Bs.  Further rules concern values out of range, program flow
+(`flow`), mode cam (`cam`), and changes since older firmware (`migration`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,7 @@ from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, di
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES
 from axistwin.controllers.smartmotor.checker import cam, fixes, flow, migration
-from axistwin.controllers.smartmotor.checker.findings import Findings, known, told
+from axistwin.controllers.smartmotor.checker.findings import Findings, known, located
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.language import image
 from axistwin.controllers.smartmotor.language.expressions import CHAPTER, Problem
@@ -22,13 +22,13 @@ from axistwin.controllers.smartmotor.serial.channel import RECORDS
 
 WITH_ARGUMENT = flow.WITH_ARGUMENT
 BINARY, END = 0x80, 0xFF
-"""Bytes of a host that are no text: from 80h on addresses and binary records; the end of a program."""
+"""Bytes of a host that are not text: addresses and binary records from 80h, and the end of a program."""
 ENDING = b"\r\n\0"
-"""What ends a command in any case; a space ends most."""
+"""Characters that end any command; a space ends most."""
 
 
 def check(sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Everything wrong with a stored program's source, or with what a host sends; in order of place."""
+    """Return the diagnostics of stored programs and of what a host sends, in order of place."""
     found: list[Diagnostic] = []
     for session in sessions:
         if session.stored:
@@ -60,11 +60,11 @@ def _length(findings: Findings) -> None:
     size, room = len(image.strip(findings.program.text)), Options().program_bytes
     if size > room:
         number = len(findings.statements) - 1
-        findings.say(rules.TOO_LONG, number, f"this program has {size} bytes, a motor keeps {room}")
+        findings.report(rules.TOO_LONG, number, f"this program has {size} bytes, a motor keeps {room}")
 
 
 def _problems(statement: Statement) -> Iterator[Problem]:
-    """What is wrong with a statement by itself."""
+    """Yield the problems of a statement by itself."""
     if statement.problem is not None:
         yield statement.problem
         return
@@ -87,7 +87,7 @@ def _range(statement: Statement) -> Iterator[Problem]:
 
 
 def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
-    """Numbers that do not fit 32 bits, and divisions by a zero that is written there."""
+    """Yield numbers that do not fit 32 bits, and divisions by a constant zero."""
     at, before = 0, (ops.RESULT, 0)
     while at < len(code):
         operation = code[at]
@@ -105,7 +105,7 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
 
 
 class _Host:
-    """What a host sends: commands, and between LOAD and FF FF a program."""
+    """The characters of a host: commands, and between LOAD and FF FF a program."""
 
     def __init__(self, characters: Sequence[Sent]) -> None:
         self.found: list[Diagnostic] = []
@@ -115,7 +115,7 @@ class _Host:
         self._loading = False
 
     def follow(self) -> None:
-        """From the first character to the last."""
+        """Check all characters."""
         while self._at < len(self._characters):
             sent = self._characters[self._at]
             self._at += 1
@@ -131,34 +131,34 @@ class _Host:
         rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
         if rest.strip(b" \r\n\0"):
             message = "this command is never ended: a space or <CR> is missing"
-            self._say(rules.UNENDED, self._begin, message)
+            self._report(rules.UNENDED, self._begin, message)
 
     def _command(self, text: str) -> None:
-        """A command is complete."""
+        """Check a complete command."""
         sent = bytes(sent.byte for sent in self._characters[self._begin : self._at])
         begin = self._begin + max(sent.find(text.encode("ascii", "replace")), len(sent) - len(sent.lstrip(b" \r\n\0")))
         statement = command(text)
         for problem in _problems(statement):
             end = min(begin + len(text), self._at - 1)
             fix = fixes.of(self._characters[begin:end], text, problem)
-            self.found.append(told(self._characters, begin, end, problem, fix))
+            self.found.append(located(self._characters, begin, end, problem, fix))
         self._begin = self._at
         self._loading = text == "LOAD"
 
     def _overflow(self) -> None:
-        self._say(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
+        self._report(rules.LONG_COMMAND, self._begin, "this command is longer than 64 characters: Bc is set")
 
     def _load(self) -> None:
-        """The program that follows; what has been compiled already is not looked at."""
+        """Check the program that follows, unless it is a compiled image."""
         self._loading = False
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]
         if end is None:
-            self._say(rules.DOWNLOAD, self._at - 1, "this download is never ended: FFh FFh is missing")
+            self._report(rules.DOWNLOAD, self._at - 1, "this download is never ended: FFh FFh is missing")
         if source and source[0].byte != ord("$"):
             self.found += _program(source)
         self._at = self._begin = len(self._characters) if end is None else end + 1
 
-    def _say(self, rule: Rule, offset: int, message: str) -> None:
-        """Something about what begins at `offset`, to where we are now."""
+    def _report(self, rule: Rule, offset: int, message: str) -> None:
+        """Add a diagnostic of the characters from `offset` to the present place."""
         self.found.append(diagnose(rule, self._characters[offset : max(self._at, offset + 1)], message))

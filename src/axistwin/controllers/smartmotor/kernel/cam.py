@@ -39,7 +39,7 @@ TABLE_MOST = 101
 
 @sampled
 def entry(i: Ints, v: Ints, n: int) -> int:
-    """aw[n] times what MCn multiplies, if it multiplies the table."""
+    """Return aw[n], times the factor of MCn if that multiplies the table."""
     word = v[i[ARRAY_BASE] + n // 2]
     word = word >> 16 if n % 2 == 0 else (word & 0xFFFF ^ 0x8000) - 0x8000
     return word * i[CAM_FACTOR] if i[CAM_TABLE] else word
@@ -47,7 +47,7 @@ def entry(i: Ints, v: Ints, n: int) -> int:
 
 @sampled
 def take_over(i: Ints) -> None:
-    """The buffered parameters become those in force: at G, and at the zero point after CI."""
+    """Put the buffered parameters in force: at G, and at the zero point after CI."""
     i[CAM_BASE], i[CAM_SIZE], i[CAM_FACTOR] = i[MC_BASE], i[MC_SIZE], i[MC_FACTOR]
     i[CAM_F] = i[F] & DWELLING
     i[CAM_DWELL] = max(i[D], 0) if i[CAM_F] else 0
@@ -55,14 +55,14 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """A cam parameter has been changed: a CI that waits for the zero point is void; the next needs an MCn (9.5)."""
+    """Cancel a CI that waits for the zero point, as a cam parameter has changed; the next needs an MCn (9.5)."""
     if i[CI_PENDING]:
         i[CI_PENDING], i[CI_SPOILT] = 0, 1
 
 
 @sampled
 def cross(i: Ints, v: Ints, way: int) -> None:
-    """The zero point is crossed forwards (+1) or backwards (-1)."""
+    """Cross the zero point forwards (+1) or backwards (-1)."""
     end = entry(i, v, i[CAM_SIZE])
     cycle = i[CAM_BASE] + i[CAM_DWELL]
     word = i[CAM_F]
@@ -73,7 +73,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
         end = entry(i, v, i[CAM_SIZE])  # of the cycle that is entered at its end
         i[CAM_PHASE] = max(left + i[CAM_BASE] + i[CAM_DWELL], 0)
-    if word & MODULO_CAM:  # position and counter begin anew
+    if word & MODULO_CAM:  # position and counter restart
         shift = i[CAM_ORIGIN] + end * way
         i[CAM_ORIGIN] = 0
         i[COMMANDED] -= shift << 16
@@ -88,7 +88,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
 
 @sampled
 def turn(i: Ints, v: Ints, moved: int) -> None:
-    """The external encoder has moved by so many counts: where in the cycle is it now?
+    """Update the place in the cycle after a movement of the external encoder.
 
     A quarter of BASE or more in one sample is too fast: the zero point is passed unseen.
     """
@@ -104,7 +104,7 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """The position at this place of the cycle, in counts, straight between the points; sets CX."""
+    """Return the position at this place of the cycle, in counts, linear between the points; set CX."""
     base, size, phase = i[CAM_BASE], i[CAM_SIZE], i[CAM_PHASE]
     if phase >= base:
         i[CX] = size
@@ -118,7 +118,7 @@ def cam_position(i: Ints, v: Ints) -> int:
 
 @sampled
 def cam(i: Ints, v: Ints, moved: int) -> None:
-    """One sample of mode cam."""
+    """Do one sample of mode cam."""
     before = i[COMMANDED]
     origin = i[ORIGIN]
     if moved != 0:

@@ -1,11 +1,11 @@
-"""Compiling what runs once per sample: the same source on lists (plain Python) or arrays (Numba), with the same bits.
+"""Compile the functions of a sample: the same source on lists (plain Python) or arrays (Numba), with the same bits.
 
-`@sampled` marks a function and returns it unchanged.  `best(function)` is its compiled copy where there is one.  All
-marked functions are compiled together, each with globals of its own in which the others are the compiled ones: so they
+`@sampled` marks a function and returns it unchanged.  `best(function)` is its compiled copy, if compilation is
+available.  All marked functions are compiled together, in copies of their globals that hold the compiled ones.  So they
 must import one another by name (`from ...servo import rotate`), never by module.  Numba is imported only then.
 
-The environment variable AXISTWIN_JIT says what to do: `auto` (compile if Numba is installed), `on` (and complain if it
-is not), `off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
+The environment variable AXISTWIN_JIT selects: `auto` (compile if Numba is installed), `on` (an error if it is not),
+`off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
 """
 
 import json
@@ -32,8 +32,8 @@ COMPILING = "compiling for SmartMotors: this takes some seconds, once for each v
 SEAL = "whole.json"
 FORGOTTEN_S = 30 * 24 * 3600
 OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""No test for division by zero, which no function may rely upon; no counting of references to arrays, which takes ten
-times as long as all else; no way in from Python, save for what is called from there."""
+"""No test for division by zero, so functions must not rely on it; no reference counts of arrays, which take ten times
+as long as all else; no entry from Python, except for functions that Python calls."""
 _log = getLogger("axistwin.smartmotor")
 _sampled: dict[tuple[str, str], FunctionType] = {}
 
@@ -46,7 +46,7 @@ def sampled(function: F) -> F:
 
 @cache
 def setting() -> str:
-    """What AXISTWIN_JIT asks for; read once."""
+    """Return the value of AXISTWIN_JIT, read once."""
     given = os.environ.get("AXISTWIN_JIT", "auto")
     if given not in SETTINGS:
         raise UsageError(f"AXISTWIN_JIT={given}: choose one of {', '.join(SETTINGS)}")
@@ -55,7 +55,7 @@ def setting() -> str:
 
 @cache
 def available() -> bool:
-    """Whether functions will be compiled; with AXISTWIN_JIT=on it is an error if they cannot be."""
+    """True if functions will be compiled; raise an error if AXISTWIN_JIT=on and Numba is missing."""
     if setting() == "off":
         return False
     if find_spec("numba") is not None:
@@ -66,17 +66,17 @@ def available() -> bool:
 
 
 def note() -> str:
-    """One line for people if things are slow and could be fast; otherwise empty."""
+    """Return one line for the user if Numba would make SmartMotors faster; otherwise an empty text."""
     return "" if setting() == "off" or available() else SLOW
 
 
 def best(function: F) -> F:
-    """The compiled copy of a sampled function, or the function itself.  It is compiled when it is called first."""
+    """Return the compiled copy of a sampled function, or the function itself; the first call compiles it."""
     return cast("F", compiled(cast("FunctionType", function))) if available() else function
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """The compiled copy that is called from Python.  Its machine code is kept, with all that it calls."""
+    """Return the compiled copy for calls from Python; its machine code is kept, with all that it calls."""
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -95,14 +95,14 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 class _Sealing:
-    """A compiled function, which is in the cache when it has been called once: then the cache is sealed."""
+    """A compiled function that seals the cache after its first call, when its machine code is there."""
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory
         self._sealed = False
 
     def __call__(self, *args: object) -> Any:
-        """Call it."""
+        """Call the function."""
         result = self._function(*args)
         if not self._sealed:
             self._sealed = True
@@ -111,13 +111,13 @@ class _Sealing:
 
 
 def _sums(directory: Path) -> dict[str, str]:
-    """A checksum of each file of machine code."""
+    """Return a checksum of each file of machine code."""
     files = sorted(path for path in directory.rglob("*.nb*") if path.is_file())
     return {str(path.relative_to(directory)): sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def _seal(directory: Path) -> None:
-    """Note that what is there is whole.  Caches that nobody has used for long are removed."""
+    """Record that the machine code is whole; remove caches that have not been used for long."""
     try:
         write_whole(directory / SEAL, json.dumps(_sums(directory)).encode())
         os.utime(directory)
@@ -126,11 +126,11 @@ def _seal(directory: Path) -> None:
             if newest - other.stat().st_mtime > FORGOTTEN_S:
                 rmtree(other, ignore_errors=True)
     except OSError:
-        return  # it will be compiled again
+        return  # the next start compiles again
 
 
 def _whole(directory: Path) -> bool:
-    """Whether there is machine code that was sealed and has not been damaged since; what is not, is removed."""
+    """True if the machine code was sealed and is not damaged; remove damaged files."""
     try:
         sealed = json.loads((directory / SEAL).read_bytes())
     except (OSError, ValueError):
@@ -143,7 +143,7 @@ def _whole(directory: Path) -> bool:
 
 @cache
 def _spaces(functions: tuple[FunctionType, ...]) -> Mapping[str, dict[str, Any]]:
-    """The globals of each module with compiled functions in them, which call one another."""
+    """Return the globals of each module with compiled functions, which call one another."""
     compiler = _numba().njit(**OPTIONS)
     spaces = {function.__module__: dict(function.__globals__) for function in functions}
     copies = {function: _copied(function, spaces[function.__module__], compiler) for function in functions}
@@ -158,7 +158,7 @@ Compiler = Callable[[FunctionType], Callable[..., Any]]
 
 
 def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -> Callable[..., Any]:
-    """A compiled copy of a function with other globals."""
+    """Return a compiled copy of a function with other globals."""
     copy = FunctionType(function.__code__, space, function.__name__, function.__defaults__)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return compiler(copy)
@@ -166,7 +166,7 @@ def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -
 
 @cache
 def _numba() -> Any:
-    """Late: it takes half a second that nobody else should pay."""
+    """Import Numba when it is needed: the import takes half a second."""
     try:
         import numba
     except ImportError as error:
@@ -175,13 +175,13 @@ def _numba() -> Any:
 
 
 def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
-    """Where machine code is kept; None: nowhere, since it cannot be written to or the sources are no files."""
+    """Return the directory for machine code, or None if it is not writable or the sources are not files."""
     if not all(os.path.exists(function.__code__.co_filename) for function in functions):
         return None
     try:
         directory = _user_cache() / "axistwin" / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError: nobody's home
+    except (OSError, RuntimeError):  # RuntimeError: no home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
 
@@ -196,8 +196,8 @@ def _user_cache() -> Path:
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:
-    """Of all that goes into the machine code: the code of each function, the values of its globals, who compiles."""
-    from importlib.metadata import version  # late: slow to import
+    """Return a hash of the code of each function, the values of its globals, and the versions of the compiler."""
+    from importlib.metadata import version  # lazy import: slow
 
     digest = sha256(f"{sys.version} {version('numba')} {version('llvmlite')}".encode())
     for function in functions:

@@ -1,15 +1,15 @@
-"""What a trace follows inside the motor's processor: numbers that are looked at after every sample.
+"""The numbers inside the motor's processor that a trace follows, compared after every sample.
 
-Those that nothing but statements changes, variables and buffered parameters, are looked at where statements have been.
-The kernel writes changes into an array of integers, which the processor's core reads when a block has become the truth:
+Variables and buffered parameters are compared only after statements, since nothing else changes them.
+The kernel writes changes into an array of integers; the core reads it when a block becomes the committed state:
 
-    FOLLOWED  how many numbers are followed; 0: nobody looks
-    USED      how many changes have been written
-    ROOM      how many there is room for
-    MOVING    how many numbers a sample may change by itself; they come first
+    FOLLOWED  number of followed numbers; 0: no follower
+    USED      number of changes written
+    ROOM      number of changes that fit
+    MOVING    number of those that a sample may change by itself; they come first
     HEAD …    for each number: an operation of the interpreter (SLOT, VARIABLE or COMPUTED), its place, its last value,
-              what the follower calls it
-    then      for each change: the sample, what the follower calls the number, its value
+              its index for the follower
+    then      for each change: the sample, the index for the follower, the value
 """
 
 from array import array
@@ -21,16 +21,16 @@ from axistwin.controllers.smartmotor.kernel.state import BUFFERED_FACTOR, SAMPLE
 
 FOLLOWED, USED, ROOM, MOVING, HEAD = range(5)
 NUMBER, CHANGE = 4, 3
-"""How long an entry is."""
+"""Lengths of the two kinds of entries."""
 KINDS = COMPUTED, SLOT, VARIABLE
-"""In this order they stand there."""
+"""Their order in the log."""
 CHANGES = 1 << 14
-"""Changes that one block may have, at least."""
+"""Smallest number of changes in one block that fit."""
 
 
 @sampled
 def value(i: Ints, v: Ints, operation: int, place: int) -> int:
-    """A number as it is now; reading it changes nothing."""
+    """Return a number as it is now; reading it changes nothing."""
     if operation == SLOT:
         return i[place]
     if operation == COMPUTED:
@@ -40,7 +40,7 @@ def value(i: Ints, v: Ints, operation: int, place: int) -> int:
 
 @sampled
 def room(log: Ints) -> bool:
-    """Whether a sample may change everything that is followed."""
+    """True if the log has room for a change of every number."""
     return log[USED] + log[FOLLOWED] <= log[ROOM]
 
 
@@ -58,19 +58,19 @@ def note(i: Ints, v: Ints, log: Ints, numbers: int) -> None:
 
 
 def empty() -> "array[int]":
-    """Nobody follows anything."""
+    """Return a log without numbers."""
     return array("q", [0] * HEAD)
 
 
 def moving(operation: int, place: int) -> bool:
-    """Whether a sample may change it, though no statement is in it."""
+    """True if a sample without statements may change this number."""
     return operation == COMPUTED or (operation == SLOT and not A <= place <= BUFFERED_FACTOR)
 
 
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """A log of these numbers, each an operation and a place, as they are now, or as another log had them `before`."""
+    """Return a log of these numbers, each an operation and a place, with their values now or in a log `before`."""
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
     for k in order:
@@ -81,13 +81,13 @@ def following(
 
 
 def known(log: "array[int]") -> dict[tuple[int, int], int]:
-    """How the numbers are, as far as this log has been told."""
+    """Return the last value of each number in this log."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
 class Look:
-    """How these numbers are, all at once: what `note` does one by one, for Python, which is asked at every event."""
+    """The values of all numbers at once: the task of `note`, fast in Python, where every event needs it."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -96,7 +96,7 @@ class Look:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Which numbers are not as the log has them, and how they are now; the log then has them so."""
+        """Return the changed numbers and their values now, and update the log."""
         now = array("q", [computed(i, place) for place in self._computed])
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])
@@ -110,12 +110,12 @@ class Look:
 
 
 def head(log: "array[int]") -> slice:
-    """The part of a log that says how things are."""
+    """Return the part of a log before the changes."""
     return slice(0, HEAD + NUMBER * log[FOLLOWED])
 
 
 def changes(log: "array[int]") -> "tuple[array[int], array[int], array[int]]":
-    """What has been written: samples, which of the numbers, and their values from there on."""
+    """Return the changes: samples, indices of numbers, and their new values."""
     first = head(log).stop
     written = log[first : first + CHANGE * log[USED]]
     return written[0::CHANGE], written[1::CHANGE], written[2::CHANGE]

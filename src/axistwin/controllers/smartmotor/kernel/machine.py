@@ -1,6 +1,6 @@
-"""The machine as the kernel has it: the floats `f`, worked out from the data sheets, and what people do to the shaft.
+"""The machine in the kernel: the floats `f`, calculated from the data sheets, and outside influences on the shaft.
 
-In units of counts and samples, so that a sample is done with few operations (`servo.py`).
+The units are counts and samples, so that a sample takes few operations (`servo.py`).
 """
 
 from collections.abc import MutableSequence, Sequence
@@ -29,11 +29,11 @@ from axistwin.plant.servo import ServoLoad, ServoMotor
 SAMPLE_S = 245_760e-9
 FULL_PWM = 1023
 HEAT_BLOCK = 256
-"""Samples between two looks at the temperatures; 63 ms."""
+"""Samples between two updates of the temperatures; 63 ms."""
 AMBIENT_C = 25.0
 MOST_TORQUE_NM = 1000.0
 LEAST = 1e-6
-"""What is left of something that has gone, so that one can divide by it."""
+"""Remainder of a quantity that has gone, so that a division by it is possible."""
 
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]
@@ -41,34 +41,37 @@ Floats = MutableSequence[float]
 # Floats `f`
 _slots = count()
 SPEED = next(_slots)  # of the shaft, counts per sample
-FRACTION = next(_slots)  # of a count by which the shaft stands above SHAFT
+FRACTION = next(_slots)  # of a count, by which the shaft is above SHAFT
 OUTSIDE = next(_slots)  # torque from outside and gravity, counts/sample²
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction, counts/sample²
 JAM = next(_slots)  # more friction: 0 or infinite
 VISCOUS = next(_slots)  # friction, per count/sample of speed
-OPEN_GAIN, CLOSED_GAIN = next(_slots), next(_slots)  # what viscous friction leaves of a speed; and closed windings
+OPEN_GAIN, CLOSED_GAIN = (
+    next(_slots),
+    next(_slots),
+)  # share of a speed that viscous friction, and closed windings, leave
 PER_AMP = next(_slots)  # counts/sample² per A
-AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # at standstill, in the end; what back-EMF takes away
+AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # final current at standstill; loss by back-EMF
 AMPS_NOW = next(_slots)  # through the windings, at the end of a sample
-AMPS_KEPT = next(_slots)  # how much of them inductance leaves at the end of the next sample, 0 to 1
-MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # how much, on average over it; and the rest of 1
+AMPS_KEPT = next(_slots)  # share of it that inductance keeps until the end of the next sample, 0 to 1
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # share kept on average over a sample; and the rest of 1
 LAG = next(_slots)  # part of a sample's change of speed that its distance does not show yet, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
-WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # K per A², in the end: over the housing, over the air
-WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # how much of a difference goes in one block
+WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # final rise, K per A²: over the housing, over the air
+WINDING_STEP, HOUSING_STEP, AIR_STEP = (next(_slots) for _ in range(3))  # share of a difference that flows in one block
 MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
 PER_NM = next(_slots)  # counts/sample² per N·m
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
-"""How many floats there are."""
+"""Number of floats."""
 
 MACHINE = SHAFT, CURRENT_SUM, HEAT, HEAT_SAMPLES, TEMP, BUS_VOLTAGE
-"""Integers that belong to the machine: they outlive the power, as all floats do."""
+"""Integers of the machine: they are kept without power, as all floats are."""
 
 
 def fit(i: Ints, f: Floats, motor: ServoMotor | None = None, load: ServoLoad | None = None) -> None:
-    """A new machine of these data sheets, at rest at 25 °C; None: an ideal motor, with nothing to move."""
+    """Set up a machine of these data sheets, at rest at 25 °C; without a motor's data sheet an ideal one."""
     i[IDEAL] = int(motor is None)
     f[WINDING_C] = f[HOUSING_C] = f[AMBIENT] = AMBIENT_C
     i[TEMP] = floor(AMBIENT_C)
@@ -91,10 +94,10 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 
 
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
-    """Volts per rad/s and N·m per A are the same figure.  With inductance the current settles exponentially.
+    """Set the electrical constants; volts per rad/s and N·m per A are the same figure.
 
-    Without it the distance of a sample is its final speed, whose lead makes up for back-EMF taken from the final speed
-    too.  The more inductance delays the braking by back-EMF, the less there is to make up for: up to the mean speed.
+    With inductance the current settles exponentially.  Without it the distance of a sample is its final speed, which
+    compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation is needed.
     """
     f[PER_AMP] = motor.torque_constant_nm_per_a * f[PER_NM]
     f[AMPS_PER_PWM] = motor.supply_voltage_v / FULL_PWM / motor.winding_resistance_ohm
@@ -112,7 +115,7 @@ def _fit_windings(f: Floats, motor: ServoMotor) -> None:
 
 
 def _fit_heat(f: Floats, motor: ServoMotor) -> None:
-    """The temperatures at the end of a block from the flow of heat at its end, as with the speed."""
+    """Set the thermal constants; the flow of heat is that at the end of a block (implicit Euler method)."""
     block_s, ohm = HEAT_BLOCK * SAMPLE_S, motor.winding_resistance_ohm
     inwards, outwards = motor.winding_to_housing_k_per_w, motor.housing_to_ambient_k_per_w
     f[WINDING_RISE], f[HOUSING_RISE] = ohm * inwards, ohm * outwards
@@ -127,15 +130,15 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 
 
 def tune(i: Ints, tuning: Sequence[int]) -> None:
-    """KP KI KD KL KS KV KA KG, in force at once."""
+    """Put KP KI KD KL KS KV KA KG in force."""
     for slot, value in enumerate(tuning, TUNING):
         i[slot] = value
 
 
 def set_torque(f: Floats, newton_metres: float) -> None:
-    """A torque on the shaft from outside, up to ±1000 N·m; positive turns it in the positive direction.
+    """Set the torque on the shaft from outside, up to ±1000 N·m; a positive one turns it in the positive direction.
 
-    An ideal motor does not feel it.
+    It has no effect on an ideal motor.
     """
     if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
         raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
@@ -144,12 +147,12 @@ def set_torque(f: Floats, newton_metres: float) -> None:
 
 
 def set_jam(f: Floats, on: bool) -> None:
-    """A shaft that cannot turn."""
+    """Jam or free the shaft."""
     f[JAM] = inf if on else 0.0
 
 
 def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply: float) -> None:
-    """What is left of the magnets and of the supply voltage, 1: all of them."""
+    """Weaken the magnets and the supply voltage to a share of the data sheet's values, up to 1."""
     weak = replace(
         motor,
         torque_constant_nm_per_a=max(strength, LEAST) * motor.torque_constant_nm_per_a,
@@ -160,7 +163,7 @@ def set_windings(i: Ints, f: Floats, motor: ServoMotor, strength: float, supply:
 
 
 def set_encoder(i: Ints, of: int, out_of: int) -> None:
-    """It counts `of` for each `out_of` counts."""
+    """Let the encoder count `of` for each `out_of` counts."""
     good = of == out_of
     i[COUNTS_OF], i[COUNTS_OUT_OF] = (0, 0) if good else (of, out_of)
     if good:
@@ -168,18 +171,18 @@ def set_encoder(i: Ints, of: int, out_of: int) -> None:
 
 
 def slip(i: Ints, counts: int) -> None:
-    """The encoder turns on its shaft by so many counts."""
+    """Turn the encoder on its shaft by a number of counts."""
     i[SHAFT] += counts
     i[SLIPPED] -= counts
 
 
 def push(i: Ints, counts: int) -> None:
-    """Somebody turns the shaft by so many counts; it stays there until the motor moves it back."""
+    """Turn the shaft by a number of counts; it stays there until the motor moves it back."""
     i[SHAFT] += counts
 
 
 def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
-    """The temperature around the motor, -273 … 1000 °C; a motor without a data sheet takes it at once."""
+    """Set the temperature around the motor, -273 … 1000 °C; a motor without a data sheet has it at once."""
     if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
         raise UsageError(f"ambient={celsius}: give a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius

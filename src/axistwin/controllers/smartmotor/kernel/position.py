@@ -1,4 +1,4 @@
-"""Where the shaft is in the controller's coordinates, which `O=` and F=2 change, and 32-bit numbers."""
+"""Positions of the shaft in the controller's coordinates, which `O=` and F=2 change, and 32-bit numbers."""
 
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
@@ -7,29 +7,29 @@ from axistwin.controllers.smartmotor.kernel.state import COMMANDED, DIRECTION, O
 
 @sampled
 def wrapped(value: int) -> int:
-    """The low 32 bits as a signed number."""
+    """Return the low 32 bits as a signed number."""
     return ((value + (1 << 31)) & 0xFFFF_FFFF) - (1 << 31)
 
 
 @sampled
 def position(i: Ints) -> int:
-    """Of the shaft, in counts; not yet brought into 32 bits."""
+    """Return the position of the shaft in counts, not limited to 32 bits."""
     return i[DIRECTION] * i[SHAFT] + i[ORIGIN]
 
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Where the trajectory would have the shaft, in the machine's coordinates."""
+    """Return the commanded position of the shaft in the machine's coordinates."""
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 
 @sampled
 def actual_position(i: Ints) -> int:
-    """`@P` in counts: where the shaft is, 32 bits."""
+    """Return `@P`: the position of the shaft in counts, 32 bits."""
     return wrapped(position(i))
 
 
 @sampled
 def following_error(i: Ints) -> int:
-    """`@PE`: commanded minus actual position in counts, 32 bits."""
+    """Return `@PE`: commanded minus actual position in counts, 32 bits."""
     return wrapped((i[COMMANDED] >> 16) - position(i))

@@ -1,13 +1,13 @@
-"""The brushless motor that the servo law (`servo_law.py`) drives, once per sample; what protects it; and its rest.
+"""The brushless motor that the servo law (`servo_law.py`) drives, its protection, and its rest; once per sample.
 
 The shaft's speed is found from the torques at the end of the sample (the implicit Euler method), so that no inertia,
 winding or friction makes it unstable.  In units of counts and samples, with `amps` through the windings on average:
 
     speed = (speed before + PER_AMP · amps + OUTSIDE ∓ friction) · gain        amps = (voltage - back-EMF) / resistance
 
-Friction takes what is left of the motion and no more: a torque below it leaves the shaft exactly at rest.  Inductance
+Friction stops a motion and never reverses it: a torque below friction leaves the shaft exactly at rest.  Inductance
 of the windings, if the data sheet has any, keeps a part of the current from one sample to the next.  Heat goes from
-the winding to the housing, whose temperature is TEMP, and on to what is around the motor; it is worked out once in
+the winding to the housing, whose temperature is TEMP, and on to the air; the flow is calculated once in
 256 samples.
 """
 
@@ -85,12 +85,12 @@ CURRENT_BITS = 4
 """The measured current is filtered over 16 samples."""
 MOST_CENTIAMPS = 100_000.0
 LEAST_AMPS = 1e-9
-"""Less than this is nothing, so that a current that inductance keeps comes to an end."""
+"""A current below this is 0, so that a current in an inductance ends."""
 RMS_SECONDS = 1.0
 """RMS current is taken over about this time."""
 RMS_STEP = HEAT_BLOCK * SAMPLE_S / RMS_SECONDS
 COOLER = 5
-"""°C below TH at which an overheated motor can be switched on again."""
+"""°C below TH: an overheated motor can be switched on again."""
 IDEAL_BITS = 5
 """An ideal motor in torque mode turns by a count per sample for each 32 PWM units."""
 
@@ -100,7 +100,7 @@ IDEAL_BITS = 5
 
 @sampled
 def rotate(i: Ints, f: Floats) -> None:
-    """The shaft turns for one sample under PWM, drive, brake and all torques; current and heat follow."""
+    """Turn the shaft for one sample under PWM, drive, brake and all torques; update current and heat."""
     push, against = f[SPEED] + f[OUTSIDE], friction(i, f)
     amps, settled, limited = 0.0, 0.0, False
     if i[DRIVE] == DRIVE_OPEN:
@@ -129,7 +129,7 @@ def rotate(i: Ints, f: Floats) -> None:
 
 @sampled
 def stall_amps(i: Ints, f: Floats) -> float:
-    """Return the current that closed windings have in the end while the shaft stands, in A."""
+    """Return the final current of closed windings at standstill, in A."""
     return i[PWM] * f[AMPS_PER_PWM] if i[DRIVE] == DRIVE_ON else 0.0
 
 
@@ -148,13 +148,13 @@ def amps_after(f: Floats, settled: float) -> float:
 
 @sampled
 def clipped_amps(f: Floats, amps: float) -> float:
-    """Within what the amplifier lets through."""
+    """Return a current within the peak of the amplifier."""
     return min(max(amps, -f[PEAK_AMPS]), f[PEAK_AMPS])
 
 
 @sampled
 def miscount(i: Ints, counts: int) -> None:
-    """The encoder, which is bad, has turned by so many counts: SHAFT is what it makes of them."""
+    """Count a turn of `counts` with a defective encoder, and correct SHAFT."""
     counted, of = i[UNCOUNTED] + counts * i[COUNTS_OF], i[COUNTS_OUT_OF]
     whole = counted // of
     i[UNCOUNTED] = counted - whole * of
@@ -164,7 +164,7 @@ def miscount(i: Ints, counts: int) -> None:
 
 @sampled
 def friction(i: Ints, f: Floats) -> float:
-    """Friction at the shaft, counts/sample²: bearings, static brake, a jam."""
+    """Return friction at the shaft, counts/sample²: bearings, static brake, a jam."""
     if i[BRAKE] != 0:
         return f[COULOMB] + f[STATIC_BRAKE] + f[JAM]
     return f[COULOMB] + f[JAM]
@@ -172,7 +172,7 @@ def friction(i: Ints, f: Floats) -> float:
 
 @sampled
 def slowed(push: float, against: float) -> float:
-    """What friction leaves of a push."""
+    """Return a push reduced by friction."""
     if push > against:
         return push - against
     if push < -against:
@@ -182,7 +182,7 @@ def slowed(push: float, against: float) -> float:
 
 @sampled
 def measure(i: Ints, f: Floats, amps: float) -> None:
-    """The current of this sample enters CURRENT (0.01 A, filtered) and the heat."""
+    """Add the current of this sample to CURRENT (0.01 A, filtered) and to the heat."""
     centiamps = in_centiamps(amps)
     i[CURRENT_SUM] += centiamps - (i[CURRENT_SUM] >> CURRENT_BITS)
     i[CURRENT] = i[CURRENT_SUM] >> CURRENT_BITS
@@ -194,13 +194,13 @@ def measure(i: Ints, f: Floats, amps: float) -> None:
 
 @sampled
 def in_centiamps(amps: float) -> int:
-    """Magnitude in 0.01 A, up to 1000 A."""
+    """Return the magnitude in 0.01 A, up to 1000 A."""
     return int(min(abs(amps) * 100.0, MOST_CENTIAMPS))
 
 
 @sampled
 def warm(i: Ints, f: Floats) -> None:
-    """256 samples of heat: winding, housing, RMS current."""
+    """Update winding, housing and RMS current after 256 samples."""
     square = i[HEAT] * (1e-4 / HEAT_BLOCK)
     i[HEAT], i[HEAT_SAMPLES] = 0, 0
     f[WINDING_C] += (f[HOUSING_C] + square * f[WINDING_RISE] - f[WINDING_C]) * f[WINDING_STEP]
@@ -215,7 +215,7 @@ def warm(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal(i: Ints, f: Floats) -> None:
-    """The shaft of a motor without a data sheet stands where the trajectory is; in torque mode it turns by T."""
+    """Move the shaft of a motor without a data sheet to the commanded position, or by T in torque mode."""
     if i[DRIVE] != DRIVE_ON or f[JAM] > 0.0:
         return
     if i[MODE] == M_TORQUE:
@@ -226,20 +226,20 @@ def ideal(i: Ints, f: Floats) -> None:
 
 @sampled
 def ideal_turn(i: Ints) -> int:
-    """Counts in one sample of torque mode."""
+    """Return the counts of one sample in torque mode."""
     torque = clipped(i[T], i[AMPS])
     return torque >> IDEAL_BITS if torque > 0 else -(-torque >> IDEAL_BITS)
 
 
 @sampled
 def tracked(i: Ints) -> int:
-    """Where the shaft is to be, in the machine's counts."""
+    """Return the commanded position in the machine's counts."""
     return i[DIRECTION] * ((i[COMMANDED] >> VELOCITY_BITS) - i[ORIGIN])
 
 
 @sampled
 def ideal_rests(i: Ints, f: Floats) -> int:
-    """1 if `ideal` has nothing to do."""
+    """Return 1 if `ideal` changes nothing."""
     if i[DRIVE] != DRIVE_ON or f[JAM] > 0.0:
         return 1
     if i[MODE] == M_TORQUE:
@@ -252,9 +252,9 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
-    """Once per sample: 1 if the motor has been too hot or its RMS current too high for THD samples.
+    """Return 1 if the motor has been too hot or its RMS current too high for THD samples; once per sample.
 
-    From then on it says so until the motor has cooled to 5 °C below TH, and the current is within its limit.
+    The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """
     if i[HOT] != 0:
         cool(i, f)
@@ -269,7 +269,7 @@ def overloaded(i: Ints, f: Floats) -> int:
 
 @sampled
 def cool(i: Ints, f: Floats) -> None:
-    """Whether an overheated motor has become cool enough."""
+    """End the overload of a motor that has cooled enough."""
     if i[TEMP] <= i[TH] - COOLER and f[MEAN_SQUARE] <= f[RATED_SQUARE]:
         i[HOT], i[OVERLOAD] = 0, 0
 
@@ -279,7 +279,7 @@ def cool(i: Ints, f: Floats) -> None:
 
 @sampled
 def resting(i: Ints, f: Floats) -> int:
-    """1 if nothing but temperatures will change, as long as nobody does anything and the trajectory stands."""
+    """Return 1 if only temperatures will change while the inputs and the trajectory do not."""
     if (cools(i, f) if i[HOT] != 0 else keeps_cool(i, f)) == 0:
         return 0
     if i[IDEAL] != 0:
@@ -299,9 +299,9 @@ def resting(i: Ints, f: Floats) -> int:
 
 @sampled
 def keeps_cool(i: Ints, f: Floats) -> int:
-    """1 if neither TEMP nor RMS current can go beyond their limits while the current stays as it is.
+    """Return 1 if neither TEMP nor RMS current can exceed its limit at the present current.
 
-    The temperatures go to their final values, and neither is ever further above its own than the worse of them is now.
+    Neither temperature is ever further above its final value than the worse of them is now.
     """
     if i[OVERLOAD] != 0:
         return 0
@@ -317,7 +317,7 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """1 if an overheated motor, with its fault reported, will be cool some day and then stay so."""
+    """Return 1 if an overheated motor, its fault reported, will cool down and stay cool."""
     if i[BH] == 0 or i[IDEAL] != 0 or i[CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
     return 1 if f[AMBIENT] < i[TH] and f[WINDING_C] < i[TH] else 0
@@ -325,7 +325,7 @@ def cools(i: Ints, f: Floats) -> int:
 
 @sampled
 def rest(i: Ints, f: Floats, samples: int) -> None:
-    """Let so many samples pass at rest, to the bit as if done one by one."""
+    """Pass samples at rest in one step, with the same bits as one by one."""
     i[SAMPLE] += samples
     if i[IDEAL] != 0:
         return
@@ -341,6 +341,6 @@ def rest(i: Ints, f: Floats, samples: int) -> None:
             cool(i, f)
         left -= step
         if step == HEAT_BLOCK and winding == f[WINDING_C] and housing == f[HOUSING_C] and mean == f[MEAN_SQUARE]:
-            left %= HEAT_BLOCK  # all further blocks are like this one
+            left %= HEAT_BLOCK  # all further blocks are equal
     i[HEAT] += square * left
     i[HEAT_SAMPLES] += left

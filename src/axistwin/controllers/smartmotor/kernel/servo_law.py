@@ -1,8 +1,8 @@
-"""The servo law (base language, chapter 13), in integers: commanded and actual position in, PWM out.
+"""The servo law (base language, chapter 13), in integers: commanded and actual position to PWM.
 
     e = commanded - actual position        PWM = KP·e + KI·Σe (within KL) + KD·Δe + KV·velocity + KA·Δvelocity + KG
 
-Δe is the difference between two errors KS samples apart, and holds until the next one.
+Δe is the difference between two errors KS samples apart; it holds until the next one.
 """
 
 from axistwin.controllers.smartmotor.kernel.jit import sampled
@@ -36,12 +36,12 @@ LIMIT_BITS = 6
 VELOCITY_BITS = 16
 HALF = 1 << (FRACTION_BITS - 1)
 FASTEST = 1 << 32
-"""A jump of the trajectory counts as no more, which is twice the largest V: so that every product has room."""
+"""Limit of a velocity in the law, twice the largest V: every product fits 64 bits."""
 
 
 @sampled
 def control(i: Ints) -> None:
-    """PWM for the sample to come, from T or from the following error; 0 while the drive is off."""
+    """Set PWM for the next sample, from T or from the following error; 0 while the drive is off."""
     if i[DRIVE] != DRIVE_ON:
         i[PWM], i[ERROR_BEFORE], i[DIFFERENCE] = 0, 0, 0
         clear_integral(i)
@@ -53,7 +53,7 @@ def control(i: Ints) -> None:
 
 @sampled
 def pid(i: Ints, error: int) -> None:
-    """One step of the PID: the integral and the difference are kept, the output becomes PWM."""
+    """Do one step of the PID: keep the integral and the difference, set PWM to the output."""
     i[INTEGRAL] = integrated(i, error)
     if i[TUNING + 4] <= 1 or (i[SAMPLE] // i[PID_RATE]) % i[TUNING + 4] == 0:
         i[DIFFERENCE] = error - i[ERROR_BEFORE]
@@ -64,13 +64,13 @@ def pid(i: Ints, error: int) -> None:
 
 @sampled
 def integrated(i: Ints, error: int) -> int:
-    """The integral with this error in it, within KL."""
+    """Return the integral with this error added, within KL."""
     return clipped(i[INTEGRAL] + i[TUNING + 1] * error, i[TUNING + 3] << (LIMIT_BITS + INTEGRAL_BITS))
 
 
 @sampled
 def output(i: Ints, error: int) -> int:
-    """PWM in the controller's direction: KP, KI, KD, KV, KA, KG, within AMPS."""
+    """Return PWM in the controller's direction: KP, KI, KD, KV, KA, KG, within AMPS."""
     total = i[TUNING] * error + (i[INTEGRAL] >> INTEGRAL_BITS) + i[TUNING + 2] * i[DIFFERENCE] + i[TUNING + 7]
     velocity, before = clipped(i[VELOCITY], FASTEST), clipped(i[VELOCITY_BEFORE], FASTEST)
     forward = i[TUNING + 5] * velocity + i[TUNING + 6] * (velocity - before)
@@ -78,24 +78,24 @@ def output(i: Ints, error: int) -> int:
 
 
 @sampled
-def clipped(value: int, most: int) -> int:
-    """Within -most … +most."""
-    if value > most:
-        return most
-    if value < -most:
-        return -most
+def clipped(value: int, limit: int) -> int:
+    """Return the value within -limit … +limit."""
+    if value > limit:
+        return limit
+    if value < -limit:
+        return -limit
     return value
 
 
 @sampled
 def clear_integral(i: Ints) -> None:
-    """The integral term begins anew, F=8."""
+    """Set the integral term to 0 (F=8)."""
     i[INTEGRAL] = 0
 
 
 @sampled
 def steady(i: Ints) -> int:
-    """1 if the servo law would say the same again and again."""
+    """Return 1 if the servo law would repeat its output."""
     if i[MODE] == M_TORQUE:
         return 1 if i[PWM] == i[DIRECTION] * clipped(i[T], i[AMPS]) else 0
     error = following_error(i)

@@ -1,7 +1,7 @@
-"""The trajectory generator: what the position loop is to do in this sample (chapter 4 and 5 of the base language).
+"""The trajectory generator: the commanded position of each sample (chapters 4 and 5 of the base language).
 
-    v  A ╱‾‾‾‾‾‾╲ A       Every sample the velocity changes by at most A and is at most V.  The largest one is taken
-      ╱          ╲        from which it is still possible to stop at the target, so the move lands on it exactly.
+    v  A ╱‾‾‾‾‾‾╲ A       In a sample the velocity changes by at most A and is at most V.  The generator takes the
+      ╱          ╲        largest one that still allows a stop at the target, so the move ends on it exactly.
     ─┴────────────┴─ t
 
 Velocities and accelerations are in 1/65536 count per sample (squared), positions in 1/65536 count.
@@ -59,53 +59,53 @@ WRAP = 1 << 48
 
 
 @sampled
-def way_to_stop(speed: int, rate: int) -> int:
-    """How far it is to a stop if this sample goes `speed` > 0 and every further one `rate` less."""
-    n = (speed + rate - 1) // rate
-    return n * speed - rate * (n * (n - 1) // 2)
+def stopping_distance(speed: int, acceleration: int) -> int:
+    """Return the distance to a stop, `speed` > 0 in this sample and `acceleration` less in each further one."""
+    n = (speed + acceleration - 1) // acceleration
+    return n * speed - acceleration * (n * (n - 1) // 2)
 
 
 @sampled
-def fastest(distance: int, rate: int) -> int:
-    """The largest speed whose way to a stop is no longer than `distance` > 0."""
-    n = int((math.sqrt(1.0 + 8.0 * distance / rate) - 1.0) / 2.0)
-    while rate * (n * (n + 1) // 2) < distance:
+def max_stoppable_speed(distance: int, acceleration: int) -> int:
+    """Return the largest speed whose stopping distance is at most `distance` > 0."""
+    n = int((math.sqrt(1.0 + 8.0 * distance / acceleration) - 1.0) / 2.0)
+    while acceleration * (n * (n + 1) // 2) < distance:
         n += 1
-    while n > 1 and rate * (n * (n - 1) // 2) >= distance:
+    while n > 1 and acceleration * (n * (n - 1) // 2) >= distance:
         n -= 1
-    return (distance + rate * (n * (n - 1) // 2)) // n
+    return (distance + acceleration * (n * (n - 1) // 2)) // n
 
 
 @sampled
-def approach(velocity: int, remaining: int, top: int, rate: int) -> int:
-    """The velocity of this sample on the way to a target that is `remaining` away."""
+def next_velocity(velocity: int, remaining: int, max_velocity: int, acceleration: int) -> int:
+    """Return the velocity of this sample towards a target at the distance `remaining`."""
     way = 1 if remaining >= 0 else -1
     distance = remaining * way
     speed = velocity * way
-    wanted = min(speed + rate, top)
-    if speed > top:
-        wanted = max(speed - rate, top)
+    wanted = min(speed + acceleration, max_velocity)
+    if speed > max_velocity:
+        wanted = max(speed - acceleration, max_velocity)
     if wanted <= 0:
-        return wanted * way  # still going the wrong way, or nowhere
-    # A quick look first: way_to_stop(w) <= w²/2A + w/2 + A/8
-    needed = 4.0 * wanted * wanted + 4.0 * rate * wanted + 1.0 * rate * rate
-    if needed > 8.0 * rate * distance and (distance == 0 or way_to_stop(wanted, rate) > distance):
-        best = 0 if distance == 0 else fastest(distance, rate)
-        wanted = max(min(wanted, best), speed - rate)
+        return wanted * way  # still in the wrong direction, or at rest
+    # An upper bound first: stopping_distance(w) <= w²/2A + w/2 + A/8
+    needed = 4.0 * wanted * wanted + 4.0 * acceleration * wanted + 1.0 * acceleration * acceleration
+    if needed > 8.0 * acceleration * distance and (distance == 0 or stopping_distance(wanted, acceleration) > distance):
+        best = 0 if distance == 0 else max_stoppable_speed(distance, acceleration)
+        wanted = max(min(wanted, best), speed - acceleration)
     return wanted * way
 
 
 @sampled
-def towards(velocity: int, wanted: int, rate: int) -> int:
-    """The velocity of this sample on the way to the velocity `wanted`."""
+def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
+    """Return the velocity of this sample on a ramp to the velocity `wanted`."""
     if velocity < wanted:
-        return min(velocity + rate, wanted)
-    return max(velocity - rate, wanted)
+        return min(velocity + acceleration, wanted)
+    return max(velocity - acceleration, wanted)
 
 
 @sampled
 def master_turns(i: Ints, told: Ints) -> None:
-    """The external encoder turns for a sample: to what has been told of it, or steadily."""
+    """Turn the external encoder for a sample: to its announced count, or at constant speed."""
     if i[TOLD] > 0:
         i[MASTER] = told[i[TOLD_AT]]
         i[TOLD_AT] += 1
@@ -132,7 +132,7 @@ def quadrature(count: int) -> int:
 
 @sampled
 def show_master(i: Ints, before: int) -> None:
-    """Pins A and B take the levels of the external encoder; of a step source B is the direction, and A low."""
+    """Set pins A and B to the levels of the external encoder; of a step source B is the direction, and A is low."""
     if i[MASTER] != before:
         i[STEP_UP] = 1 if i[MASTER] > before else 0
     levels = 2 * i[STEP_UP] if i[STEPS] != 0 else quadrature(i[MASTER] - i[BY_HAND])
@@ -144,7 +144,7 @@ def show_master(i: Ints, before: int) -> None:
 
 @sampled
 def counted(i: Ints) -> int:
-    """How much CTR has counted since the trajectory looked last."""
+    """Update CTR; return its change since the last call."""
     counts = i[MASTER] * i[RESOLUTION] // 4
     moved = counts - i[MASTER_SEEN]
     if moved != 0:
@@ -155,7 +155,7 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """MF1, MF2, MF4 and MS: one count for each of the external counter; MFR and MSR: MFMUL/MFDIV, remainders kept."""
+    """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV with the remainder kept."""
     step = moved
     if i[MODE] != M_FOLLOW and i[MODE] != M_STEP:
         owed = moved * i[FACTOR] + i[FOLLOW_REM]
@@ -167,26 +167,26 @@ def follow(i: Ints, moved: int) -> None:
 
 @sampled
 def profile(i: Ints) -> None:
-    """MP, MV, X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
+    """Move by MP, MV or X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
     mode = i[MODE]
     velocity = i[VELOCITY]
-    rate = i[RATE]
+    acceleration = i[RATE]
     if mode == M_POSITION:
         remaining = (i[TARGET] << 16) - i[COMMANDED]
-        if rate > 0:
-            velocity = approach(velocity, remaining, i[TOP], rate)
+        if acceleration > 0:
+            velocity = next_velocity(velocity, remaining, i[TOP], acceleration)
         i[COMMANDED] += velocity
-        if velocity == remaining and -rate <= velocity <= rate:
+        if velocity == remaining and -acceleration <= velocity <= acceleration:
             velocity = 0
             i[BT] = 0
-        elif velocity == 0 and (rate == 0 or i[TOP] == 0):
-            i[BT] = 0  # no travel, ever
+        elif velocity == 0 and (acceleration == 0 or i[TOP] == 0):
+            i[BT] = 0  # no travel at all
     elif mode == M_VELOCITY:
-        velocity = towards(velocity, i[TOP], rate)
+        velocity = ramp_velocity(velocity, i[TOP], acceleration)
         i[COMMANDED] += velocity
-        i[BT] = 0 if velocity == 0 and (i[TOP] == 0 or rate == 0) else 1
+        i[BT] = 0 if velocity == 0 and (i[TOP] == 0 or acceleration == 0) else 1
     elif mode == M_STOP:
-        velocity = towards(velocity, 0, rate)
+        velocity = ramp_velocity(velocity, 0, acceleration)
         i[COMMANDED] += velocity
         if velocity == 0:
             i[MODE] = M_HOLD
@@ -196,9 +196,9 @@ def profile(i: Ints) -> None:
 
 @sampled
 def wrap(i: Ints) -> None:
-    """Beyond 2^31 counts the position continues at the other end; flag Bw.
+    """Continue a position beyond 2^31 counts at the other end of the scale, and set Bw.
 
-    The target of a move goes with it, so that a move ends where it would on a longer scale.
+    The target is shifted too, so that a move ends where it would on a longer scale.
     """
     turn = 0
     if i[COMMANDED] >= WRAP // 2:

@@ -1,4 +1,4 @@
-"""Characters become commands (sections 2 and 3 of the base language): terminators, quotes, lists of array values."""
+"""The splitter of characters into commands (base language, 2 and 3): terminators, quotes, lists of array values."""
 
 import re
 from collections.abc import Callable
@@ -6,9 +6,9 @@ from collections.abc import Callable
 from axistwin.controllers.smartmotor.language.lexer import begins_list
 
 LONGEST = 64
-"""Characters of a command; a longer one is dropped."""
+"""Characters of the longest command; a longer one is dropped."""
 LONGEST_LIST = 204
-"""Values of `ab[0] 1 2 3.`: there are no more elements."""
+"""Values of the longest list, such as `ab[0] 1 2 3.`: the number of elements."""
 
 SPACE, CR, QUOTE = ord(" "), ord("\r"), ord('"')
 TERMINATORS = (SPACE, CR, ord("\n"), 0)
@@ -16,7 +16,7 @@ LIST_VALUE = re.compile(r"-?\d+\.?|\.", re.ASCII)
 
 
 class Words:
-    """The command that is coming in.  Each one is obeyed when its terminator has come."""
+    """The incoming command; its terminator makes the motor obey it."""
 
     def __init__(self, obey: Callable[[str], None], overflow: Callable[[], None]) -> None:
         self._obey, self._overflow = obey, overflow
@@ -29,7 +29,7 @@ class Words:
         return bool(self._text or self._list)
 
     def forget(self) -> bool:
-        """Drop the command that has begun; returns whether one had."""
+        """Drop the command that has begun; return True if there was one."""
         begun = self.begun
         self._text.clear()
         self._list.clear()
@@ -37,17 +37,17 @@ class Words:
         return begun
 
     def drop(self) -> None:
-        """What is coming in is not obeyed, up to its terminator."""
+        """Ignore the incoming command up to its terminator."""
         self._dropping = True
 
     def take(self, byte: int) -> None:
-        """A character below 80h.  Quotes keep a space in the command; the other terminators end it in any case."""
+        """Take a character below 80h.  Quotes keep a space in the command; other terminators always end it."""
         if byte in TERMINATORS and not (byte == SPACE and self._quoted):
             self._end(byte)
             return
         self._quoted ^= byte == QUOTE
         if len(self._text) < LONGEST:
-            if byte >= SPACE or self._text:  # a control character by itself means nothing
+            if byte >= SPACE or self._text:  # a control character alone has no meaning
                 self._text.append(byte)
         elif not self._dropping:
             self._dropping = True
@@ -67,7 +67,7 @@ class Words:
             self._obey(word)
 
     def _continue_list(self, word: str, terminator: int) -> None:
-        """`aw[0] 0 100 500 700.` comes as words of which the last one ends with a period."""
+        """Continue a list such as `aw[0] 0 100 500 700.`, whose last word ends with a period."""
         listed = LIST_VALUE.fullmatch(word) is not None
         if listed:
             self._list.append(word)

@@ -1,0 +1,50 @@
+"""Events of the motion, and the messages that a host requests for them (A0h to ABh)."""
+
+from collections.abc import Callable
+from enum import IntEnum
+
+
+class Happening(IntEnum):
+    """An event with a message on request; the value is the opcode of the message's "next" form, "every" is one more."""
+
+    START = 0xA0
+    CONSTANT = 0xA2
+    END = 0xA4
+    STALL = 0xA6
+    PLUS_LIMIT = 0xA8
+    MINUS_LIMIT = 0xAA
+
+
+ALARMS = {Happening.STALL: "stall", Happening.PLUS_LIMIT: "plus_limit", Happening.MINUS_LIMIT: "minus_limit"}
+OF_A_MOVE = (Happening.START, Happening.CONSTANT)
+
+
+class Events:
+    """The requested messages."""
+
+    def __init__(self, send: Callable[[int, bytes], None]) -> None:
+        self._send = send
+        self.on_fault: Callable[[str], None] = lambda name: None
+        """Called at every stall and limit hit, with or without a requested message."""
+        self._armed: dict[int, int] = {}  # by opcode: the number of moves begun before the request
+
+    def arm(self, opcode: int, on: bool, begun: int) -> None:
+        """Request a message, or cancel the request."""
+        if on:
+            self._armed[opcode] = begun
+        else:
+            self._armed.pop(opcode, None)
+
+    def inhibit(self) -> None:
+        """Cancel all requests."""
+        self._armed.clear()
+
+    def happened(self, what: Happening, begun: int) -> None:
+        """Send the requested messages.  A move that had begun before the request does not count."""
+        if what in ALARMS:
+            self.on_fault(ALARMS[what])
+        for opcode in (what, what + 1):
+            if opcode in self._armed and (what not in OF_A_MOVE or begun > self._armed[opcode]):
+                self._send(opcode, b"")
+                if opcode == what:
+                    del self._armed[what]

@@ -1,0 +1,82 @@
+"""The joystick connector and the remote power shutdown."""
+
+from collections.abc import Callable, Mapping
+
+from axistwin.controllers.compumotor.parts.pulses import PulseGenerator
+from axistwin.sim.clock import Event, Procedure
+from axistwin.sim.pins import Pin
+
+
+class Joystick:
+    """An 852 joystick at the board: while it is enabled, its pulses go straight through and are counted."""
+
+    def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator) -> None:
+        self._pins, self._pulses = pins, pulses
+        self.enabled = False
+        self.on_move: Callable[[bool], None] = lambda begins: None
+        """Called with True when the joystick begins to move the motor, with False when that motion ends."""
+        self._disabled: Event | None = None
+        self._moved = False
+        self._unsubscribe = [
+            pins["step_in"].subscribe(self._step),
+            pins["at_zero"].subscribe(lambda pin: self._update()),
+        ]
+
+    def close(self) -> None:
+        """Stop at power-off."""
+        for unsubscribe in self._unsubscribe:
+            unsubscribe()
+        self.enabled = False
+
+    @property
+    def moving(self) -> bool:
+        """True while the joystick is enabled and moves the motor."""
+        return self.enabled and not self._pins["at_zero"].level
+
+    def control(self, disabled: Event) -> Procedure:
+        """Give the motor to the joystick until `disabled` happens or the command ends."""
+        self.enabled, self._disabled = True, disabled
+        self._pins["remote_acknowledge"].set(True)
+        self._update()
+        try:
+            yield disabled
+        finally:
+            self.enabled = False
+            self._pins["remote_acknowledge"].set(False)
+            self._update()
+
+    def disable(self) -> None:
+        """Take the motor from the joystick."""
+        if self.enabled and self._disabled is not None and not self._disabled.triggered:
+            self._disabled.succeed()
+
+    def _update(self) -> None:
+        """Report a move: from zero velocity to zero velocity, or until the joystick is disabled."""
+        if self.moving is not self._moved:
+            self._moved = self.moving
+            if self._moved:
+                self._pulses.leave_zero()
+            self.on_move(self._moved)
+
+    def _step(self, pin: Pin) -> None:
+        if self.enabled and pin.level:
+            cw = self._pins["direction_in"].level
+            self._pulses.face(+1 if cw is self._pulses.cw_is_plus else -1)
+            self._pulses.pulse()
+
+
+class Shutdown:
+    """Remote power shutdown: by the joystick if enabled, else by the input if enabled (13h), else by command 12h."""
+
+    def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator, joystick: Joystick) -> None:
+        self._pins, self._pulses, self._joystick = pins, pulses, joystick
+        self.commanded = self.input_enabled = self.on = False
+        self.close = pins["shutdown_in"].subscribe(lambda pin: self.refresh())
+
+    def refresh(self) -> None:
+        """Update the output; a moving motor is not shut down."""
+        by_input = self._joystick.enabled or self.input_enabled
+        wanted = not self._pins["shutdown_in"].level if by_input else self.commanded
+        if not (wanted and (self._pulses.moving or self._joystick.moving)):
+            self.on = wanted
+            self._pins["shutdown"].set(wanted)

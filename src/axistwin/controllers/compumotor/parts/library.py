@@ -1,0 +1,138 @@
+"""Moves and HOME as defined, the library of pre-defined moves, and the present or most recent move."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from fractions import Fraction
+from functools import cached_property
+
+from axistwin.controllers.compumotor.parts.profiles import Speed
+from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES, VelocityRange, acceleration
+from axistwin.sim.clock import Clock
+
+
+class Kind(IntEnum):
+    """The types of moves: the opcodes that define them."""
+
+    RELATIVE = 0xC8
+    ABSOLUTE = 0xCB
+    CONTINUOUS = 0xCE
+    RELATIVE_ENCODER = 0xD4
+    ABSOLUTE_ENCODER = 0xD5
+
+
+CLOSED_LOOP = (Kind.RELATIVE_ENCODER, Kind.ABSOLUTE_ENCODER)
+
+
+@dataclass(frozen=True)
+class Move:
+    """A move as defined.  `target`: pulses, a position, or for continuous moves the direction byte."""
+
+    kind: Kind
+    ranges: tuple[int, int]
+    velocity: int
+    acceleration: int
+    target: int = 0
+
+    @cached_property
+    def rate(self) -> Fraction | None:
+        """Pulses/s; None: beyond the range."""
+        return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
+
+    @property
+    def xy(self) -> int:
+        """The byte with both ranges."""
+        return self.ranges[0] << 4 | self.ranges[1]
+
+    def speed(self, start_stop: int) -> Speed | None:
+        """Velocity and acceleration in pulses; None: impossible, because there is no acceleration."""
+        per_second = acceleration(self.ranges, self.acceleration)
+        if self.rate is None or not per_second:
+            return None
+        return Speed(self.rate, per_second, VELOCITY_RANGES[self.ranges[0]], Fraction(start_stop))
+
+    def definition(self, number: int) -> bytes:
+        """The defining bytes: type, number, ranges, velocity, acceleration, target."""
+        continuous = self.kind is Kind.CONTINUOUS
+        target = bytes([self.target, 0, 0, 0]) if continuous else self.target.to_bytes(4, "big", signed=True)
+        numbers = self.velocity.to_bytes(4, "big") + self.acceleration.to_bytes(4, "big")
+        return bytes([self.kind, number, self.xy]) + numbers + target
+
+
+NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
+"""Move zero after reset, reported until a first move has begun."""
+
+
+class Library:
+    """The pre-defined moves.  The processor "crunches" them one after the other, in its spare time."""
+
+    def __init__(self, clock: Clock, calculation_ns: int) -> None:
+        self.clock, self.calculation_ns = clock, calculation_ns
+        self.default = NO_MOVE
+        """Move zero (31h), which is not calculated in advance.  Without acceleration it is not defined."""
+        self._moves: dict[int, Move] = {}
+        self._ready_ns: dict[int, int] = {}
+        self._idle_ns = 0
+
+    def __getitem__(self, number: int) -> Move | None:
+        return self.default if number == 0 else self._moves.get(number)
+
+    def define(self, number: int, move: Move) -> None:
+        """Define a move, or replace its definition."""
+        self._moves[number] = move
+        self._idle_ns = max(self._idle_ns, self.clock.now) + self.calculation_ns
+        self._ready_ns[number] = self._idle_ns
+
+    def delete(self, number: int) -> None:
+        """Delete a move if it is defined."""
+        self._moves.pop(number, None)
+        self._ready_ns.pop(number, None)
+
+    @property
+    def crunched(self) -> bool:
+        """True if all moves have been calculated."""
+        return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
+
+    def calculate_ns(self, number: int) -> int:
+        """Return the calculation time before this move can begin; the move counts as calculated from then on."""
+        ready_ns = self._ready_ns.get(number)
+        if ready_ns is None:
+            return self.calculation_ns
+        needed = min(self.calculation_ns, max(0, ready_ns - self.clock.now))
+        self._ready_ns[number] = self.clock.now
+        return needed
+
+
+@dataclass
+class Motion:
+    """The present or most recent move."""
+
+    move: Move | None = None
+    speed: Speed | None = None
+    end: int | None = None
+    """The end of a preset move, in the pulse generator's count."""
+    begun: int = 0
+    """The number of moves begun since reset."""
+    sign: int = +1
+    """The direction of a preset move; corrections do not change it."""
+    stopped: bool = False
+    """True after a stop or kill: nothing of the move is still to come."""
+    at_limit: bool = False
+    """True if the move has hit a limit."""
+    streamed: bool = False
+    """True if a stream has been performed since."""
+
+
+@dataclass(frozen=True)
+class HomeDefinition:
+    """Command 38h.  `edge`: the side of the active region that is HOME; `final`: the direction of the last approach."""
+
+    active_high: bool
+    edge: int
+    percent: int
+    final: int
+
+    def rate(self, move: Move, velocities: VelocityRange) -> Fraction:
+        """Return the velocity of the final approach in pulses/s: a multiple of the range's resolution, never 0."""
+        unit = velocities.resolution
+        wish = move.velocity * velocities.unit * self.percent / 100
+        return max(unit, (2 * wish + unit) // (2 * unit) * unit)

@@ -1,0 +1,246 @@
+"""The pulse generator: it outputs velocity profiles, counts their pulses, and reports changes of their phases.
+
+Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h relates the two.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from functools import cached_property, lru_cache, partial
+
+from axistwin.controllers.product import PulseAxis
+from axistwin.motion.profile import Profile, Segment
+from axistwin.sim.clock import Clock, Event
+from axistwin.sim.pins import Pin
+from axistwin.units import S
+
+
+class Phase(Enum):
+    """The present change of velocity."""
+
+    REST = "zero velocity"
+    ACCELERATING = "accelerating"
+    CONSTANT = "constant, non-zero velocity"
+    DECELERATING = "decelerating"
+
+
+RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
+AT_REST = Profile(())
+MOST_SEGMENTS = 16
+"""The limit for one pulse train, where velocities follow one another without end."""
+
+
+@dataclass(frozen=True)
+class VelocityProfile:
+    """Segments, phase by phase.
+
+    `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: a move requested
+    the profile, so that its constant velocity causes a message.
+    """
+
+    phases: tuple[tuple[Phase, tuple[Segment, ...]], ...]
+    clock: Fraction = Fraction(1_092_266)
+    of_move: bool = True
+
+    @property
+    def segments(self) -> Iterable[Segment]:
+        """All segments."""
+        return (segment for _, segments in self.phases for segment in segments)
+
+    @cached_property
+    def from_rest(self) -> Profile:
+        """The pulses from zero velocity."""
+        return Profile(self.segments)
+
+    @cached_property
+    def timetable(self) -> tuple[tuple[int, Phase], ...]:
+        """The start of each phase, in ns from the profile's start; a phase without duration is left out."""
+        return tuple(self._begins())
+
+    def _begins(self) -> Iterable[tuple[int, Phase]]:
+        at = Fraction(0)
+        for phase, segments in self.phases:
+            if any(segment.seconds != 0 for segment in segments):
+                yield int(at * S), phase
+            for segment in segments:
+                if segment.seconds is None:
+                    return
+                at += segment.seconds
+        yield int(at * S), Phase.REST
+
+
+class PulseGenerator:
+    """Outputs pulses to the motor."""
+
+    def __init__(self, clock: Clock, axis: PulseAxis, direction: Pin) -> None:
+        self.clock, self.axis, self._direction = clock, axis, direction
+        self.cw_is_plus = True
+        """Command 14h."""
+        self.sign = +1
+        """The present or most recent direction of travel."""
+        self.phase = Phase.REST
+        self.velocity_profile = VelocityProfile(())
+        """The present or most recent velocity profile."""
+        self.on_phase: Callable[[Phase], None] = lambda phase: None
+        self._output, self._start_ns, self._origin = AT_REST, 0, 0
+        self._excursion_origin = 0
+        self._pulse_ns: int | None = None  # the time of the latest pulse from outside in this excursion
+        self._plan = 0
+        self._changed: Event | None = None
+
+    @property
+    def moving(self) -> bool:
+        """True while the velocity is not zero."""
+        return self.phase is not Phase.REST
+
+    @property
+    def ending(self) -> bool:
+        """True while the velocity decreases to zero."""
+        return self.phase is Phase.DECELERATING and self.velocity_profile.timetable[-1][1] is Phase.REST
+
+    @property
+    def physical(self) -> int:
+        """+1 CW, -1 CCW: the present or most recent direction."""
+        return self.sign if self.cw_is_plus else -self.sign
+
+    @property
+    def position(self) -> int:
+        """Net pulses since the board was reset, with the + and - of their times."""
+        return self._origin + self.sign * self._output.pulses_by(self._elapsed_ns)
+
+    @property
+    def excursion(self) -> int:
+        """Net pulses since zero velocity was left last."""
+        return self.position - self._excursion_origin
+
+    @property
+    def rate(self) -> Fraction:
+        """The step rate in pulses per second."""
+        return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
+
+    def ns_until(self, pulses: int) -> int:
+        """Return the time until `pulses` more pulses (at least 1) are out at the present velocities."""
+        count = self._output.pulses_by(self._elapsed_ns) + pulses
+        return self._output.pulse_ns(count) + 1 - self._elapsed_ns
+
+    @property
+    def step_level(self) -> bool:
+        """The level of STEP: high for half a period of the range's highest frequency after each pulse."""
+        width_ns = int(S / (2 * self.velocity_profile.clock))
+        return self._output.pulses_by(self._elapsed_ns) > self._output.pulses_by(self._elapsed_ns - width_ns)
+
+    @property
+    def _elapsed_ns(self) -> int:
+        return self.clock.now - self._start_ns
+
+    def changed(self) -> Event:
+        """An event that happens at the next change of phase."""
+        if self._changed is None:
+            self._changed = self.clock.event()
+        return self._changed
+
+    def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
+        """Start from zero velocity; `further`: as part of the previous excursion."""
+        if not further:
+            self._excursion_origin = self.position
+        self.face(sign)
+        self._begin(profile.from_rest)
+        self._follow(profile)
+
+    def change(self, profile: VelocityProfile) -> None:
+        """Change to another profile in the same direction; ignored after the last pulse."""
+        if self._output.over(self._elapsed_ns):
+            return
+        self._output = self._output.cut(self._elapsed_ns, profile.segments)
+        self.axis.replace(self._output)
+        self._follow(profile)
+
+    def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
+        """Change to another velocity at once, in any direction; the same direction keeps the fraction of a pulse.
+
+        `further`: as part of the previous excursion.
+        """
+        if sign != self.sign:
+            self.kill()
+        if not self.moving:
+            self.start(profile, sign, further=further)
+        elif len(self._output.segments) < MOST_SEGMENTS:
+            self.change(profile)
+        else:
+            fraction, rate = self._output.fraction_at(self._elapsed_ns), self.rate
+            self._output = self._output.cut(self._elapsed_ns)
+            self._origin = self.position
+            self._begin(Profile(profile.segments, fraction, rate))
+            self._follow(profile)
+
+    def hold(self) -> None:
+        """Keep the velocity of this instant."""
+        if self.moving:
+            constant = (Segment(self.rate, None),)
+            self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.velocity_profile.clock, of_move=False))
+
+    def kill(self) -> None:
+        """End the pulses at once."""
+        if self.moving:
+            self._output = self._output.cut(self._elapsed_ns)
+            self.axis.halt()
+            self._plan += 1
+            self._enter(Phase.REST)
+
+    def face(self, sign: int) -> None:
+        """Set the direction of the next pulses: the level of DIRECTION, high for CW."""
+        self._origin, self._output = self.position, AT_REST
+        self.sign = sign
+        self._direction.set(self.physical > 0)
+
+    def pulse(self) -> None:
+        """Output a single pulse from outside (the joystick), in the direction of `sign`, in the next nanosecond.
+
+        Its rate follows from the time since the previous pulse.
+        """
+        self._origin = self.position
+        since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
+        self._pulse_ns = self.clock.now
+        self._begin(one_pulse(since_ns))
+
+    def leave_zero(self) -> None:
+        """Begin a new excursion."""
+        self._excursion_origin = self.position
+        self._pulse_ns = None
+
+    def _begin(self, output: Profile) -> None:
+        self._output, self._start_ns = output, self.clock.now
+        self.axis.start(output, self.physical)
+
+    def _follow(self, profile: VelocityProfile) -> None:
+        self._plan += 1
+        self.velocity_profile = profile
+        plan = self._plan
+        for at_ns, phase in profile.timetable:
+            if at_ns == 0:
+                self._enter(phase)
+            else:
+                self.clock.call_later(at_ns, partial(self._enter_as_planned, plan, phase))
+            if plan != self._plan:  # a callback has changed the profile
+                return
+
+    def _enter_as_planned(self, plan: int, phase: Phase) -> None:
+        if plan == self._plan:
+            self._enter(phase)
+
+    def _enter(self, phase: Phase) -> None:
+        self.phase = phase
+        if self._changed is not None:
+            event, self._changed = self._changed, None
+            event.succeed()
+        self.on_phase(phase)
+
+
+@lru_cache(maxsize=64)
+def one_pulse(since_ns: int | None) -> Profile:
+    """Return one pulse in the next nanosecond, `since_ns` after the previous one, and none until the next is due."""
+    if not since_ns:
+        return Profile((Segment(Fraction(S), Fraction(1, S)),))
+    rate = Fraction(S, since_ns)
+    return Profile((Segment(rate, Fraction(since_ns, S)),), phase=1 - rate / S, before=rate)

@@ -1,0 +1,157 @@
+"""The streaming buffer: words that the host sends in advance, and markers among them."""
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from axistwin.controllers.compumotor.language import CCW, Opcode
+from axistwin.controllers.compumotor.parts.ranges import BASE_CLOCKS, FULL
+from axistwin.sim.clock import Clock, Procedure, Process, kill
+
+WORD = 2
+LEAST_FREE = 15
+"""Bytes that must be free for E0h, E1h and E3h."""
+FASTEST = CCW - 1
+"""A velocity number without its direction bit."""
+
+Entry = tuple[int, ...]
+"""Words of the buffer that belong together: velocity and distance, or either."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A streaming mode as entered.  `alarm` in bytes; `period_ms` 0: a mode without update rate."""
+
+    mode: int
+    base: int
+    divisor: int
+    alarm: int
+    period_ms: int = 0
+
+    @cached_property
+    def clock(self) -> Fraction:
+        """The effective clock in Hz."""
+        return BASE_CLOCKS[self.base] / self.divisor
+
+    @cached_property
+    def maximum(self) -> Fraction:
+        """The upper bound of the velocity in pulses/s, which no velocity number reaches."""
+        return self.clock / 2
+
+    @cached_property
+    def resolution(self) -> Fraction:
+        """Pulses/s of a velocity number of 1."""
+        return self.clock / FULL
+
+    @property
+    def parameters(self) -> bytes:
+        """The parameters as sent."""
+        rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
+        return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
+
+    def rate(self, number: int) -> Fraction:
+        """Pulses/s of a velocity number, without its direction."""
+        return self.resolution * (number & FASTEST)
+
+
+@dataclass(frozen=True)
+class Marker:
+    """The command executed at a marker's word in the stream."""
+
+    command: Opcode
+    values: tuple[Any, ...]
+
+
+class Stream:
+    """The streaming buffer and its performance."""
+
+    def __init__(
+        self, clock: Clock, memory: int, send: Callable[[int, bytes], None], refresh: Callable[[], None]
+    ) -> None:
+        self._clock, self._memory, self._send, self._refresh = clock, memory, send, refresh
+        self.setting: Setting | None = None
+        """None: indexer mode."""
+        self.markers: dict[int, Marker] = {}
+        self._entries: deque[Entry] = deque()
+        self._used = 0
+        self._alarm_on = False
+        self.process: Process | None = None
+        """Performs the buffer."""
+        self.marker_process: Process | None = None
+        """Executes a marker's command."""
+
+    @property
+    def performing(self) -> bool:
+        """True while the buffer is being performed."""
+        return self.process is not None
+
+    @property
+    def free(self) -> int:
+        """Free bytes."""
+        return self._memory - self._used
+
+    @property
+    def empty(self) -> bool:
+        """True if the buffer is empty."""
+        return not self._entries
+
+    def enter(self, setting: Setting | None) -> None:
+        """Enter a mode with an empty buffer."""
+        self.setting = setting
+        self.clear()
+
+    def clear(self) -> None:
+        """Empty the buffer."""
+        self._entries.clear()
+        self._used, self._alarm_on = 0, False
+
+    def store(self, mode: int, entries: Iterable[Entry]) -> None:
+        """Store data for this mode; the data is lost in any other mode and without enough memory."""
+        if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
+            return
+        for entry in entries:
+            self._entries.append(entry)
+            self._used += WORD * len(entry)
+        self._alarm_on |= self._used > self.setting.alarm
+
+    def take(self) -> Entry:
+        """Remove and return the first entry."""
+        entry = self._entries.popleft()
+        self._used -= WORD * len(entry)
+        self.alarm(self._used)
+        return entry
+
+    def alarm(self, left: int) -> None:
+        """Send the buffer empty alarm once if it is on and `left` bytes are few enough."""
+        assert self.setting is not None
+        if self._alarm_on and left <= self.setting.alarm:
+            self._alarm_on = False
+            self._send(self.setting.mode, self.setting.parameters)
+
+    def start(self, procedure: Procedure) -> None:
+        """Begin the performance."""
+        self.process = self._clock.process(procedure)
+        self._refresh()
+
+    def finish(self) -> None:
+        """End the performance from within."""
+        self.process = None
+        self._refresh()
+
+    def end(self) -> None:
+        """End the performance before its time; the motor keeps its velocity."""
+        process, self.process = self.process, None
+        if process is not None:
+            if process is not self._clock.active_process:  # the active one ends by itself: `performing` is False
+                kill(process)
+            self._refresh()
+
+    def abandon(self) -> None:
+        """End the performance at power-off or for the test."""
+        for process in (self.process, self.marker_process):
+            if process is not None and process is not self._clock.active_process:
+                kill(process)
+        self.process = None

@@ -1,0 +1,167 @@
+"""The state of position tracking: the encoder's count, the parameters B0h to B5h, the present or most recent move."""
+
+from dataclasses import dataclass
+from enum import Enum
+from math import isqrt
+
+from axistwin.controllers.compumotor.parts.library import Move
+from axistwin.controllers.compumotor.parts.pulses import Phase, PulseGenerator, VelocityProfile
+from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
+from axistwin.controllers.product import PulseAxis
+from axistwin.motion.profile import Segment
+
+
+def wrapped(count: int) -> int:
+    """Return a count as a 32-bit up/down counter holds it."""
+    return (count + 0x8000_0000) % (1 << 32) - 0x8000_0000
+
+
+@dataclass(frozen=True)
+class Law:
+    """The correction of an error: B3h.  `maximum` in units of the velocity range in the upper nibble of `ranges`."""
+
+    algorithm: int
+    gain: int
+    ranges: int
+    maximum: int
+
+    def velocity_profile(self, error: int) -> VelocityProfile:
+        """Return endless motion at the velocity for an error; the velocity is never 0, or the error would remain."""
+        e = abs(error)
+        wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
+        velocities = VELOCITY_RANGES[self.ranges >> 4]
+        rate = velocities.rate(min(wish, self.maximum)) or velocities.resolution
+        return VelocityProfile(((Phase.CONSTANT, (Segment(rate, None),)),), velocities.maximum, of_move=False)
+
+
+class Encoder:
+    """The counter of quadrature edges; 14h defines the + direction for the encoder as well.
+
+    Without an encoder, and on an 1810, the count stays at 0.
+    """
+
+    def __init__(self, axis: PulseAxis | None, inverted: bool) -> None:
+        self._axis, self._wired = axis, (-1 if inverted else +1)
+        self._sense, self._origin = self._wired, 0
+        self._origin = -self.count
+
+    @property
+    def count(self) -> int:
+        """Encoder pulses since reset."""
+        return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
+
+    def face(self, sense: int) -> None:
+        """Define the + direction, +1: CW.  The count stays."""
+        before, self._sense = self.count, sense * self._wired
+        self._origin += before - self.count
+
+
+class Use(Enum):
+    """The present use of the motor, as far as tracking depends on it."""
+
+    OPEN_LOOP = "an open-loop move, or none"
+    CLOSED_LOOP = "a closed-loop move"
+    SEARCH = "a search for home: no corrections, even between the motions of the search"
+    JOYSTICK = "the joystick is enabled"
+
+
+class Tracking:
+    """Counts, parameters and positions; all positions are encoder pulses since reset."""
+
+    def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
+        """`moves`: closed-loop moves are performed, by an encoder or by the option `encoder_commands`."""
+        self._pulses, self.encoder, self.moves = pulses, encoder, moves
+        # Parameters
+        self.ratio: tuple[int, int] | None = None
+        self.resolution: int | None = None
+        self.sigma: int | None = None
+        self.teeth: int | None = None
+        self.law: Law | None = None
+        self.deadband: int | None = None
+        self.on = False
+        """Position maintenance, 18h."""
+        self.ends_stalled_moves = False
+        """19h."""
+        self.zero = self.desired = 0
+        self.commanded: tuple[Move, int] | None = None
+        """The most recent closed-loop move, and its target."""
+        # The present or most recent move
+        self.use = Use.OPEN_LOOP
+        self._began = 0
+        self.ended: int | None = 0
+        """The count at the end of the move; None: the motor has left zero velocity."""
+        self.reference: tuple[int, int] | None = (0, 0)
+        """Motor and encoder pulses from which slip is measured; None: a stall of this move has been reported."""
+        self.correction: VelocityProfile | None = None
+        self.ticking = False
+        """True while an update is scheduled."""
+
+    @property
+    def absolute(self) -> int:
+        """Encoder pulses from absolute zero."""
+        return wrapped(self.encoder.count - self.zero)
+
+    @property
+    def relative(self) -> int:
+        """Encoder pulses since the motor left zero velocity, or of the last move."""
+        return wrapped((self.encoder.count if self.ended is None else self.ended) - self._began)
+
+    @property
+    def error(self) -> int:
+        """Desired less actual position, encoder pulses."""
+        return wrapped(self.desired - self.encoder.count)
+
+    @property
+    def in_deadband(self) -> bool:
+        """True if the error is within a defined deadband (B5h)."""
+        return self.deadband is not None and abs(self.error) <= self.deadband
+
+    def slipped(self, pulses: int, counts: int) -> int:
+        """Return the rotor teeth by which motor pulses and encoder pulses differ beyond the backlash."""
+        if self.ratio is None or not (self.resolution and self.teeth):
+            return 0
+        motor, encoder = self.ratio
+        beyond = abs(pulses * encoder - counts * motor) - (self.sigma or 0) * encoder
+        return max(0, beyond * self.teeth // (self.resolution * encoder))
+
+    @property
+    def detects_stalls(self) -> bool:
+        """True if the parameters for the detection of stalls have been given."""
+        return self.ratio is not None and self.sigma is not None and bool(self.resolution and self.teeth)
+
+    @property
+    def complete(self) -> bool:
+        """True if B0h to B4h have all been given."""
+        return None not in (self.ratio, self.resolution, self.sigma, self.law, self.teeth)
+
+    @property
+    def maintains(self) -> bool:
+        """True if position maintenance is on and its parameters lead to corrections."""
+        law = self.law
+        return self.on and self.ratio is not None and law is not None and bool(law.gain and law.maximum)
+
+    @property
+    def owns_motion(self) -> bool:
+        """True if the present or most recent motion is a correction."""
+        return self._pulses.velocity_profile is self.correction
+
+    @property
+    def correcting(self) -> bool:
+        """True while the motor corrects an error."""
+        return self._pulses.moving and self.owns_motion
+
+    def give_way(self) -> None:
+        """End a correction: the error is 0, or a move begins."""
+        if self.correcting:
+            self._pulses.kill()
+
+    def leave_zero(self) -> None:
+        """Begin a move, unless the motor has left zero velocity before."""
+        if self.ended is not None:
+            self.ended, self._began = None, self.encoder.count
+            self.reference = self._pulses.position, self._began
+
+    def define(self, position: int) -> None:
+        """Define the present position as `position` and as the desired one."""
+        self.desired = self.encoder.count
+        self.zero = self.desired - position

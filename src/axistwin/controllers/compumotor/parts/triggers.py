@@ -1,0 +1,68 @@
+"""Trigger inputs 1 and 6, which interrupt the processor on a rising edge."""
+
+from collections.abc import Callable
+from functools import partial
+
+from axistwin.sim.clock import Clock, Event
+from axistwin.sim.pins import Pin
+from axistwin.units import MS
+
+LOW_BEFORE_NS = 2 * MS
+"""The time for which a trigger must have been low before an edge counts."""
+
+
+class Triggers:
+    """The functions of triggers 1 and 6."""
+
+    def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
+        """`response_ns`: from the edge to the function, with the input high all the time."""
+        self.clock, self._response_ns = clock, response_ns
+        self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # by trigger: opcode and action
+        self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
+        self._edges: dict[int, Event] = {}
+        self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
+
+    def close(self) -> None:
+        """Stop at power-off."""
+        for unsubscribe in self._unsubscribe:
+            unsubscribe()
+        self.clear()
+
+    def clear(self) -> None:
+        """Drop all functions and waits."""
+        self._functions.clear()
+        self._edges.clear()
+
+    def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> None:
+        """Switch a function of a trigger on or off.  Ignored while the trigger has a function of another opcode."""
+        if self._functions.get(trigger, (opcode,))[0] != opcode:
+            return
+        if on:
+            self._functions[trigger] = opcode, action
+        else:
+            self._functions.pop(trigger, None)
+
+    def drop(self, opcode: int) -> None:
+        """Switch the functions of this opcode off."""
+        self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
+
+    def edge(self, trigger: int) -> Event:
+        """An event that happens when the trigger becomes active next."""
+        if trigger not in self._edges:
+            self._edges[trigger] = self.clock.event()
+        return self._edges[trigger]
+
+    def _changed(self, trigger: int, pin: Pin) -> None:
+        now_ns = self.clock.now
+        if not pin.level:
+            self._fell_ns[trigger] = now_ns
+        elif now_ns - self._fell_ns[trigger] >= LOW_BEFORE_NS:
+            self.clock.call_later(self._response_ns[trigger], partial(self._respond, trigger, self._fell_ns[trigger]))
+
+    def _respond(self, trigger: int, fell_ns: int) -> None:
+        if self._fell_ns[trigger] != fell_ns:  # too short a pulse
+            return
+        if (waiting := self._edges.pop(trigger, None)) is not None:
+            waiting.succeed()
+        if trigger in self._functions:
+            self._functions[trigger][1]()

@@ -1,0 +1,178 @@
+"""The state of a board with its power on, and the primitives that all chapters use.
+
+Each field is a part with its own state.  The chapters read and change the parts; the dispatcher (`board`) calls the
+chapters.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.compumotor.language import Opcode
+from axistwin.controllers.compumotor.options import Options
+from axistwin.controllers.compumotor.parts.events import Events, Happening
+from axistwin.controllers.compumotor.parts.joystick import Joystick, Shutdown
+from axistwin.controllers.compumotor.parts.library import HomeDefinition, Library, Motion, Move
+from axistwin.controllers.compumotor.parts.limits import Limits
+from axistwin.controllers.compumotor.parts.outputs import Outputs
+from axistwin.controllers.compumotor.parts.owner import Owner
+from axistwin.controllers.compumotor.parts.profiles import Speed
+from axistwin.controllers.compumotor.parts.pulses import Phase, PulseGenerator
+from axistwin.controllers.compumotor.parts.sequences import Sequencer, Sequences
+from axistwin.controllers.compumotor.parts.stream import Stream
+from axistwin.controllers.compumotor.parts.tracking import Encoder, Tracking
+from axistwin.controllers.compumotor.parts.triggers import Triggers
+from axistwin.controllers.compumotor.registers import Handshake
+from axistwin.controllers.product import PulseAxis
+from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.sim.pins import Pin
+from axistwin.sim.registers import RegisterPort
+from axistwin.units import MS, US
+
+INDEXER = 0x50
+"""The mode after reset; modes are named by the opcodes that enter them."""
+IN_DEADBAND = 0x80
+"""The code of 0Fh for a closed-loop error within the deadband."""
+
+
+class State(ABC):
+    """The parts of an 1810 or 1811 that has power."""
+
+    def __init__(
+        self, clock: Clock, commands: CommandSet, port: RegisterPort, pins: Mapping[str, Pin], axis: PulseAxis,
+        options: Options, *, encoder: bool,
+    ) -> None:  # fmt: skip
+        """`encoder`: the board has the encoder interface of an 1811."""
+        self.clock, self.commands, self.options, self.pins = clock, commands, options, pins
+        self.start_ns, self.step_ns = ns(options.start_ms), ns(options.step_ms)
+        self.alive = True
+        """True while the processor works: not during the test, nor after a failure."""
+        self.busy_until_ns = 0
+        self.handshake = Handshake(
+            clock, port, pins, options.interrupts, ns(options.next_message_ms), options.message_queue
+        )
+        # Motion
+        self.pulses = PulseGenerator(clock, axis, pins["direction"])
+        self.limits = Limits(clock, self.pulses, pins["cw_limit"], pins["ccw_limit"], ns(options.limit_us, US))
+        self.library, self.motion = Library(clock, ns(options.calculation_ms)), Motion()
+        self.start_stop = 0
+        self.zero = self.home = 0
+        """Absolute zero and HOME, in the pulse generator's count."""
+        self.home_definition: HomeDefinition | None = None
+        # Procedures
+        self.sequences, self.sequencer = Sequences(options.buffer_bytes), Sequencer(clock)
+        self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
+        self.host, self.sequence = Owner(clock), Owner(clock)
+        """The two sources of commands, each with a SINGULAR command of its own in progress."""
+        # Inputs and outputs
+        self.events = Events(self.send)
+        self.triggers = Triggers(
+            clock,
+            {1: pins["trigger1"], 6: pins["trigger6"]},
+            {
+                1: ns(max(options.trigger1_us, options.trigger1_hold_us), US),
+                6: ns(max(options.trigger6_us, options.trigger6_hold_us), US),
+            },
+        )
+        self.joystick = Joystick(pins, self.pulses)
+        self.shutdown = Shutdown(pins, self.pulses, self.joystick)
+        performed = encoder or options.encoder_commands == "performed"
+        self.loop = Tracking(self.pulses, Encoder(axis if encoder else None, options.invert_encoder), moves=performed)
+        self.outputs = Outputs(pins, self.handshake, {
+            0x01: lambda: self.moving,
+            0x02: lambda: self.host.busy or self.sequence.busy,
+            0x03: lambda: self.sequencer.running,
+            0x04: lambda: self.stream.performing,
+            0x05: lambda: self.pulses.phase is Phase.ACCELERATING,
+            0x06: lambda: self.pulses.phase is Phase.DECELERATING,
+            0x07: lambda: self.pulses.phase is Phase.CONSTANT,
+            IN_DEADBAND: lambda: self.loop.in_deadband,
+            0x81: lambda: pins["remote_enable"].level,
+        })  # fmt: skip
+
+    # Calls of the dispatcher
+
+    @abstractmethod
+    def refresh(self) -> None:
+        """Update outputs and supervision after a change of state."""
+
+    @abstractmethod
+    def excludes(self, command: Opcode) -> bool:
+        """True if `command` must not be performed beside the host's SINGULAR command."""
+
+    @abstractmethod
+    def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
+        """Perform a command; a SINGULAR command continues as the owner's."""
+
+    @abstractmethod
+    def begin_test(self) -> None:
+        """Abandon everything and begin the test."""
+
+    @abstractmethod
+    def fail(self) -> None:
+        """Raise the board monitor alarm."""
+
+    # Primitives
+
+    def occupy(self, duration_ns: int) -> Event:
+        """Keep the processor busy: it obeys no commands meanwhile.  Return the event of the end."""
+        self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
+        return self.clock.timeout(duration_ns)
+
+    def send(self, opcode: int, data: bytes) -> None:
+        """Send a message to the host: the opcode that caused it, and data."""
+        self.handshake.send(bytes([opcode]) + data)
+
+    def begin_move(self, move: Move, speed: Speed, end: int | None) -> None:
+        """Begin a move; `end`: where a preset move ends, in the pulse generator's count."""
+        sign = -1 if end is not None and end < self.pulses.position else +1
+        self.motion = Motion(move, speed, end, self.motion.begun + 1, sign)
+        self.events.happened(Happening.START, self.motion.begun)
+
+    def blocked(self, sign: int) -> bool:
+        """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
+        return self.shutdown.on or self.limits.blocks(sign)
+
+    # States
+
+    @property
+    def mode(self) -> int:
+        """The mode by the opcode that enters it."""
+        return self.stream.setting.mode if self.stream.setting else INDEXER
+
+    @property
+    def in_streaming_mode(self) -> bool:
+        """True in modes 51h, 52h, 53h."""
+        return self.stream.setting is not None
+
+    @property
+    def moving(self) -> bool:
+        """True while the motor is moving, under the joystick too."""
+        return self.pulses.moving or self.joystick.moving
+
+    @property
+    def occupied(self) -> bool:
+        """True while the motor is moving, or the joystick enabled, which counts as such."""
+        return self.moving or self.joystick.enabled
+
+    @property
+    def step_level(self) -> bool:
+        """The level of STEP: that of STEP IN while the joystick is enabled; in high impedance after a failure."""
+        if self.handshake.failed:
+            return self.options.high_impedance
+        return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level
+
+    def steps(self, side: int) -> bool:
+        """True while a STEP pulse in the physical direction +1 (CW) or -1 (CCW) is being output."""
+        return not self.handshake.failed and self.pulses.physical == side and self.step_level
+
+    @property
+    def absolute(self) -> int:
+        """Position from absolute zero, in pulses."""
+        return self.pulses.position - self.zero
+
+
+def ns(amount: float, unit_ns: int = MS) -> int:
+    """Return an option's time in nanoseconds."""
+    return round(amount * unit_ns)

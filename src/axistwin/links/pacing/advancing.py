@@ -1,0 +1,106 @@
+"""Advancing a bench: failed acts are reported, a new plan is followed, and pending output is sent afterwards."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+from axistwin.errors import AxistwinError
+from axistwin.links.pacing.slices import Slice
+from axistwin.sim.clock import Clock
+from axistwin.sim.signal import Signal
+
+T = TypeVar("T")
+
+
+class Port(Protocol):
+    """A port with output that is sent after the bench has been advanced."""
+
+    def flush(self) -> None:
+        """Send pending output."""
+
+
+class Advancer(ABC):
+    """Advances the clock of one bench.  An event may start it, stop it or change its speed: this changes its plan."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.advancing = False
+        """True while the bench is being advanced.  An act in this state comes from the bench itself."""
+        self.passes = 0
+        """Number of advances so far.  Inputs with the same number arrive together."""
+        self.on_failure: Callable[[AxistwinError], None] | None = None
+        """Called with the error when a planned act on the bench fails; the run continues.  None: raise the error."""
+        self.on_defect: Callable[[Exception], None] | None = None
+        """Called with any other error that the bench raises, a defect of axistwin, before the error is raised."""
+        self._to_flush: list[Port] = []
+        self._advanced: Signal[[]] = Signal()
+        self.plan = 0
+        """Number of the present plan."""
+        self.agenda_ns = 0
+        """At full speed virtual time reaches at least this value, even if no event is due."""
+
+    def request_flush(self, port: Port) -> None:
+        """Flush this port after the bench has been advanced."""
+        self._to_flush.append(port)
+
+    def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` after each advance of the bench.  Return an unsubscribe function."""
+        return self._advanced.subscribe(callback)
+
+    def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
+        """While virtual time is stopped: advance the bench by one slice with `advance(over)`, and flush its ports.
+
+        `advance` must return at the end of a nanosecond, soon after `over()` is True.  Return the result of `advance`.
+        """
+        limit = Slice()
+        found: list[T] = []
+        while not found:  # repeat after a failed act
+            self.run(lambda: found.append(advance(limit.over)))
+        self.flush()
+        return found[0]
+
+    def run(self, advance: Callable[[], None]) -> None:
+        """Advance the bench; then follow the new plan if an event has changed the plan."""
+        plan, self.advancing = self.plan, True
+        self.passes += 1
+        try:
+            while not self._succeeds(advance) and plan == self.plan:
+                pass
+            while plan != self.plan and not self._succeeds(self.finish):
+                pass
+        except Exception as error:
+            if self.on_defect is not None:
+                self.on_defect(error)
+            raise
+        finally:
+            self.advancing = False
+        if plan != self.plan:
+            self.flush()
+            self.follow_plan()
+
+    def _succeeds(self, advance: Callable[[], None]) -> bool:
+        """Advance the bench.  Return False after a failed act."""
+        try:
+            advance()
+        except AxistwinError as error:
+            if self.on_failure is None:
+                raise
+            self.on_failure(error)
+            return False
+        return True
+
+    def finish(self) -> None:
+        """Execute all events due by now."""
+        self.clock.run_to(self.clock.now)
+
+    @abstractmethod
+    def follow_plan(self) -> None:
+        """Follow a start, a stop or a new speed that an event has caused."""
+
+    def flush(self) -> None:
+        """Send pending output, then report the advance."""
+        while self._to_flush:
+            ports, self._to_flush = self._to_flush, []
+            for port in ports:
+                port.flush()
+        self._advanced.emit()

@@ -1,0 +1,29 @@
+"""Delays of the bench against the wall clock, counted for the user."""
+
+LATE_S = 0.025
+"""An event that is executed later than this counts as an overrun."""
+
+
+class Delays:
+    """Counts of blocks (advances by the wall clock in which an event was due) and of overruns."""
+
+    def __init__(self) -> None:
+        self.blocks = 0
+        """Number of blocks so far."""
+        self.overruns = 0
+        """Number of these blocks in which the event was executed too late."""
+        self.most_late_s = 0.0
+
+    def count(self, late_s: float) -> None:
+        """Count a block whose first event is late by `late_s`."""
+        self.blocks += 1
+        if late_s > LATE_S:
+            self.overruns += 1
+            self.most_late_s = max(self.most_late_s, late_s)
+
+    def report(self) -> str | None:
+        """Return one line about the overruns; None if there were none."""
+        if not self.overruns:
+            return None
+        times = "once" if self.overruns == 1 else f"{self.overruns} times"
+        return f"fell behind the wall clock {times}, by {self.most_late_s * 1000:.0f} ms at most"

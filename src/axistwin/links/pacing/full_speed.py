@@ -1,0 +1,56 @@
+"""Virtual time as fast as possible: in slices, between which sockets are served."""
+
+import asyncio
+
+from axistwin.links.pacing.advancing import Advancer
+from axistwin.links.pacing.slices import Slice
+
+
+class FullSpeed:
+    """Advances a bench as long as work is left.  It ends for ever with `cancel`."""
+
+    behind_s = 0.0
+    """Delay against the wall clock: none."""
+
+    def __init__(self, bench: Advancer, loop: asyncio.AbstractEventLoop) -> None:
+        self._bench, self._clock, self._loop = bench, bench.clock, loop
+        self._next: asyncio.Handle | None = None
+        self._ended = False
+
+    def sync(self) -> None:
+        """Do nothing: virtual time has reached its present value."""
+
+    def work(self) -> None:
+        """Run a slice, unless one is planned: the sockets have their turn first."""
+        if self._next is None:
+            self._slice()
+
+    def resume(self) -> None:
+        """Plan a slice for the next turn of the event loop."""
+        self._next = self._next or self._loop.call_soon(self._slice)
+
+    def cancel(self) -> None:
+        """End all slices."""
+        self._ended = True
+        if self._next is not None:
+            self._next.cancel()
+
+    @property
+    def _idle(self) -> bool:
+        """True if no work is left."""
+        clock = self._clock
+        return (clock.quiet and clock.now >= self._bench.agenda_ns) or clock.next_event_ns() is None
+
+    def _slice(self) -> None:
+        self._next = None
+        if not self._idle:
+            self._bench.run(self._advance)
+        self._bench.flush()
+        if not self._ended and not self._idle:
+            self.resume()
+
+    def _advance(self) -> None:
+        limit = Slice()
+        self._clock.step()
+        while not self._idle and not self._ended and not limit.over():
+            self._clock.step()

@@ -1,0 +1,129 @@
+"""Pacing of virtual time by the wall clock.
+
+At speed N the pacer advances the bench to the time of the wall clock, at least every 5 ms while events are due, and at
+once on input (`real_time.py`).  At full speed (`max`) the pacer executes all due events in slices of 2 ms; sockets are
+served between two slices (`full_speed.py`).  An idle bench costs no processor time.
+
+Input always finds the bench at the end of a nanosecond, with all events up to that time executed.
+"""
+
+import asyncio
+from collections.abc import Callable
+
+from axistwin.links.pacing.advancing import Advancer
+from axistwin.links.pacing.delays import Delays
+from axistwin.links.pacing.full_speed import FullSpeed
+from axistwin.links.pacing.real_time import RealTime
+from axistwin.links.pacing.speeds import checked_speed
+from axistwin.sim.clock import Clock
+
+
+class Pacer(Advancer):
+    """Advances the clock of one bench at `speed` times real time; None: as fast as possible."""
+
+    def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
+        super().__init__(clock)
+        self.delays = Delays()
+        self._speed = speed
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._drive: RealTime | FullSpeed | None = None  # None: stopped
+
+    @property
+    def speed(self) -> float | None:
+        """Times real time; None: as fast as possible.  Settable at any time.  Raises UsageError if invalid."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float | None) -> None:
+        checked_speed(speed)
+        if self.running:
+            self.sync()
+        self._speed = speed
+        if self.running:
+            self._restart()
+            self.work()
+
+    @property
+    def running(self) -> bool:
+        """True while virtual time passes."""
+        return self._drive is not None
+
+    def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        """Start virtual time, paced by the clock of `loop`; None: of the running event loop."""
+        self.clock.patient = False
+        self._loop = loop or asyncio.get_running_loop()
+        self._restart()
+        self.work()
+
+    def stop(self) -> None:
+        """Stop virtual time.  While the bench is being advanced: after all events of the present nanosecond."""
+        was_running = self.running
+        self._cancel()
+        if was_running and not self.advancing:
+            self.flush()
+
+    def pace(self, clock: Clock) -> None:
+        """Pace this clock, from its present time.  Not allowed while the bench is being advanced."""
+        clock.patient = self.clock.patient
+        self.clock = clock
+        if self.running:
+            self._restart()
+            self.follow_plan()
+
+    def sync(self) -> None:
+        """Call before an input: advance virtual time to now and execute all events due by then."""
+        if self.advancing:
+            return
+        if self._drive is not None:
+            self._drive.sync()
+        if not self.clock.done:
+            self.run(self.finish)
+
+    def work(self) -> None:
+        """Call after an input: execute all events due now."""
+        if self.advancing:
+            return
+        if self._drive is not None:
+            self._drive.work()
+        else:
+            self.sync()
+            self.flush()
+
+    def inspect(self, read: Callable[[], object]) -> None:
+        """Advance virtual time to now, call `read`, and plan the next advance again.
+
+        The pacer sleeps while no event is due, even while a motor moves.  Reading the state of a SmartMotor makes the
+        motor plan its block again, so that an event may become due earlier.
+        """
+        self.work()
+        read()
+        self.work()
+
+    def follow_plan(self) -> None:
+        """Continue as an event has planned: with a new speed, or stopped."""
+        if self._drive is not None:
+            self._drive.resume()
+
+    @property
+    def behind_s(self) -> float:
+        """Delay of the bench against the wall clock at the last advance, in seconds; 0 at full speed."""
+        return 0.0 if self._drive is None else self._drive.behind_s
+
+    def report(self) -> str | None:
+        """Return one line about delays against the wall clock; None if there were none."""
+        return self.delays.report()
+
+    def _restart(self) -> None:
+        """Pace from the present virtual time on."""
+        assert self._loop is not None
+        self._cancel()
+        if self._speed is None:
+            self._drive = FullSpeed(self, self._loop)
+        else:
+            self._drive = RealTime(self, self._loop, self._speed, self.delays)
+
+    def _cancel(self) -> None:
+        self.plan += 1
+        if self._drive is not None:
+            self._drive.cancel()
+            self._drive = None

@@ -1,0 +1,95 @@
+"""Virtual time that follows the wall clock: the bench is advanced when an event is due, and on input."""
+
+import asyncio
+
+from axistwin.links.pacing.advancing import Advancer
+from axistwin.links.pacing.delays import Delays
+from axistwin.links.pacing.slices import Slice
+from axistwin.units import MOST_NS, S
+
+BLOCK_S = 0.005
+"""Shortest interval between two advances of the bench by the wall clock."""
+MAX_LAG_S = 1.0
+"""A larger delay is not made up: virtual time continues from its present value."""
+
+
+class RealTime:
+    """Advances a bench at `speed` times real time, from its present time.  It ends for ever with `cancel`."""
+
+    def __init__(self, bench: Advancer, loop: asyncio.AbstractEventLoop, speed: float, delays: Delays) -> None:
+        self._bench, self._clock, self._loop = bench, bench.clock, loop
+        self._speed, self._delays = speed, delays
+        self._wall_s, self._virtual_ns = loop.time(), bench.clock.now
+        self._last_s = self._wall_s
+        self._next: asyncio.Handle | None = None
+        self._next_at_s = 0.0
+        self._ended = False
+
+    @property
+    def behind_s(self) -> float:
+        """Delay of the bench against the wall clock at the last advance, in seconds."""
+        return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
+
+    def sync(self) -> None:
+        """Advance virtual time to now, or as near as one slice allows."""
+        self._last_s = self._loop.time()
+        target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
+        if due_ns is not None and due_ns <= target_ns:
+            self._delays.count(self._real_s(target_ns - due_ns))
+        if target_ns > self._clock.now or due_ns == target_ns:
+            self._bench.run(lambda: self._advance(target_ns))
+
+    def work(self) -> None:
+        """Advance virtual time to now, and plan the next advance."""
+        self.sync()
+        self._bench.flush()
+        self._plan_next()
+
+    def resume(self) -> None:
+        """Plan an advance for the next turn of the event loop."""
+        self._next = self._next or self._loop.call_soon(self._tick)
+
+    def cancel(self) -> None:
+        """End all advances."""
+        self._ended = True
+        if self._next is not None:
+            self._next.cancel()
+
+    def _target_ns(self, wall_s: float) -> int:
+        """Return the virtual time that corresponds to this time of the wall clock."""
+        return min(self._virtual_ns + int((wall_s - self._wall_s) * self._speed * S), MOST_NS - 1)
+
+    def _real_s(self, duration_ns: int) -> float:
+        return duration_ns / S / self._speed
+
+    def _advance(self, target_ns: int) -> None:
+        clock, limit = self._clock, Slice()
+        due_ns = clock.next_event_ns()
+        while due_ns is not None and due_ns <= target_ns:
+            if limit.over():
+                if self._real_s(target_ns - clock.now) > MAX_LAG_S:  # too slow, or the computer was suspended
+                    self._wall_s, self._virtual_ns = self._last_s, clock.now
+                return
+            clock.step()
+            if self._ended:
+                return
+            due_ns = clock.next_event_ns()
+        if target_ns > clock.now:
+            clock.run_to(target_ns)
+
+    def _plan_next(self) -> None:
+        """Plan the next advance: when an event is due, but at most once per block."""
+        due_ns = self._clock.next_event_ns()
+        if self._ended or due_ns is None:
+            return
+        due_s = self._wall_s + self._real_s(due_ns - self._virtual_ns)
+        at_s = max(due_s, self._last_s + BLOCK_S) if due_s > self._last_s else self._last_s
+        if self._next is not None:
+            if self._next_at_s <= at_s:
+                return
+            self._next.cancel()
+        self._next, self._next_at_s = self._loop.call_at(at_s, self._tick), at_s
+
+    def _tick(self) -> None:
+        self._next = None
+        self.work()

@@ -1,0 +1,17 @@
+"""Slices: how long the bench runs before sockets are served again."""
+
+from time import perf_counter
+
+SLICE_S = 0.002
+"""Longest time that the bench runs before sockets are served again."""
+
+
+class Slice:
+    """A slice of real time that begins now."""
+
+    def __init__(self) -> None:
+        self._end_s = perf_counter() + SLICE_S
+
+    def over(self) -> bool:
+        """True if sockets must be served now."""
+        return perf_counter() >= self._end_s

@@ -1,0 +1,28 @@
+"""Speeds: times real time, or `max`, as fast as possible."""
+
+from axistwin.errors import UsageError
+from axistwin.numbers import NumberError, real, shortened
+
+MAX_SPEED = 1e6
+"""Upper limit of the speed, times real time."""
+
+
+def read_speed(text: str) -> float | None:
+    """Return the speed as a number up to 1,000,000; `"max"` as None.  Raises UsageError."""
+    if text == "max":
+        return None
+    try:
+        speed = real(text)
+    except NumberError:
+        speed = 0.0
+    return checked_speed(speed, text)
+
+
+def checked_speed(speed: float | None, text: str = "") -> float | None:
+    """Return the speed.  Raises UsageError if it is out of range; `text`: the speed as the user has written it."""
+    if speed is None or 0 < speed <= MAX_SPEED:
+        return speed
+    raise UsageError(
+        f"invalid speed {shortened(text or f'{speed:g}')}: "
+        "expected a number up to 1000000, e.g. 1 (real time) or 0.5, or max"
+    )

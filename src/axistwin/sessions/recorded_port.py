@@ -1,0 +1,247 @@
+"""Ports as hosts at real ports use them in a session.  Each act is recorded, and a new bench may replace the old one.
+
+While a run is replayed, a port is muted: the replay repeats what its host has already received.
+"""
+
+from collections.abc import Callable
+
+from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim.pins import Pin
+from axistwin.sim.registers import CONTROL, DATA, BusAct, Init, ReadData, RegisterPort, WriteRegister, check_byte
+from axistwin.sim.serial import Line
+from axistwin.sim.serial_port import (
+    DropPending,
+    Flow,
+    Hold,
+    LineAct,
+    SendBreak,
+    SerialPort,
+    SetFlow,
+    SetFormat,
+    SetLine,
+    Write,
+    check_break,
+)
+from axistwin.sim.signal import Signal
+
+
+class MutableLine(Pin):
+    """A device line on the present bench.  While `muted` its changes are not reported."""
+
+    def __init__(self, pin: Pin) -> None:
+        super().__init__(pin.clock, pin.name, output=True)
+        self._muted = self._last = False
+        self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
+
+    def attach(self, pin: Pin) -> None:
+        """Follow the line of another bench."""
+        self._unsubscribe()
+        self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
+
+    @property
+    def level(self) -> bool:
+        """The level on the present bench."""
+        return self._line.level
+
+    def mute(self, on: bool) -> None:
+        """Begin or end muting.  At the end, a level that differs from that at the beginning is reported."""
+        if on is self._muted:
+            return
+        self._muted = on
+        if on:
+            self._last = self.level
+        else:
+            self._update(self._last)
+
+    def _forward(self, _: Pin) -> None:
+        if not self._muted:
+            self._announce()
+
+
+class RecordedHost:
+    """The host's end of a line.  Assignments are recorded."""
+
+    def __init__(self, port: "RecordedPort") -> None:
+        self._port = port
+
+    @property
+    def format(self) -> UartFormat:
+        """The format of the host's end."""
+        return self._port.present.host.format
+
+    @format.setter
+    def format(self, value: UartFormat) -> None:
+        self._port.do(SetFormat(value), lambda port: setattr(port.host, "format", value))
+
+    @property
+    def dtr(self) -> bool:
+        """Data terminal ready, to the device's DSR."""
+        return self._port.present.host.dtr
+
+    @dtr.setter
+    def dtr(self, on: bool) -> None:
+        self._port.do(SetLine("dtr", on), lambda port: setattr(port.host, "dtr", on))
+
+    @property
+    def rts(self) -> bool:
+        """Request to send, to the device's CTS."""
+        return self._port.present.host.rts
+
+    @rts.setter
+    def rts(self, on: bool) -> None:
+        self._port.do(SetLine("rts", on), lambda port: setattr(port.host, "rts", on))
+
+
+class RecordedPort:
+    """A serial port.  `record` receives each act of the host before it is performed."""
+
+    def __init__(self, port: SerialPort, record: Callable[[LineAct], object]) -> None:
+        self.present, self._record = port, record
+        self.host = RecordedHost(self)
+        self.dtr_line, self.rts_line = MutableLine(port.dtr_line), MutableLine(port.rts_line)
+        self._muted = False
+        self._receives: Signal[int, LineError] = Signal()
+        self._settings: dict[object, tuple[int, Callable[[], None]]] = {}
+        """The last act of each kind with a lasting effect: its time, and a function that repeats it."""
+        self._unsubscribe = port.subscribe_received(self._received)
+
+    def attach(self, port: SerialPort) -> None:
+        """Lead to the port of another bench, without changing that port."""
+        self._unsubscribe()
+        self.present = port
+        self._unsubscribe = port.subscribe_received(self._received)
+        self.dtr_line.attach(port.dtr_line)
+        self.rts_line.attach(port.rts_line)
+
+    def mute(self, on: bool) -> None:
+        """Begin or end muting.  At the end, what the host has set after the present time is set again."""
+        self._muted = on
+        if not on:
+            now_ns = self.present.clock.now
+            for set_ns, repeat in tuple(self._settings.values()):
+                if set_ns > now_ns:  # not yet set on this bench
+                    repeat()
+        self.dtr_line.mute(on)
+        self.rts_line.mute(on)
+
+    def do(self, act: LineAct, perform: Callable[[SerialPort], object]) -> None:
+        """Record an act of the host, then perform it."""
+        self._record(act)
+        if isinstance(act, SetFormat | SetLine | SetFlow | Hold):
+            kind = act.line if isinstance(act, SetLine) else type(act)
+            self._settings[kind] = self.present.clock.now, lambda: self.do(act, perform)
+        perform(self.present)
+
+    def write(self, data: bytes) -> None:
+        """Queue data for transmission."""
+        self.do(Write(data), lambda port: port.write(data))
+
+    def read(self) -> bytes:
+        """Return and remove all received bytes."""
+        return self.present.read()
+
+    def send_break(self, seconds: float) -> None:
+        """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
+        check_break(seconds)
+        self.do(SendBreak(seconds), lambda port: port.send_break(seconds))
+
+    def drop_pending(self) -> None:
+        """Discard all queued characters that have not left yet."""
+        self.do(DropPending(), lambda port: port.drop_pending())
+
+    @property
+    def flow(self) -> Flow:
+        """The host's flow control."""
+        return self.present.flow
+
+    @flow.setter
+    def flow(self, flow: Flow) -> None:
+        self.do(SetFlow(flow), lambda port: setattr(port, "flow", flow))
+
+    @property
+    def held(self) -> bool:
+        """While True the host transmits nothing."""
+        return self.present.held
+
+    @held.setter
+    def held(self, on: bool) -> None:
+        self.do(Hold(on), lambda port: setattr(port, "held", on))
+
+    @property
+    def pending(self) -> int:
+        """Number of characters that have not left yet."""
+        return self.present.pending
+
+    @property
+    def instant(self) -> bool:
+        """True if characters take no time on this connection."""
+        return self.present.instant
+
+    @property
+    def to_device(self) -> Line:
+        """The line to the device."""
+        return self.present.to_device
+
+    @property
+    def dtr(self) -> bool:
+        """The device's data terminal ready."""
+        return self.dtr_line.level
+
+    @property
+    def rts(self) -> bool:
+        """The device's request to send."""
+        return self.rts_line.level
+
+    def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
+        """Call `callback(byte, errors)` for each received character.  Return an unsubscribe function."""
+        return self._receives.subscribe(callback)
+
+    def _received(self, byte: int, errors: LineError) -> None:
+        if self._muted:
+            self.present.read()  # the host has received this character before
+        else:
+            self._receives.emit(byte, errors)
+
+
+class RecordedBus:
+    """The registers of a board.  `record` receives each act that changes something, before it is performed."""
+
+    def __init__(self, bus: RegisterPort, record: Callable[[BusAct], object]) -> None:
+        self.present, self._record = bus, record
+        self.interrupt_line = MutableLine(bus.interrupt_line)
+
+    def attach(self, bus: RegisterPort) -> None:
+        """Lead to the registers of another bench, without changing them."""
+        self.present = bus
+        self.interrupt_line.attach(bus.interrupt_line)
+
+    def mute(self, on: bool) -> None:
+        """Begin or end muting."""
+        self.interrupt_line.mute(on)
+
+    @property
+    def interrupt(self) -> bool:
+        """True while the board interrupts the host."""
+        return self.interrupt_line.level
+
+    def read(self, offset: int) -> int:
+        """Read a register.  A read of the status byte changes nothing."""
+        if offset == DATA:
+            self._report(ReadData())
+        return self.present.read(offset)
+
+    def write(self, offset: int, value: int) -> None:
+        """Write a register."""
+        check_byte("offset", offset, CONTROL)
+        check_byte("value", value)
+        self._report(WriteRegister(offset, value))
+        self.present.write(offset, value)
+
+    def init(self) -> None:
+        """Activate the bus's reset line."""
+        self._report(Init())
+        self.present.init()
+
+    def _report(self, act: BusAct) -> None:
+        if self.present.powered:
+            self._record(act)

@@ -1,0 +1,158 @@
+"""Motors in a cam, in host mode and with interrupt routines: what several chapters' tests set up."""
+
+from axistwin import Bench
+from axistwin.bench import Controller
+
+from .talking import SAMPLE_NS, advance, ask, run, send, value, wired
+
+# Cam (chapter 9)
+
+TABLE = [0, 250, 500, 250, 0, 500, 1000, 750, 500]
+EXAMPLE = """MF4
+{f}
+D=2000
+BASE=8000
+SIZE=8
+aw[0]=0
+aw[1]=250
+aw[2]=500
+aw[3]=250
+aw[4]=0
+aw[5]=500
+aw[6]=1000
+aw[7]=750
+aw[8]=500
+O=0
+MC
+G
+"""
+
+
+def turn_to(bench: Bench, motor: Controller, count: int, per_sample: int = 50) -> int:
+    """Turn the external encoder to a count; return the shaft's position then."""
+    distance = count - motor.master.count
+    needed = -(-abs(distance) // per_sample) or 1
+    motor.master.move(distance, needed * SAMPLE_NS / 1e9)
+    advance(bench, needed + 3)
+    assert motor.master.count == count
+    return motor.axes["shaft"].position
+
+
+def turn_through(bench: Bench, motor: Controller, counts: list[int], per_sample: int = 50) -> list[int]:
+    """Turn the external encoder to each count; return the shaft's positions."""
+    return [turn_to(bench, motor, count, per_sample) for count in counts]
+
+
+def start_cam(bench: Bench, motor: Controller, f: str = "F=16", dwell: int = 2000, mc: str = "MC") -> None:
+    """Start the cam of examples 1 and 2 from the host."""
+    table = " ".join(map(str, TABLE))
+    send(bench, motor, f"MF4 {f} D={dwell} BASE=8000 SIZE=8 aw[0] {table}. O=0 {mc} G", 0)
+    assert send(bench, motor, "RMODE RBs", 0) == b"C\r0\r"
+
+
+def relative(count: int, table: list[int], base: int, dwell: int) -> tuple[int, int]:
+    """Return the position of 9.3 times the interval between two entries, and the interval."""
+    interval = base // (len(table) - 1)
+    cycle, at = divmod(count, base + dwell)
+    index, part = divmod(min(at, base), interval)
+    step = table[index + 1] - table[index] if part else 0
+    return (cycle * table[-1] + table[index]) * interval + part * step, interval
+
+
+# Host mode (chapter 10)
+
+
+def position(counts: int) -> str:
+    """Return a position record: 0xFA, four bytes, the most significant first, CR (10.1)."""
+    return "\xfa" + (counts & 0xFFFF_FFFF).to_bytes(4).decode("latin-1") + "\r"
+
+
+def clock(samples: int) -> str:
+    """Return a clock record: 0xFB, four bytes, the most significant first, CR (10.1)."""
+    return "\xfb" + (samples & 0xFFFF_FFFF).to_bytes(4).decode("latin-1") + "\r"
+
+
+def points(*pairs: tuple[int, int]) -> str:
+    """Return a position and a clock record for each pair."""
+    return "".join(position(counts) + clock(samples) for counts, samples in pairs)
+
+
+def start_host_mode(bench: Bench, motor: Controller, before: str, records: str) -> None:
+    """Send commands, MD, records and G; the clock of host mode begins at the next sample."""
+    for what in (before + "MD", records, "G"):
+        assert send(bench, motor, what, 0) == b""
+
+
+# C1 and C2 (chapter 7)
+
+COUNTING = """
+UGI
+WHILE 1
+m=m+1
+LOOP
+END
+C1
+c=CLK
+i=i+1
+RETURNF
+C2
+g=CLK
+j=j+1
+RETURNI
+"""
+
+
+def trigger(bench: Bench, motor: Controller, low: int = 20, high: int = 20) -> None:
+    """Drive pin G low, and high again, for these numbers of samples."""
+    motor.pins["G"].drive(False)
+    advance(bench, low)
+    motor.pins["G"].drive(True)
+    advance(bench, high)
+
+
+def open_limit(bench: Bench, motor: Controller) -> None:
+    """Open the limit switch on pin C."""
+    motor.pins["C"].release()
+    advance(bench, 3)
+
+
+def jam(bench: Bench, motor: Controller) -> None:
+    """Jam the shaft for 110 samples: at 10 counts per sample it is 1010 late in the 101st; E is 1000."""
+    motor.axes["shaft"].jam(True)
+    advance(bench, 110)
+    motor.axes["shaft"].jam(False)
+
+
+def delays(**options) -> tuple[int, int]:
+    """Return the samples from the cause to the first statement of C1 and of C2."""
+    found = []
+    for functions, pin, name in ((32, "C", "c"), (64, "G", "g")):
+        bench = Bench()
+        motor = wired(bench, **options)
+        run(bench, motor, f"F={functions}{COUNTING}")
+        start = int(ask(bench, motor, "RCLK", 0))
+        motor.pins[pin].drive(pin == "C")
+        advance(bench, 50)
+        found.append(value(bench, motor, name) - start)
+    return found[0], found[1]
+
+
+def main_with(c2: str) -> str:
+    """Return a program that counts m; its C2 counts j and then carries out these lines; C9 may be jumped to."""
+    return f"""
+UGI
+F=64
+WHILE 1
+m=m+1
+LOOP
+END
+C9
+k=k+1
+WHILE 1
+n=n+1
+LOOP
+END
+C2
+j=j+1
+{c2}
+"""
