@@ -26,8 +26,8 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.panel import Address, Panel
 from axistwin.panel.views import scope
-from axistwin.sessions.session import Session
-from axistwin.sim.clock import Procedure
+from axistwin.sessions import Session
+from axistwin.sim import Procedure
 from axistwin.units import MS
 
 SIGNALS = (

@@ -110,8 +110,7 @@ async def serve_echo(ports: int) -> None:
 async def serve_twin(model: str, ports: int) -> None:
     """As many controllers of a model on a port each."""
     from axistwin import Bench
-    from axistwin.links.server import Server
-    from axistwin.links.urls import parse
+    from axistwin.links import Server, parse
 
     bench = Bench()
     server = Server(bench, speed=None)

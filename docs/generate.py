@@ -9,8 +9,7 @@ from shutil import copytree
 
 import click
 
-from axistwin.bench import product
-from axistwin.bench.control_characters import show_controls
+from axistwin.bench import product, show_controls
 from axistwin.cli.main import axistwin
 from axistwin.controllers.diagnostics import Rule
 from axistwin.diagnostics import codes

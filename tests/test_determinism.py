@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.controllers.smartmotor.kernel import jit, kernel
 from axistwin.controllers.smartmotor.kernel.core import _Engine
-from axistwin.links.pacing import Pacer
-from axistwin.sim.pins import connect
-from axistwin.traces.trace import tracing
+from axistwin.links import Pacer
+from axistwin.sim import connect
+from axistwin.traces import tracing
 from axistwin.units import S
 
 from .links.fake_loop import Loop

@@ -15,8 +15,8 @@ import pytest
 
 import axistwin
 from axistwin.bench import Bench
-from axistwin.cli.hosts import lines
-from axistwin.links.urls import PortUrl
+from axistwin.cli.serving.host_lines import lines
+from axistwin.links import PortUrl
 
 HOME = Path(__file__).resolve().parents[1]
 TUTORIALS = HOME / "docs" / "tutorials"

@@ -30,11 +30,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
 from axistwin.cli import main as cli
-from axistwin.cli.served import scene as served_scene
+from axistwin.cli.serving.served import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
-from axistwin.plots.trace_chart import of_trace
+from axistwin.plots import of_trace
+from axistwin.traces import tracing
 from axistwin.traces.reading import read as read_trace
-from axistwin.traces.trace import tracing
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0

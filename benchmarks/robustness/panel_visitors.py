@@ -28,8 +28,8 @@ from nicegui import Client
 
 from axistwin.panel import Address, Panel, turns
 from axistwin.panel.page import KEPT
-from axistwin.scenes.scene import Scene
-from axistwin.sessions.session import Session
+from axistwin.scenes import Scene
+from axistwin.sessions import Session
 
 ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005

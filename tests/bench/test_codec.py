@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.bench.codec import CHARACTERS
+from axistwin.bench import CHARACTERS
 from axistwin.errors import ProgramError
 
 

@@ -3,11 +3,9 @@
 import json
 
 from axistwin import Bench
-from axistwin.bench.acts import Hear
+from axistwin.bench import Hear
 from axistwin.bench.hosts import host_of
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin.conversations import parse, play, recording, write
 
 from ..command import run
 

@@ -5,8 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from axistwin.bench import product
-from axistwin.bench.control_characters import show_controls
+from axistwin.bench import product, show_controls
 from axistwin.cli.main import axistwin
 from axistwin.errors import UsageError
 

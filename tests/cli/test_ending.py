@@ -8,8 +8,8 @@ import logging
 import pytest
 
 from axistwin import Bench
-from axistwin.cli.ending import ending, fail
-from axistwin.links.pacing import Pacer
+from axistwin.cli.serving.ending import ending, fail
+from axistwin.links import Pacer
 from axistwin.panel.people import People
 
 

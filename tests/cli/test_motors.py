@@ -6,17 +6,13 @@ import re
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.cli.plot import draw
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin.conversations import parse, play, recording, write
 from axistwin.errors import ProgramError, SceneError
-from axistwin.plant.counts import Samples
-from axistwin.plant.servo_axis import ServoAxis
-from axistwin.plots.history import watching
-from axistwin.plots.servo_record import POINTS, ServoRecord
-from axistwin.sim.clock import Clock
-from axistwin.traces.trace import tracing
+from axistwin.plant import Samples, ServoAxis
+from axistwin.plots import of_trace, save
+from axistwin.reports.servo_moves import ServoMoves
+from axistwin.sim import Clock
+from axistwin.traces import tracing, tracing_in_memory
 
 from ..command import ended, run, serving
 from ..links.serving import dial
@@ -356,9 +352,9 @@ def test_a_traced_bench_does_the_same_as_one_that_is_not(tmp_path):
 
 def test_a_plot_has_position_and_following_error(tmp_path):
     bench, motor = motor_on_a_bench(shaft={"motor": "frame23"})
-    with watching(bench) as history:
+    with tracing_in_memory(bench) as memory:
         tell(bench, motor, "UCI UDI ZS MP A=200 V=100000 P=500 G\r", 0.5)
-    draw(history, tmp_path / "a.svg")
+    save(of_trace(memory.trace()), tmp_path / "a.svg")
     text = (tmp_path / "a.svg").read_text()
     for words in ("shaft  position", "shaft  following", "error, counts", "position", "commanded"):
         assert f">{words}<" in text
@@ -367,7 +363,7 @@ def test_a_plot_has_position_and_following_error(tmp_path):
 def record_of(*stretches):
     """A record of an axis that was told (first ms, positions, commanded)."""
     axis = ServoAxis(Clock(), "shaft")
-    record = ServoRecord("motor", "shaft", axis)
+    record = ServoMoves("motor", "shaft", axis)
     axis.subscribe(record.add_samples)
     for first, positions, commanded in stretches:
         axis.publish(Samples(first * MS, MS, positions, commanded))
@@ -414,26 +410,13 @@ def test_a_velocity_is_the_same_in_however_small_pieces_it_comes():
 
 def test_a_push_is_no_velocity():
     axis = ServoAxis(Clock(), "shaft")
-    record = ServoRecord("motor", "shaft", axis)
+    record = ServoMoves("motor", "shaft", axis)
     axis.subscribe(record.add_samples)
     axis.publish(Samples(0, MS, [0, 1, 2], [0, 1, 2]))
     axis.publish(Samples(3 * MS, 0, [500], [2]))
     axis.publish(Samples(3 * MS, MS, [501, 502], [3, 4]))
     (move,) = record.moves_until(10**12)
     assert move.top_rate == 2 / 0.016
-
-
-def test_a_long_course_is_thinned_and_keeps_its_largest_error():
-    record, block = record_of(), 1 << 13
-    for first in range(0, 40 * block, block):
-        positions = list(range(first, first + block))
-        record.add_samples(
-            Samples((1 + first) * MS, MS, positions, [p + (99 if p == 100_000 else 0) for p in positions])
-        )
-    points = record.points()
-    assert len(points) <= 2 * POINTS
-    assert (points[:, 2] - points[:, 1]).max() == 99
-    assert points[-1].tolist() == [40 * block * MS, 40 * block - 1, 40 * block - 1]
 
 
 # Scenes and ports

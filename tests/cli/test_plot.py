@@ -8,28 +8,35 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from axistwin import Bench
-from axistwin.cli.plot import draw
 from axistwin.errors import UsageError
-from axistwin.plots import curves
-from axistwin.plots.curves import Curve
-from axistwin.plots.history import Fault, History, watching
-from axistwin.plots.history_chart import of_history
+from axistwin.plots import Curve, Fault, of_trace, save
+from axistwin.traces import Trace, tracing_in_memory
 from axistwin.units import S
 
 
-def session(*messages: str, **options) -> History:
+def session(*messages: str, **options) -> Trace:
     bench = Bench()
     if1 = bench.add("if1", **options)
-    with watching(bench) as history:
+    with tracing_in_memory(bench) as memory:
         bench.run(1.5)
         for message in ("(", "U61\r", *messages):
             if1.serial.write(message.encode())
             bench.run(2.0)
-    return history
+    return memory.trace()
+
+
+def draw(trace: Trace, path, title: str = "") -> None:
+    save(of_trace(trace, title=title), path)
+
+
+def curves(trace: Trace) -> dict[str, Curve]:
+    """The curves of the whole run, by the first words of their labels."""
+    chart = of_trace(trace, from_ns=0, to_ns=20 * S)
+    return {panel.label.partition("\n")[0].replace("  ", " "): panel.lines[0].curve for panel in chart.panels}
 
 
 @pytest.fixture(scope="module")
-def history() -> History:
+def trace() -> Trace:
     return session("S1$\r", "X100@1000Y-$\r", "P2,50$\r", "X-50$\r", "E\r")
 
 
@@ -37,8 +44,8 @@ def texts(svg) -> list[str]:
     return [element.text or "" for element in ET.parse(svg).iter("{http://www.w3.org/2000/svg}text")]
 
 
-def test_svg_has_axes_levels_and_words(tmp_path, history):
-    draw(history, tmp_path / "a.svg", "a title")
+def test_svg_has_axes_levels_and_words(tmp_path, trace):
+    draw(trace, tmp_path / "a.svg", "a title")
     found = texts(tmp_path / "a.svg")
     assert {"a title", "seconds", "X  velocity", "X  position", "Y  velocity", "output1", "output2"} <= set(found)
     assert r"> X100@1000Y-$\r" in found
@@ -53,29 +60,29 @@ def test_faults_are_marked_from_beginning_to_end(tmp_path):
     bench.faults.add("jam", "if1.X", when="if1.X passes 50", duration=0.1)
     bench.faults.add("push", "if1.X", counts=3, when="jam begins")
     bench.faults.add("load", "if1.X", torque=0.1, at=100)
-    with watching(bench) as history:
+    with tracing_in_memory(bench) as memory:
         for message, seconds in (("", 1.5), ("(", 0.1), ("U61\r", 1.2), ("X100@1000$\r", 1.0)):
             if1.serial.write(message.encode())
             bench.run(seconds)
     jam, push = bench.faults["jam"], bench.faults["push"]
-    assert of_history(history).faults == [
+    assert of_trace(memory.trace()).faults == [
         Fault("since_before", 0, None),
         Fault("jam", jam.began_ns, jam.began_ns + S // 10),
         Fault("push", push.began_ns, push.began_ns),
     ]
-    draw(history, tmp_path / "a.svg")
+    draw(memory.trace(), tmp_path / "a.svg")
     assert {"since_before", "jam", "push"} <= set(texts(tmp_path / "a.svg"))
     assert "load" not in texts(tmp_path / "a.svg")
 
 
-def test_png(tmp_path, history):
-    draw(history, tmp_path / "a.png")
+def test_png(tmp_path, trace):
+    draw(trace, tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_same_picture_twice(tmp_path, history):
+def test_the_same_picture_twice(tmp_path, trace):
     for name in ("a.svg", "b.svg"):
-        draw(history, tmp_path / name)
+        draw(trace, tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
@@ -85,36 +92,33 @@ def test_nothing_moved_or_it_still_moves(tmp_path, messages):
     assert ("X  velocity" in texts(tmp_path / "a.svg")) is bool(messages)
 
 
-def test_velocity_is_the_profile_itself(history):
-    moves = [move for move in history.moves() if move.axis == "X"]
-    curve = curves.velocity(moves[:1], 0, 20 * S)
+def test_velocity_is_the_profile_itself(trace):
+    curve = curves(trace)["X velocity"]
     levels = [400.0, 500.0, 600.0, 700.0, 800.0, 900.0]
-    assert curve.values == [0, *levels, 1000.0, *reversed(levels), 0, 0]
-    gaps = [round((after - before) * 1000, 6) for before, after in pairwise(curve.times[1:-1])]
+    assert curve.values[:15] == [0, *levels, 1000.0, *reversed(levels), 0]
+    gaps = [round((after - before) * 1000, 6) for before, after in pairwise(curve.times[1:15])]
     assert gaps == [10.0] * 6 + [22.0] + [10.0] * 6  # 100 - 2 * 39 pulses at 1000 pulses/s
 
 
 def test_a_motion_that_follows_at_once_has_no_rest_before_it():
-    curve = Curve([0.0], [0.0])
-    for time_ns, rate in ((S, 500.0), (2 * S, 0.0), (2 * S, 400.0)):
-        curve.change(time_ns, rate)
-    assert (curve.times, curve.values) == ([0.0, 1.0, 2.0], [0.0, 500.0, 400.0])
+    values = curves(session(":X10@400:X10@500:$\r"))["X velocity"].values
+    assert values[0] == values[-1] == values[-2] == 0 and 500.0 in values
+    assert 0 not in values[1:-2]
 
 
-def test_position_ends_where_the_axis_stands(history):
+def test_position_ends_where_the_axis_is(trace):
     for name in ("X", "Y"):
-        moves = [move for move in history.moves() if move.axis == name]
-        curve = curves.position(moves, 0, 20 * S)
+        curve = curves(trace)[f"{name} position"]
         assert curve.values[0] == 0
-        assert curve.values[-1] == history.bench["if1"].axes[name].pulses
+        assert curve.values[-1] == trace.tracks[f"if1.{name}.pulses"].values[-1] != 0
         assert curve.times == sorted(curve.times)
 
 
-def test_a_motion_that_goes_on_goes_on():
-    going = session("X@1000G$\r")
-    now_ns = going.bench.now
-    assert curves.velocity(going.moves(), 0, now_ns).values[-2:] == [1000.0, 1000.0]
-    assert curves.position(going.moves(), 0, now_ns).values[-1] == going.bench["if1"].axes["X"].pulses
+def test_a_motion_that_has_not_ended_continues_to_the_edge():
+    running = session("X@1000G$\r")
+    found = curves(running)
+    assert found["X velocity"].values[-2:] == [1000.0, 1000.0]
+    assert found["X position"].values[-1] == running.tracks["if1.X.pulses"].values[-1] > 1000
 
 
 def test_a_long_curve_is_thinned_but_keeps_its_extremes():
@@ -129,8 +133,8 @@ def test_a_long_curve_is_thinned_but_keeps_its_extremes():
 
 
 def test_many_moves_make_no_large_picture(tmp_path):
-    history = session(":X10@400:X-:S1:R1:=0,1:$\r", *[""] * 150)
-    draw(history, tmp_path / "a.svg")
+    trace = session(":X10@400:X-:S1:R1:=0,1:$\r", *[""] * 150)
+    draw(trace, tmp_path / "a.svg")
     assert (tmp_path / "a.svg").stat().st_size < 5_000_000
 
 
@@ -139,17 +143,17 @@ def test_a_name_is_not_taken_for_mathematics(tmp_path):
     assert r"> X10$Y10$\r" in texts(tmp_path / "a.svg") or r"> X10$\r" in texts(tmp_path / "a.svg")
 
 
-def test_a_picture_of_no_known_kind(tmp_path, history):
+def test_a_picture_of_no_known_kind(tmp_path, trace):
     with pytest.raises(UsageError, match=r"expected a name that ends in \.svg or \.png"):
-        draw(history, tmp_path / "a.pdf")
+        draw(trace, tmp_path / "a.pdf")
 
 
-def test_a_picture_that_cannot_be_written(tmp_path, history):
+def test_a_picture_that_cannot_be_written(tmp_path, trace):
     with pytest.raises(UsageError, match="cannot be written: No such file"):
-        draw(history, tmp_path / "no" / "a.svg")
+        draw(trace, tmp_path / "no" / "a.svg")
 
 
-def test_a_picture_for_which_there_is_no_room_leaves_no_half_of_it(tmp_path, history, monkeypatch):
+def test_a_picture_for_which_there_is_no_room_leaves_no_half_of_it(tmp_path, trace, monkeypatch):
     def write(path, data):
         with path.open("wb") as file:
             file.write(data[:100])
@@ -157,5 +161,5 @@ def test_a_picture_for_which_there_is_no_room_leaves_no_half_of_it(tmp_path, his
 
     monkeypatch.setattr(type(tmp_path), "write_bytes", write)
     with pytest.raises(UsageError, match="cannot be written: No space left"):
-        draw(history, tmp_path / "a.png")
+        draw(trace, tmp_path / "a.png")
     assert not (tmp_path / "a.png").exists()

@@ -10,9 +10,9 @@ import pytest
 import serial
 from click.testing import CliRunner
 
-from axistwin.bench.acts import Do, Expect, Hear, Say
+from axistwin.bench import Do, Expect, Hear, Say
 from axistwin.cli.main import axistwin
-from axistwin.conversations.conversation import load
+from axistwin.conversations import load
 
 from ..command import PATIENCE_S, ended, refused, serving
 from ..links.serving import Served, ask, dial

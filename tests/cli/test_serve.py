@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 import serial
 
-from axistwin.cli import served
-from axistwin.cli.hosts import lines
-from axistwin.links.urls import PortUrl
-from axistwin.sim.frames import UartFormat
+from axistwin.cli.serving import served
+from axistwin.cli.serving.host_lines import lines
+from axistwin.links import PortUrl
+from axistwin.sim import UartFormat
 
 from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving
 
@@ -155,7 +155,7 @@ def test_it_starts_without_what_only_others_need():
     """`axistwin serve` is to answer soon."""
     check = """if True:
         import sys
-        import axistwin.cli.main, axistwin.cli.serve, axistwin.links.tcp
+        import axistwin.cli.main, axistwin.cli.serving.serve, axistwin.links.tcp
         from axistwin import Bench
         Bench().add("if1")
         print(*sorted({"numpy", "matplotlib", "pydantic", "rich", "serial", "tomllib"} & set(sys.modules)))

@@ -2,8 +2,8 @@
 
 import pytest
 
-from axistwin.bench.acts import Comment, Do, Expect, Hear, Say, Wait
-from axistwin.conversations.conversation import load, parse, seconds, write
+from axistwin.bench import Comment, Do, Expect, Hear, Say, Wait
+from axistwin.conversations import load, parse, seconds, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.units import MS
 

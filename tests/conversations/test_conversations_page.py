@@ -4,8 +4,7 @@ import re
 from pathlib import Path
 
 from axistwin import Bench
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import play
+from axistwin.conversations import parse, play
 from axistwin.programs import running
 from axistwin.programs.command_lines import command_lines, send_lines
 from axistwin.programs.hex_commands import command_strings, language_of, send_commands

@@ -9,11 +9,9 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.bench.acts import Expect, Hear
-from axistwin.bench.codec import CHARACTERS
-from axistwin.cli.target import bench_for
-from axistwin.conversations.conversation import Conversation, load, write
-from axistwin.conversations.player import Difference, play
+from axistwin.bench import CHARACTERS, Expect, Hear
+from axistwin.cli.common.target import bench_for
+from axistwin.conversations import Conversation, Difference, load, play, write
 from axistwin.programs.running import options
 
 FILES = sorted((Path(__file__).parent).glob("*.talk"))

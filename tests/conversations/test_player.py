@@ -3,8 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import Difference, play
+from axistwin.conversations import Difference, parse, play
 from axistwin.errors import ProgramError
 
 

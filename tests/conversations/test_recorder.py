@@ -7,15 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.bench.acts import Do, Expect, Hear
-from axistwin.conversations.conversation import Conversation, parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin.bench import Do, Expect, Hear
+from axistwin.conversations import Conversation, parse, play, recording, write
 from axistwin.errors import UsageError
+from axistwin.scenes import Scene
 from axistwin.scenes.hosting import loader
-from axistwin.scenes.scene import Scene
-from axistwin.sim.by_hand import by_itself
-from axistwin.sim.serial_port import Flow
+from axistwin.sim import Flow, by_itself
 
 
 def replayed(conversation: Conversation) -> object:

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from axistwin.bench import product
-from axistwin.cli.check import diagnose
+from axistwin.cli.authoring.check import diagnose
 from axistwin.cli.main import axistwin
 from axistwin.errors import AxistwinError, UsageError
 

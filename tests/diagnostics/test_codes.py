@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 
 from axistwin.bench import product
 from axistwin.cli.main import axistwin
-from axistwin.diagnostics import codes
-from axistwin.diagnostics.checking import diagnose_text, product_for
-from axistwin.diagnostics.scenes import diagnose_scene
+from axistwin.diagnostics import codes, diagnose_scene, diagnose_text, product_for
 from axistwin.errors import UsageError
 
 RULES = [(title, rule) for title, table in codes.tables().items() for rule in table]

@@ -12,7 +12,7 @@ import pytest
 
 from axistwin.bench import product
 from axistwin.bench.acts import Say
-from axistwin.cli.check import diagnose
+from axistwin.cli.authoring.check import diagnose
 from axistwin.controllers.diagnostics import Severity
 from axistwin.controllers.digiplan.chapters.data_format import read_format
 from axistwin.controllers.digiplan.commands import COMMANDS

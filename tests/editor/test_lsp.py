@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from axistwin.cli import lsp
+from axistwin.cli.authoring import lsp
 from axistwin.cli.main import axistwin
 from axistwin.errors import MissingExtraError
 
@@ -156,7 +156,10 @@ def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
 
 
 def test_the_command_line_does_not_import_it():
-    code = "import sys, axistwin.cli.lsp; print([m for m in sys.modules if m.startswith(('pygls', 'lsprotocol'))])"
+    code = (
+        "import sys, axistwin.cli.authoring.lsp; "
+        "print([m for m in sys.modules if m.startswith(('pygls', 'lsprotocol'))])"
+    )
     told = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True,
         env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},

@@ -1,11 +1,13 @@
 """Faults that wait for a line of a program: `motor runs 12`, `table runs 5`, `board runs 3:2`."""
 
+from dataclasses import replace
+
 import pytest
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import play
+from axistwin.controllers.product import Abilities
+from axistwin.conversations import parse, play
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences, triggers
 
@@ -144,13 +146,11 @@ def test_what_is_wrong_is_told_with_its_remedy(request, fixture, sentence, messa
 
 def test_a_device_without_programs_runs_nothing(table, monkeypatch):
     """And tells of none."""
-    from dataclasses import replace
-
     controller = table["table"]
     monkeypatch.setattr(controller, "product", replace(controller.product, programs=()))
     with pytest.raises(UsageError, match="table runs no programs: the model if1 stores none"):
         triggers.read("table runs 1", table, table.faults)
-    monkeypatch.setattr(controller, "_device", object())
+    monkeypatch.setattr(controller, "_abilities", Abilities())
     assert controller.programs == {}
     controller.subscribe_lines(print)()
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from axistwin.bench import FAMILIES, Bench
-from axistwin.bench.events import Broke, Said
+from axistwin.bench.events import LineBreak, Sent
 from axistwin.panel import Talk, together
 from axistwin.panel.page import views
 from axistwin.panel.views.people import people
@@ -22,7 +22,7 @@ def whole(look):
 def said(visit):
     """Return the data that the host of an if1 has sent."""
     events = visit.look.common(Talk).since("if1", 0)[1]
-    return b"".join(event.data for event in events if isinstance(event, Said))
+    return b"".join(event.data for event in events if isinstance(event, Sent))
 
 
 def type_into(visit, mark, text):
@@ -162,7 +162,7 @@ def test_break_control_lines_and_format():
         visit.run(1.5)
         host, talk = visit.bench["if1"].serial.host, visit.look.common(Talk)
         visit.press("break-if1")
-        assert [type(event) for event in talk.since("if1", 0)[1]] == [Broke]
+        assert [type(event) for event in talk.since("if1", 0)[1]] == [LineBreak]
         visit.choose("dtr-if1", False)
         assert not host.dtr
         type_into(visit, "format-if1", "2400 7E1")

@@ -8,12 +8,9 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli import main
-from axistwin.plots import picture
-from axistwin.plots.history import Fault
-from axistwin.plots.trace_chart import messages, of_trace
-from axistwin.traces.differences import Tolerance, compare
-from axistwin.traces.reading import Track, read
-from axistwin.traces.trace import tracing
+from axistwin.plots import Fault, of_trace, picture
+from axistwin.plots.trace_chart import messages
+from axistwin.traces import Tolerance, Track, compare, read, tracing
 from axistwin.units import MS, S
 
 SUFFIXES = "csv", "vcd", "parquet"
@@ -135,9 +132,9 @@ def test_faults_are_marked_and_are_no_lane(tmp_path):
 
 def test_messages_are_told_whole():
     track = Track("if1.host_says", "string")
-    for n, text in enumerate(("", "a", "ab", "", "ab", "c", "cd")):
+    for n, text in enumerate(("", "a", "ab", "", "ab", "c", r"c\x20", "c d")):  # a space at the end is escaped
         track.add(n, text)
-    assert [(word.time_ns, word.text) for word in messages(track)] == [(1, "ab"), (4, "ab"), (5, "cd")]
+    assert [(word.time_ns, word.text) for word in messages(track)] == [(1, "ab"), (4, "ab"), (5, "c d")]
 
 
 def test_a_trace_in_which_nothing_happens(tmp_path, capsys):

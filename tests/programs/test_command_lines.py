@@ -5,27 +5,27 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.bench.acts import Do, Say, Wait
+from axistwin.bench import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
-from axistwin.plots.history import History, watching
 from axistwin.programs.command_lines import command_lines, send_lines
 from axistwin.programs.running import Outcome, load
+from axistwin.reports.run_record import RunRecord, recording_run
 from axistwin.units import S
 
 
-def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[History, Outcome]:
+def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[RunRecord, Outcome]:
     """Type it at an IF1 that has just been switched on."""
     file = tmp_path / "a.if1"
     file.write_text(text)
     bench = Bench()
     bench.add("if1", **options)
-    with watching(bench) as history:
+    with recording_run(bench) as record:
         outcome = load(file).perform(bench, None if until_s is None else int(until_s * S))
-    return history, outcome
+    return record, outcome
 
 
-def heard(history: History) -> list[bytes]:
-    return [bytes(utterance.data) for utterance in history.said if not utterance.by_host]
+def heard(record: RunRecord) -> list[bytes]:
+    return [bytes(message.data) for message in record.said if not message.by_host]
 
 
 def test_lines_and_comments():
@@ -44,79 +44,79 @@ def test_a_character_that_no_keyboard_has():
 
 
 def test_each_line_is_typed_when_the_one_before_is_done(tmp_path):
-    history, outcome = run(tmp_path, "X1000$\nY500$\nN\n")
-    assert heard(history) == [b"U\r", b"500\r"]
-    axes = history.bench["if1"].axes
+    record, outcome = run(tmp_path, "X1000$\nY500$\nN\n")
+    assert heard(record) == [b"U\r", b"500\r"]
+    axes = record.bench["if1"].axes
     assert (axes["X"].position, axes["Y"].position) == (1000, 500)
     assert outcome == Outcome()
 
 
 def test_a_delay_is_waited_for(tmp_path):
-    history, _ = run(tmp_path, "P1,50$\nX10$\n")
-    low = next(c for c in history.changes if c.pin == "output1" and not c.level)
-    typed = next(u for u in history.said if u.data.startswith(b"X"))
+    record, _ = run(tmp_path, "P1,50$\nX10$\n")
+    low = next(c for c in record.changes if c.pin == "output1" and not c.level)
+    typed = next(u for u in record.said if u.data.startswith(b"X"))
     assert typed.time_ns >= low.time_ns
 
 
 def test_a_run_is_left_running_for_the_time_that_is_given(tmp_path):
-    history, _ = run(tmp_path, "X@1000G$\n+2\n#\nN\n")
-    assert 1900 < history.bench["if1"].axes["X"].position < 2100
-    assert history.bench["if1"].axes["X"].velocity == 0
+    record, _ = run(tmp_path, "X@1000G$\n+2\n#\nN\n")
+    assert 1900 < record.bench["if1"].axes["X"].position < 2100
+    assert record.bench["if1"].axes["X"].velocity == 0
 
 
 def test_a_run_that_nobody_stops_goes_on_and_holds_nothing_up(tmp_path):
-    history, outcome = run(tmp_path, "X@1000G$\nS1$\nK\n", until_s=10)
-    assert history.bench.seconds == 10
-    assert history.bench["if1"].axes["X"].velocity == 1000
+    record, outcome = run(tmp_path, "X@1000G$\nS1$\nK\n", until_s=10)
+    assert record.bench.seconds == 10
+    assert record.bench["if1"].axes["X"].velocity == 1000
     assert outcome == Outcome()
 
 
 def test_somebody_closes_a_switch(tmp_path):
-    history, _ = run(tmp_path, "H1X100$\n! input1 high\nE\n")
-    assert heard(history)[-1] == b"C\r"
-    assert history.bench["if1"].axes["X"].position == 100
+    record, _ = run(tmp_path, "H1X100$\n! input1 high\nE\n")
+    assert heard(record)[-1] == b"C\r"
+    assert record.bench["if1"].axes["X"].position == 100
 
 
 def test_what_never_ends_is_stopped_and_told(tmp_path):
-    history, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
-    assert history.bench.seconds == 3600
+    record, outcome = run(tmp_path, ":X400:=0,1:$\nE\n")
+    assert record.bench.seconds == 3600
     assert outcome.note.startswith("line 2 and later lines were not sent: the one before is busy at 3600 s")
     assert "--for" in outcome.note
 
 
 def test_what_never_ends_ends_when_one_says_so(tmp_path):
-    history, outcome = run(tmp_path, ":X400:=0,1:$\n", until_s=60)
-    assert history.bench.seconds == 60
+    record, outcome = run(tmp_path, ":X400:=0,1:$\n", until_s=60)
+    assert record.bench.seconds == 60
     assert outcome == Outcome()
-    assert heard(history) == [b"U\r"]
+    assert heard(record) == [b"U\r"]
 
 
 def test_a_sequence_that_never_ends_is_stopped_after_a_pause(tmp_path):
-    history, outcome = run(tmp_path, ":X400:=0,1:$\n+10\n#\nE\n")
-    assert heard(history)[-1] == b"C\r"
+    record, outcome = run(tmp_path, ":X400:=0,1:$\n+10\n#\nE\n")
+    assert heard(record)[-1] == b"C\r"
     assert outcome == Outcome()
 
 
 def test_a_pause_beyond_the_end(tmp_path):
-    history, outcome = run(tmp_path, "X10$\n+100\nX10$\n", until_s=20)
-    assert history.bench.seconds == 20
-    assert history.bench["if1"].axes["X"].position == 10
+    record, outcome = run(tmp_path, "X10$\n+100\nX10$\n", until_s=20)
+    assert record.bench.seconds == 20
+    assert record.bench["if1"].axes["X"].position == 10
     assert outcome.note.startswith("line 2")
 
 
 def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
-    history, _ = run(tmp_path, "".join(f"X{n}$\n" for n in range(100, 110)))
-    assert history.bench["if1"].axes["X"].position == sum(range(100, 110))
+    record, _ = run(tmp_path, "".join(f"X{n}$\n" for n in range(100, 110)))
+    assert record.bench["if1"].axes["X"].position == sum(range(100, 110))
     long = ":" + ":".join(f"X{n}" for n in range(1, 40)) + ":$"
-    history, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # typed into the recalculation, when nothing is read
-    assert history.bench["if1"].axes["X"].position == sum(range(1, 40))
-    assert heard(history)[-1] == b"0\r"
+    record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # typed into the recalculation, when nothing is read
+    assert record.bench["if1"].axes["X"].position == sum(range(1, 40))
+    assert heard(record)[-1] == b"0\r"
 
 
 @pytest.mark.parametrize("line", ["110 8N2", "300 7E1", "1200 7O2", "2400 8N1", "9600 8E1", "4800 8O2", "instant"])
 def test_the_data_format_is_that_of_the_host(tmp_path, line):
-    history, _ = run(tmp_path, "X100$\nN\n", line=line)
-    assert heard(history)[-1] == b"100\r"
+    record, _ = run(tmp_path, "X100$\nN\n", line=line)
+    assert heard(record)[-1] == b"100\r"
 
 
 def test_a_format_the_interface_does_not_have(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Scene
-from axistwin.cli.faults import rows
+from axistwin.cli.authoring.faults import rows
 from axistwin.cli.main import axistwin
 from axistwin.errors import AxistwinError, SceneError, UsageError
 from axistwin.fault_injection import KINDS

@@ -8,9 +8,8 @@ from vcd.reader import TokenKind, tokenize
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.traces import trace
+from axistwin.traces import trace, tracing
 from axistwin.traces.files import VcdSink
-from axistwin.traces.trace import tracing
 
 
 def tell_and_run(bench: Bench, *messages: str) -> None:

@@ -12,11 +12,9 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.errors import TraceError, UsageError
+from axistwin.traces import Trace, catalogue, choose, output, read, tracing
 from axistwin.traces import files as trace_files
 from axistwin.traces import trace as tracer
-from axistwin.traces.reading import Trace, read
-from axistwin.traces.signals import catalogue, choose
-from axistwin.traces.trace import tracing
 from axistwin.units import S
 
 pq = pytest.importorskip("pyarrow.parquet")
@@ -263,7 +261,7 @@ class Disk:
 
     def __init__(self, room: int, monkeypatch) -> None:
         self.room, self._write = room, os.pwrite
-        monkeypatch.setattr(trace_files.os, "pwrite", self.write)
+        monkeypatch.setattr(output.os, "pwrite", self.write)
 
     def write(self, file: int, data: bytes, place: int) -> int:
         if place >= self.room:
@@ -304,7 +302,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from axistwin import Bench
-from axistwin.traces.trace import tracing
+from axistwin.traces import tracing
 bench = Bench()
 if1 = bench.add("if1")
 with tracing(bench, Path(sys.argv[1])) as trace:

@@ -9,7 +9,7 @@ from typing import Any
 
 from axistwin.bench import product
 from axistwin.controllers.commandset import Command
-from axistwin.conversations.conversation import load
+from axistwin.conversations import load
 from fidelity.documents import table_lines
 from fidelity.evidence import Evidence, classify
 

@@ -32,7 +32,7 @@ class Collector:
         from axistwin.bench import product
         from axistwin.controllers.commandset import CommandSet
         from axistwin.controllers.smartmotor.language import language
-        from axistwin.sim.serial_port import SerialPort
+        from axistwin.sim import SerialPort
         from fidelity.rows import FAMILIES as MODELS
         from fidelity.rows import code
 

@@ -11,7 +11,9 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import partial
 
-from axistwin.bench.bench import Bench, Controller, line_format
+from axistwin.bench.bench import Bench
+from axistwin.bench.controller import Controller
+from axistwin.bench.line_format import line_format
 from axistwin.errors import ProgramError, UsageError
 from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shortened
 from axistwin.plant.axes import Axis

@@ -12,7 +12,8 @@ from typing import Any
 
 from axistwin.bench import endpoints
 from axistwin.bench.actions import action_value, lead_value, line_action, on_a_bus
-from axistwin.bench.bench import Bench, Controller
+from axistwin.bench.bench import Bench
+from axistwin.bench.controller import Controller
 from axistwin.fault_injection.injector import Fault
 from axistwin.fault_injection.sentences import write as written
 from axistwin.plant.servo_axis import ServoAxis
@@ -23,7 +24,7 @@ from axistwin.sim.serial_port import SerialPort
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Sent:
     """A host has queued data, which leave from `time_ns` on; on a bus, a host has handed over a command."""
 
     time_ns: int
@@ -32,7 +33,7 @@ class Said:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class Received:
     """A host has received a character; on a bus, a message is ready for the host."""
 
     time_ns: int
@@ -42,7 +43,7 @@ class Heard:
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class LevelChanged:
     """A terminal has changed its level; `driven` if a test lead forces it.
 
     The lines of a serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
@@ -57,8 +58,8 @@ class Changed:
 
 
 @dataclass(frozen=True, slots=True)
-class Turned:
-    """An analog terminal has changed its voltage.  If its level has changed, too, a `Changed` comes first."""
+class VoltageChanged:
+    """An analog terminal has changed its voltage.  If its level has changed, too, a `LevelChanged` comes first."""
 
     time_ns: int
     controller: str
@@ -68,7 +69,7 @@ class Turned:
 
 
 @dataclass(frozen=True, slots=True)
-class Broke:
+class LineBreak:
     """A host has sent a break of `seconds`."""
 
     time_ns: int
@@ -77,7 +78,7 @@ class Broke:
 
 
 @dataclass(frozen=True, slots=True)
-class Failed:
+class FaultChanged:
     """A fault has begun or ended; `act` and `words` are the corresponding line of a conversation."""
 
     time_ns: int
@@ -87,7 +88,7 @@ class Failed:
 
 
 @dataclass(frozen=True, slots=True)
-class Handled:
+class ManualAction:
     """A person has acted on a machine; `! act value` is the corresponding line of a conversation."""
 
     time_ns: int
@@ -97,7 +98,7 @@ class Handled:
 
 
 @dataclass(frozen=True, slots=True)
-class Arranged:
+class SettingChanged:
     """The host's end of a line has been set up otherwise: `! act value` does it in a conversation."""
 
     time_ns: int
@@ -106,7 +107,7 @@ class Arranged:
     value: str
 
 
-Event = Said | Heard | Changed | Turned | Broke | Failed | Handled | Arranged
+Event = Sent | Received | LevelChanged | VoltageChanged | LineBreak | FaultChanged | ManualAction | SettingChanged
 Sink = Callable[[Event], None]
 
 
@@ -129,19 +130,19 @@ def observing(bench: Bench, sink: Sink) -> Iterator[None]:
 def _failed(bench: Bench, sink: Sink, fault: Fault, what: str) -> None:
     where = fault.spot.name.partition(".")[0]
     if what == "begins":
-        sink(Failed(bench.now, where, "fault", written(fault)))
+        sink(FaultChanged(bench.now, where, "fault", written(fault)))
     elif fault.on:  # the fault has ended
-        sink(Failed(bench.now, where, "mend", fault.name))
+        sink(FaultChanged(bench.now, where, "mend", fault.name))
 
 
 def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
     """Observe a person's actions: test leads, power, axes, joystick, external encoder."""
 
     def handled(target: str, *values: float) -> None:
-        sink(Handled(bench.now, controller.name, target, action_value(target, *values)))
+        sink(ManualAction(bench.now, controller.name, target, action_value(target, *values)))
 
     def led(name: str, pin: Pin) -> None:
-        sink(Handled(bench.now, controller.name, name, lead_value(pin)))
+        sink(ManualAction(bench.now, controller.name, name, lead_value(pin)))
 
     def at_axis(name: str, act: str, *values: float) -> None:
         handled(act if act == "ambient" else f"{name}.{act}", *values)
@@ -149,7 +150,7 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
     def at_master(target: str, what: Any, how: Any) -> None:
         if isinstance(how, Fraction):
             on = f"on {_name_of(bench, what)} times {how.numerator}/{how.denominator}"
-            sink(Handled(bench.now, controller.name, target, on))
+            sink(ManualAction(bench.now, controller.name, target, on))
         else:
             handled(target, what, how)
 
@@ -183,26 +184,26 @@ def terminals(controller: Controller) -> dict[str, Pin]:
 
 def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
-    stack.callback(bus.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(bus.subscribe_received(lambda data: sink(Heard(clock.now, name, data))))
+    stack.callback(bus.subscribe_sent(lambda data: sink(Sent(clock.now, name, data))))
+    stack.callback(bus.subscribe_received(lambda data: sink(Received(clock.now, name, data))))
 
 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
-    stack.callback(port.subscribe_sent(lambda data: sink(Said(clock.now, name, data))))
-    stack.callback(port.subscribe_settings(lambda act: sink(Arranged(clock.now, name, *line_action(act)))))
-    stack.callback(port.subscribe_breaks(lambda seconds: sink(Broke(clock.now, name, seconds))))
-    stack.callback(port.subscribe_received(lambda byte, errors: sink(Heard(clock.now, name, bytes([byte]), errors))))
+    stack.callback(port.subscribe_sent(lambda data: sink(Sent(clock.now, name, data))))
+    stack.callback(port.subscribe_settings(lambda act: sink(SettingChanged(clock.now, name, *line_action(act)))))
+    stack.callback(port.subscribe_breaks(lambda seconds: sink(LineBreak(clock.now, name, seconds))))
+    stack.callback(port.subscribe_received(lambda byte, errors: sink(Received(clock.now, name, bytes([byte]), errors))))
 
 
 def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitStack) -> None:
     name, clock = controller.name, bench.clock
 
     def changed(pin_name: str, pin: Pin) -> None:
-        sink(Changed(clock.now, name, pin_name, pin.level, pin.driven, pin.flashing))
+        sink(LevelChanged(clock.now, name, pin_name, pin.level, pin.driven, pin.flashing))
 
     def turned(pin_name: str, pin: UserPin) -> None:
-        sink(Turned(clock.now, name, pin_name, pin.volts, pin.driven))
+        sink(VoltageChanged(clock.now, name, pin_name, pin.volts, pin.driven))
 
     for pin_name, pin in terminals(controller).items():
         stack.callback(pin.subscribe(partial(changed, pin_name)))

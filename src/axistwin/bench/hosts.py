@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from typing import Protocol
 
 from axistwin.bench import endpoints
-from axistwin.bench.bench import Bench, Controller
+from axistwin.bench.bench import Bench
+from axistwin.bench.controller import Controller
 from axistwin.controllers.product import BusHost
 from axistwin.sim.serial_port import SerialPort
 from axistwin.units import MS

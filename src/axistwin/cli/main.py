@@ -7,6 +7,7 @@ usage, 130 interrupted.
 import errno
 import os
 import sys
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -15,22 +16,44 @@ import click
 from axistwin.errors import AxistwinError, LinkError, UsageError, one_line
 from axistwin.version import VERSION
 
-COMMANDS = {
-    "demo": "A short session that needs nothing but the package.",
-    "serve": "Put controllers on real ports: TCP, pty, RFC2217, serial, bus.",
-    "record": "Record the conversation of a host with a real controller.",
-    "replay": "Compare a virtual controller with a recording of a real one.",
-    "run": "Run a program or a conversation at full speed.",
-    "plot": "Draw a trace.",
-    "diff": "Find the first difference between two traces.",
-    "check": "Find errors in programs and scenes.",
-    "commands": "List every command of a model.",
-    "faults": "List every fault that a bench can have.",
-    "schema": "The JSON Schema of a scene file, for editors.",
-    "lsp": "The language server, for editors.",
-    "term": "An interactive terminal on a virtual or a real controller.",
+
+@dataclass(frozen=True)
+class Command:
+    """A command: its name, the folder of its module (whose attribute of that name it is), its summary."""
+
+    name: str
+    folder: str
+    summary: str
+
+    def load(self) -> click.Command:
+        """Import the command."""
+        loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.name}"), self.name)
+        return loaded
+
+
+GROUPS = {
+    "Run programs and scenes": (
+        Command("demo", "runs", "A short session that needs nothing but the package."),
+        Command("run", "runs", "Run a program or a conversation at full speed."),
+        Command("plot", "runs", "Draw a trace."),
+        Command("diff", "runs", "Find the first difference between two traces."),
+    ),
+    "Connect hosts and controllers": (
+        Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),
+        Command("term", "serving", "An interactive terminal on a virtual or a real controller."),
+        Command("record", "serving", "Record the conversation of a host with a real controller."),
+        Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
+    ),
+    "Write programs and scenes": (
+        Command("check", "authoring", "Find errors in programs and scenes."),
+        Command("commands", "authoring", "List every command of a model."),
+        Command("faults", "authoring", "List every fault that a bench can have."),
+        Command("schema", "authoring", "The JSON Schema of a scene file, for editors."),
+        Command("lsp", "authoring", "The language server, for editors."),
+    ),
 }
-"""Summary of each command, by name; the command is an attribute of that name in the module `axistwin.cli.<name>`."""
+"""All commands, by task."""
+COMMANDS = {command.name: command for commands in GROUPS.values() for command in commands}
 
 OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
 """Errors of the output device."""
@@ -45,15 +68,16 @@ class LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
         """Import a command; return None for an unknown name."""
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = getattr(import_module(f"axistwin.cli.{cmd_name}"), cmd_name)
-        return command
+        return COMMANDS[cmd_name].load() if cmd_name in COMMANDS else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
-        """Write the list of commands without importing them."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        """Write the commands of each group without importing them."""
+        width = max(map(len, COMMANDS))
+        formatter.write_paragraph()
+        formatter.write_heading("Commands")
+        for title, commands in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(command.name.ljust(width), command.summary) for command in commands])
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

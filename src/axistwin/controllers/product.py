@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker, Rule
@@ -63,78 +63,11 @@ class Store(Protocol):
         """
 
 
-class Device(Protocol):
-    """The hardware of one controller, which exists with or without power."""
-
-    pins: dict[str, Pin]
-
-    def power(self, on: bool) -> None:
-        """Switch the power on or off."""
-
-
-class ControlLines(Protocol):
-    """The four control lines of a plug."""
-
-    dtr: Pin
-    rts: Pin
-    dsr: Pin
-    cts: Pin
-
-
-@runtime_checkable
-class SerialDevice(Device, Protocol):
-    """A device with a serial plug; a host communicates with its UART."""
-
-    uart: Uart
-
-
-@runtime_checkable
-class HandshakeDevice(SerialDevice, Protocol):
-    """A serial device with four control lines."""
-
-    dtr: Pin
-    rts: Pin
-    dsr: Pin
-    cts: Pin
-    lines: "ControlLines"
-    """The lines inside the device; they depend on the wiring of the plug."""
-
-
-@runtime_checkable
-class Rs485Device(Device, Protocol):
-    """A device with a second serial channel, on a pair of wires."""
-
-    rs485: Uart
-
-
-@runtime_checkable
-class TroubledDevice(Device, Protocol):
-    """A device that reports the reason why it does not move."""
-
-    def hint(self) -> str:
-        """Return a status hint in one line: the reason and the remedy; empty if there is none."""
-
-
-@runtime_checkable
-class HintingDevice(TroubledDevice, Protocol):
-    """A device that reports new status hints."""
-
-    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
-
-
-@runtime_checkable
-class BusDevice(Device, Protocol):
-    """A device in a slot of a bus; a host communicates with its two registers."""
-
-    bus: RegisterPort
-
-
 @dataclass(frozen=True)
 class Register:
     """A readable number or text inside a controller.  Reading it changes nothing.
 
-    Its value changes only at events, unless it is `restless` or the device is a `FollowedDevice`.
+    Its value changes only at events, unless it is `restless` or the device reports its changes (`Abilities.follow`).
     """
 
     read: Callable[[], int | str]
@@ -148,27 +81,8 @@ class Register:
     """True if it changes between events, so that it can be read but not followed."""
 
 
-@runtime_checkable
-class RegisteredDevice(Device, Protocol):
-    """A device with readable registers."""
-
-    def registers(self) -> Mapping[str, Register]:
-        """The registers by name."""
-
-
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 """Callback with changes in order of time: the times, the indexes of the registers, and the new values."""
-
-
-@runtime_checkable
-class FollowedDevice(RegisteredDevice, Protocol):
-    """A device that computes ahead of the clock and therefore reports changes with their times."""
-
-    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Call a follower with every change of these registers, with delay; unchanged values may be included.
-
-        Return an unsubscribe function.
-        """
 
 
 @dataclass(frozen=True)
@@ -184,45 +98,76 @@ class Listing:
     """Lines that take no time and never run: labels, ends of blocks."""
 
 
-@runtime_checkable
-class ProgrammedDevice(Device, Protocol):
-    """A device that stores programs and runs them."""
+class ControlLines(Protocol):
+    """The four control lines of a plug."""
 
-    def programs(self) -> Mapping[str, Listing]:
-        """The stored programs, with their running lines, by the product's names."""
-
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher(program, index)` when a line begins, or only when the line `only` begins.
-
-        The callback may read the bench but must not change it.  Return an unsubscribe function.
-        """
+    dtr: Pin
+    rts: Pin
+    dsr: Pin
+    cts: Pin
 
 
-@runtime_checkable
-class AlarmDevice(Device, Protocol):
-    """A device that reports its fault flags."""
+@dataclass(frozen=True)
+class Handshake:
+    """Control lines of a serial plug."""
 
-    alarms: Alarms
+    plug: ControlLines
+    """The lines at the plug."""
+    inside: ControlLines
+    """The lines inside the device; they depend on the wiring of the plug."""
 
 
-@runtime_checkable
-class BusyDevice(Device, Protocol):
-    """A device that takes time for a host's request."""
+@dataclass(frozen=True)
+class Abilities:
+    """The optional parts of a device, with defaults for a device without them."""
+
+    uart: Uart | None = None
+    """The UART of its serial plug."""
+    handshake: Handshake | None = None
+    """The control lines of its serial plug."""
+    rs485: Uart | None = None
+    """A second serial channel, on a pair of wires."""
+    bus: RegisterPort | None = None
+    """Its two registers, if it is in a slot of a bus."""
+    alarms: Alarms | None = None
+    """Subscriptions to its fault flags."""
+    registers: Callable[[], Mapping[str, Register]] = dict
+    """Returns its readable registers by name."""
+    follow: Callable[[Sequence[str], Follower], Callable[[], None]] | None = None
+    """Calls a follower with every change of these registers, with delay; unchanged values may be included.
+
+    Returns an unsubscribe function.  For a device that computes ahead of the clock.
+    """
+    programs: Callable[[], Mapping[str, Listing]] = dict
+    """Returns its stored programs, with their running lines, by the product's names."""
+    subscribe_lines: Callable[[LineWatcher, Line | None], Callable[[], None]] = lambda watcher, only: lambda: None
+    """Calls `watcher(program, index)` when a line begins, or only when the line `only` begins.
+
+    The callback may read the bench but must not change it.  Returns an unsubscribe function.
+    """
+    hint: Callable[[], str] = lambda: ""
+    """Returns a status hint in one line: why it does not move, and the remedy; empty if there is none."""
+    subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
+    """Calls `watcher(line)` when there is a new hint.  Returns an unsubscribe function."""
+    busy: Callable[[], bool] = lambda: False
+    """Returns True while it works on a host's request; new requests may have to wait."""
+    procedures: Callable[[], Sequence[Process]] = tuple
+    """Returns its procedures in progress: its power cannot go off in the middle of a procedure's step."""
+
+
+class Device(Protocol):
+    """The hardware of one controller, which exists with or without power."""
 
     @property
-    def busy(self) -> bool:
-        """True while the device is busy; new requests may have to wait."""
-
-
-@runtime_checkable
-class ProceduralDevice(Device, Protocol):
-    """A device that works by procedures: its power cannot go off in the middle of a procedure's step."""
-
-    clock: Clock
+    def pins(self) -> dict[str, Pin]:
+        """Its terminals by name."""
 
     @property
-    def procedures(self) -> Sequence[Process]:
-        """The procedures in progress."""
+    def abilities(self) -> Abilities:
+        """Its optional parts."""
+
+    def power(self, on: bool) -> None:
+        """Switch the power on or off."""
 
 
 class Placed(Protocol):

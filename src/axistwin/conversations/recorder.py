@@ -16,7 +16,17 @@ from axistwin.bench import Bench, endpoints, line_format
 from axistwin.bench.actions import level_name
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec
-from axistwin.bench.events import Arranged, Broke, Changed, Event, Failed, Handled, Heard, Said, observing
+from axistwin.bench.events import (
+    Event,
+    FaultChanged,
+    LevelChanged,
+    LineBreak,
+    ManualAction,
+    Received,
+    Sent,
+    SettingChanged,
+    observing,
+)
 from axistwin.conversations.conversation import Conversation, write
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
@@ -75,23 +85,23 @@ class Recorder:
     def record(self, event: Event) -> None:
         """Record an event."""
         match event:
-            case Heard():
+            case Received():
                 self._heard(event)
-            case Said():
+            case Sent():
                 self._record_act(
                     event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller))
                 )
-            case Broke():
+            case LineBreak():
                 seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
                 self._record_act(event.time_ns, event.controller, self._line_act(event.controller, "break", seconds))
-            case Failed():
+            case FaultChanged():
                 self._record_action(event.time_ns, event.controller, event.act, event.words)
-            case Arranged() if not self.relayed:
+            case SettingChanged() if not self.relayed:
                 line_act = self._line_act(event.controller, event.act, event.value)
                 self._record_act(event.time_ns, event.controller, line_act)
-            case Handled():
+            case ManualAction():
                 self._record_action(event.time_ns, event.controller, event.act, event.value)
-            case Changed():
+            case LevelChanged():
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
@@ -133,7 +143,7 @@ class Recorder:
         """True if the reply ends in CR or LF; only LF can follow."""
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
-    def _heard(self, event: Heard) -> None:
+    def _heard(self, event: Received) -> None:
         """Collect characters into one message, up to its terminator."""
         silent_ns = event.time_ns - self._last_ns
         ended = event.controller not in self._formats  # on a bus each message is whole
@@ -162,7 +172,7 @@ class Recorder:
             self._reply.clear()
             self._recorded_ns = max(time_ns, self._recorded_ns)
 
-    def _changed(self, event: Changed) -> None:
+    def _changed(self, event: LevelChanged) -> None:
         """Record changes of the host's control lines.  Changes by a controller are not acts."""
         if event.pin.startswith("host."):
             self._flush_reply()

@@ -2,6 +2,6 @@
 
 from axistwin.fault_injection.injector import Fault, Faults
 from axistwin.fault_injection.kinds import KINDS
-from axistwin.fault_injection.table import Kind, Parameter
+from axistwin.fault_injection.table import Kind, On, Parameter, Sort
 
-__all__ = ["KINDS", "Fault", "Faults", "Kind", "Parameter"]
+__all__ = ["KINDS", "Fault", "Faults", "Kind", "On", "Parameter", "Sort"]

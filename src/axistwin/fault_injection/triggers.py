@@ -15,7 +15,7 @@ The controller's name may be left out where it is clear.
 
 import re
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from axistwin.controllers.product import Listing
 from axistwin.errors import UsageError
@@ -26,9 +26,6 @@ from axistwin.plant.axes import MOST_POSITION, Axis
 from axistwin.sim.frames import LineError
 from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
-
-if TYPE_CHECKING:
-    from axistwin.fault_injection.injector import Faults
 
 Unsubscribe = Callable[[], object]
 Arm = Callable[[Callable[[], None]], Unsubscribe]
@@ -41,13 +38,28 @@ _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>[rn\\]))")
 _LETTERS = {"r": "\r", "n": "\n", "\\": "\\"}
 
 
+class KnownFaults(Protocol):
+    """The faults of a bench, as a sentence names them."""
+
+    @property
+    def names(self) -> Iterable[str]:
+        """Names of the faults so far."""
+
+    @property
+    def announced(self) -> Iterable[str]:
+        """Names of faults that follow."""
+
+    def subscribe(self, callback: Callable[[Any, str], None]) -> Unsubscribe:
+        """Call `callback(fault, what)` when a fault "begins" and when it "ends".  Return an unsubscribe function."""
+
+
 def other_fault(text: str | None) -> str | None:
     """Return the name of the fault that this sentence waits for; None: it waits for something else."""
     found = _SENTENCE.fullmatch((text or "").strip())
     return found["who"] if found is not None and _VERBS.get(found["verb"]) is _other_fault else None
 
 
-def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
+def read(text: str, world: World, faults: KnownFaults, here: str = "") -> Arm:
     """Return the trigger that this sentence describes.  Raises UsageError for an invalid sentence."""
     found = _SENTENCE.fullmatch(text.strip())
     if found is None or found["verb"] not in _VERBS:
@@ -58,7 +70,7 @@ def read(text: str, world: World, faults: "Faults", here: str = "") -> Arm:
 class _Wish:
     """The parts of a sentence."""
 
-    def __init__(self, world: World, faults: "Faults", here: str, who: str, verb: str, what: str) -> None:
+    def __init__(self, world: World, faults: KnownFaults, here: str, who: str, verb: str, what: str) -> None:
         self.world, self.faults, self.here = world, faults, here
         self.who, self.verb, self.what = who, verb, what
 

@@ -11,7 +11,7 @@ from itertools import islice
 from axistwin.bench import Bench, endpoints
 from axistwin.bench.codec import Codec
 from axistwin.bench.control_characters import word
-from axistwin.bench.events import Broke, Event, Heard, Said, observing
+from axistwin.bench.events import Event, LineBreak, Received, Sent, observing
 from axistwin.sessions.session import Session
 from axistwin.units import MS, to_seconds
 
@@ -23,7 +23,7 @@ PAUSE_NS = 50 * MS
 """Longest pause within a line of a terminal."""
 CR, LF = b"\r", b"\n"
 
-Utterance = Said | Heard | Broke
+Utterance = Sent | Received | LineBreak
 
 DIM, HOST, DEVICE, WRONG, NORMAL = "\x1b[2m", "\x1b[36m", "\x1b[32m", "\x1b[31m", "\x1b[0m"
 
@@ -73,12 +73,12 @@ class Printer:
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:
-        by_host = not isinstance(said, Heard)
+        by_host = not isinstance(said, Received)
         if self._begins_line(said, by_host):
             sign = f"{HOST}>" if by_host else f"{DEVICE}<"
             yield f"\r\n{DIM}{to_seconds(said.time_ns):12.6f}{NORMAL} {sign}{NORMAL} "
         self._by_host, self._last_ns = by_host, said.time_ns
-        if isinstance(said, Broke):
+        if isinstance(said, LineBreak):
             yield f"{DIM}<BREAK {said.seconds:g} s>{NORMAL}"
         elif self._whole:
             yield self._message(said)
@@ -88,15 +88,15 @@ class Printer:
     def _begins_line(self, said: Utterance, by_host: bool) -> bool:
         if self._whole or by_host is not self._by_host or said.time_ns > self._last_ns + PAUSE_NS:
             return True
-        return self._ended and not (isinstance(said, Heard) and said.data == LF)
+        return self._ended and not (isinstance(said, Received) and said.data == LF)
 
-    def _message(self, said: Said | Heard) -> str:
-        by_host = isinstance(said, Said)
+    def _message(self, said: Sent | Received) -> str:
+        by_host = isinstance(said, Sent)
         data = said.data if by_host else said.data.rstrip(b"\0") or said.data[:1]
         return f"{self._codec.show(data)}   {DIM}{self._codec.words(said.data, by_host)}{NORMAL}"
 
-    def _characters(self, said: Said | Heard) -> Iterator[str]:
-        wrong = isinstance(said, Heard) and bool(said.errors)
+    def _characters(self, said: Sent | Received) -> Iterator[str]:
+        wrong = isinstance(said, Received) and bool(said.errors)
         for byte in said.data:
             shown = word(byte)
             colour = WRONG if wrong else DIM if len(shown) > 1 else ""

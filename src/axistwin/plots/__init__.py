@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING
 from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
-    from axistwin.plots.chart import Chart
+    from axistwin.plots.chart import Chart, Curve, Fault
     from axistwin.plots.diff_chart import of_difference
     from axistwin.plots.picture import save, show
     from axistwin.plots.trace_chart import of_trace
 else:
     __getattr__ = lazy(
         __name__,
-        chart="Chart",
+        chart="Chart Curve Fault",
         diff_chart="of_difference",
         picture="save show",
         trace_chart="of_trace",
     )
 
-__all__ = ["Chart", "of_difference", "of_trace", "save", "show"]
+__all__ = ["Chart", "Curve", "Fault", "of_difference", "of_trace", "save", "show"]

@@ -5,8 +5,6 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from axistwin.plots.curves import Curve
-from axistwin.plots.history import Fault
 from axistwin.units import MS, S
 
 if TYPE_CHECKING:
@@ -21,12 +19,46 @@ BACKGROUND = (*HIDDEN, "led", "dtr")
 """Levels that do not count for the choice of the drawn time."""
 
 
+MOST = 10_000
+"""Largest number of points of a curve; longer curves are reduced to the extremes of neighbouring points."""
+
+
+@dataclass
+class Curve:
+    """Values with their start times, in seconds."""
+
+    times: list[float] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+
+    def thinned(self, most: int = MOST) -> "Curve":
+        """Return a curve with at most `most` points that looks the same."""
+        if len(self.times) <= most:
+            return self
+        thin = Curve([self.times[0]], [self.values[0]])
+        group = 2 * len(self.times) // most + 1
+        for first in range(1, len(self.times), group):
+            values = self.values[first : first + group]
+            thin.times += [self.times[first], self.times[min(first + group, len(self.times)) - 1]]
+            thin.values += [min(values), max(values)]
+        thin.times.append(self.times[-1])
+        thin.values.append(self.values[-1])
+        return thin
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault with its begin and end; `end_ns` None: still active."""
+
+    name: str
+    begin_ns: int
+    end_ns: int | None = None
+
+
 @dataclass
 class Line:
-    """A curve in a panel.  `steps`: each value holds until the next; otherwise straight lines join the points."""
+    """A curve in a panel: each value holds until the next."""
 
     curve: Curve
-    steps: bool = False
     faint: bool = False
     legend: str = ""
 
@@ -72,7 +104,7 @@ class Chart:
     def add_faults(self, faults: Iterable[Fault]) -> None:
         """Add the faults that are active in the drawn time."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
-        self.faults += sorted(seen, key=lambda fault: fault.begin_ns)
+        self.faults += sorted(seen, key=lambda fault: (fault.begin_ns, fault.name))
 
 
 def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, int]:

@@ -37,7 +37,7 @@ def _add(made: Chart, name: str, one: Track | None, other: Track | None, colour:
                 made.states[f"{name}, {which}"] = states(track, *span)
         return
     lines = [
-        Line(chart.held(*track.columns(), *span), steps=True, faint=track is other, legend=which)
+        Line(chart.held(*track.columns(), *span), faint=track is other, legend=which)
         for track, which in ((one, "first"), (other, "second"))
         if track is not None
     ]

@@ -159,16 +159,12 @@ class _Picture:
         colour = COLOURS[panel.colour % len(COLOURS)]
         for line in panel.lines:
             curve = line.curve.thinned()
-            style: dict[str, Any] = {"drawstyle": "steps-post"} if line.steps else {}
-            style |= (
-                {"color": INK, "linewidth": 0.8, "linestyle": "--"}
-                if line.faint
-                else {"color": colour, "linewidth": 1.2}
-            )
+            style: dict[str, Any] = {"color": colour, "linewidth": 1.2}
+            if line.faint:
+                style = {"color": INK, "linewidth": 0.8, "linestyle": "--"}
             if panel.filled and not line.faint:
-                step = {"step": "post"} if line.steps else {}
-                row.fill_between(curve.times, curve.values, color=colour, alpha=0.22, linewidth=0, **step)  # type: ignore[arg-type]
-            row.plot(curve.times, curve.values, label=line.legend, **style)
+                row.fill_between(curve.times, curve.values, color=colour, alpha=0.22, linewidth=0, step="post")
+            row.plot(curve.times, curve.values, label=line.legend, drawstyle="steps-post", **style)
         if panel.filled:
             row.axhline(0, color=GREY, linewidth=0.6)
         if any(line.legend for line in panel.lines):

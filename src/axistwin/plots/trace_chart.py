@@ -1,17 +1,16 @@
-"""A chart of a trace: axes, levels, registers and messages in a span of time."""
+"""A chart of a trace, from a file or from memory: axes, levels, registers and messages in a span of time."""
 
 from collections.abc import Iterator, Sequence
 
 from axistwin.plots import chart
-from axistwin.plots.chart import BACKGROUND, FLAT, HIDDEN, TALL, Chart, Line, Panel, Word
-from axistwin.plots.curves import Curve
-from axistwin.plots.history import Fault
-from axistwin.plots.history_chart import servo_panels, speaker
+from axistwin.plots.chart import BACKGROUND, FLAT, HIDDEN, LOW, TALL, Chart, Curve, Fault, Line, Panel, Word
 from axistwin.traces.reading import Trace, Track
 from axistwin.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
 
 SAYS = ("host_says", "controller_says")
 AXIS = ("pulses", "velocity", "position", "commanded")
+BLANK = r"\x20"
+"""A space at the end of a text, as it is written."""
 RAILS = (0.0, 5.0)
 """Voltages that are equal to a logic level."""
 
@@ -76,15 +75,22 @@ class _Drawn:
         if "position" in axis and "commanded" in axis:
             velocity = chart.rate(*axis["position"].columns(), *span)
             error = difference(axis["commanded"], axis["position"], span)
-            places = curves["position"], curves["commanded"]
-            self.chart.panels += servo_panels(name, velocity, *places, error, colour, steps=True)
+            places = [
+                Line(curves["position"], legend="position"),
+                Line(curves["commanded"], faint=True, legend="commanded"),
+            ]
+            self.chart.panels += [
+                Panel(f"{name}  velocity\ncounts/s", [Line(velocity)], TALL, filled=True, colour=colour),
+                Panel(f"{name}  position\ncounts", places, TALL, colour=colour),
+                Panel(f"{name}  following\nerror, counts", [Line(error)], LOW, filled=True, colour=colour),
+            ]
             return
         if "velocity" in curves:
-            line = Line(curves.pop("velocity"), steps=True)
+            line = Line(curves.pop("velocity"))
             self.chart.panels.append(Panel(f"{name}  velocity\npulses/s", [line], TALL, filled=True, colour=colour))
         for one, curve in curves.items():
             label = "position\npulses" if one == "pulses" else f"{one}\ncounts"
-            self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve, steps=True)], colour=colour))
+            self.chart.panels.append(Panel(f"{name}  {label}", [Line(curve)], colour=colour))
 
     def _add(self, name: str, track: Track) -> None:
         """Add a signal that is not part of an axis, if it changes."""
@@ -102,12 +108,15 @@ class _Drawn:
         elif track.kind == COUNT or (track.kind == REAL and not set(track.values) <= set(RAILS)):
             curve = chart.held(*track.columns(), self.chart.from_ns, self.chart.to_ns)
             label = self._short(name).replace("_volts", "\nvolts")
-            self.chart.panels.append(Panel(label, [Line(curve, steps=True)], FLAT, colour=next(self._colours)))
+            self.chart.panels.append(Panel(label, [Line(curve)], FLAT, colour=next(self._colours)))
 
     def _add_words(self, name: str, track: Track) -> None:
         """Add the complete messages of one end of a line."""
         scope, _, which = name.rpartition(".")
-        who = speaker("" if self._alone else scope, which == "host_says")
+        if self._alone:
+            who = "host" if which == "host_says" else "controller"
+        else:
+            who = f"host to {scope}" if which == "host_says" else scope
         words = [w for w in messages(track) if self.chart.from_ns <= w.time_ns <= self.chart.to_ns]
         if words or self._alone:
             self.chart.words[who] = words
@@ -141,7 +150,7 @@ def messages(track: Track) -> list[Word]:
             found[-1] = Word(found[-1].time_ns, text)
         elif text:
             found.append(Word(time_ns, text))
-        before = text
+        before = f"{text.removesuffix(BLANK)} " if text.endswith(BLANK) else text
     return found
 
 

@@ -6,10 +6,10 @@ from typing import Any
 from axistwin.bench import endpoints
 from axistwin.bench.actions import level_name, voltage
 from axistwin.bench.codec import Codec
-from axistwin.bench.events import Changed, Turned
+from axistwin.bench.events import LevelChanged, VoltageChanged
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.plots.history import AnyMove, History, Utterance
+from axistwin.reports.run_record import AnyMove, Message, RunRecord
 from axistwin.sim.frames import LineError
 from axistwin.units import to_seconds
 
@@ -17,23 +17,23 @@ HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
 """Levels left out of the text; the messages show them."""
 
 
-Item = Utterance | AnyMove | Changed | Turned
+Item = Message | AnyMove | LevelChanged | VoltageChanged
 
 
-def text(history: History) -> Iterator[str]:
+def text(run: RunRecord) -> Iterator[str]:
     """Yield lines in order of time: `>` host, `<` controller, `!` action at the machine, `=` new level."""
-    several = endpoints.several(history.bench)
-    codecs = _codecs(history)
-    levels = filter(_is_shown, history.changes)
-    told: list[Item] = [*history.said, *levels, *history.turned, *history.moves()]
+    several = endpoints.several(run.bench)
+    codecs = _codecs(run)
+    levels = filter(_is_shown, run.changes)
+    told: list[Item] = [*run.said, *levels, *run.turned, *run.moves()]
     for item in sorted(told, key=_time_ns):  # an action comes before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
 
 
-def summary(history: History) -> Iterator[str]:
+def summary(run: RunRecord) -> Iterator[str]:
     """Yield a table of the axes that moved."""
-    by_axis = _by_axis(history)
+    by_axis = _by_axis(run)
     units = " or ".join(sorted({move.unit for moves in by_axis.values() for move in moves}, reverse=True))
     rows = [("axis", "from", "to", units, "moving", "moves")]
     for name, moves in by_axis.items():
@@ -45,29 +45,29 @@ def summary(history: History) -> Iterator[str]:
         for row in rows:
             cells = [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
             yield "  ".join([row[0].ljust(widths[0]), *cells])
-    yield from _lost_pulses(history)
+    yield from _lost_pulses(run)
 
 
-def as_dict(history: History) -> dict[str, Any]:
+def as_dict(run: RunRecord) -> dict[str, Any]:
     """Return a dictionary for `--json`; times in integer nanoseconds, rates in pulses/s."""
-    codecs = _codecs(history)
+    codecs = _codecs(run)
     return {
-        "said": [_said(utterance, codecs[utterance.controller]) for utterance in history.said],
-        "moves": [_moved(move) for move in history.moves()],
+        "said": [_said(message, codecs[message.controller]) for message in run.said],
+        "moves": [_moved(move) for move in run.moves()],
         "changes": [
             {"time_ns": c.time_ns, "controller": c.controller, "pin": c.pin, "level": c.level, "driven": c.driven}
-            for c in history.changes
+            for c in run.changes
         ],
         "voltages": [
-            {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in history.turned
+            {"time_ns": t.time_ns, "controller": t.controller, "pin": t.pin, "volts": t.volts} for t in run.turned
         ],
         "axes": [
             {"controller": c.name, "axis": name, "position": axis.position, **_reference(axis)}
-            for c in history.bench.controllers.values()
+            for c in run.bench.controllers.values()
             for name, axis in c.axes.items()
         ],
-        "complete": history.complete,
-        "end_ns": history.bench.now,
+        "complete": run.complete,
+        "end_ns": run.bench.now,
     }
 
 
@@ -75,20 +75,20 @@ def _reference(axis: Axis) -> dict[str, int]:
     return {"commanded": axis.commanded} if isinstance(axis, ServoAxis) else {"pulses": axis.pulses}
 
 
-def _codecs(history: History) -> dict[str, Codec]:
-    bench = history.bench
+def _codecs(run: RunRecord) -> dict[str, Codec]:
+    bench = run.bench
     return {name: endpoints.codec_at(bench, name) for name in (*bench.controllers, *endpoints.names(bench))}
 
 
-def _said(utterance: Utterance, codec: Codec) -> dict[str, Any]:
+def _said(message: Message, codec: Codec) -> dict[str, Any]:
     return {
-        "time_ns": utterance.time_ns,
-        "end_ns": utterance.last_ns,
-        "controller": utterance.controller,
-        "by": "host" if utterance.by_host else "controller",
-        "text": codec.show(bytes(utterance.data)),
-        **({"words": words} if (words := codec.words(bytes(utterance.data), utterance.by_host)) else {}),
-        "errors": _errors(utterance.errors),
+        "time_ns": message.time_ns,
+        "end_ns": message.last_ns,
+        "controller": message.controller,
+        "by": "host" if message.by_host else "controller",
+        "text": codec.show(bytes(message.data)),
+        **({"words": words} if (words := codec.words(bytes(message.data), message.by_host)) else {}),
+        "errors": _errors(message.errors),
     }
 
 
@@ -110,12 +110,12 @@ def _time_ns(item: Item) -> int:
 
 def _words(item: Item, codec: Codec) -> str:
     match item:
-        case Utterance():
+        case Message():
             errors = f"   ({', '.join(_errors(item.errors))})" if item.errors else ""
-            return f"{'>' if item.by_host else '<'} {_utterance(item, codec)}{errors}"
-        case Changed():
+            return f"{'>' if item.by_host else '<'} {_message(item, codec)}{errors}"
+        case LevelChanged():
             return f"{'!' if item.driven else '='} {item.pin} {level_name(item.level)}"
-        case Turned():
+        case VoltageChanged():
             return f"! {item.pin} {voltage(item.volts)}"
     path = f"  {item.axis} {item.origin} → {item.target}, up to {_rate(item)} {item.unit}/s"
     if item.end_ns is None:
@@ -128,7 +128,7 @@ def _rate(move: AnyMove) -> str:
     return f"{float(move.top_rate):g}" if move.unit == "pulses" else f"{move.top_rate:.0f}"
 
 
-def _utterance(item: Utterance, codec: Codec) -> str:
+def _message(item: Message, codec: Codec) -> str:
     data = bytes(item.data)
     words = codec.words(data, item.by_host)
     if not words:
@@ -141,21 +141,21 @@ def _errors(errors: LineError) -> list[str]:
     return [str(error.name).lower() for error in LineError if error in errors and error]
 
 
-def _is_shown(change: Changed) -> bool:
+def _is_shown(change: LevelChanged) -> bool:
     return change.pin not in HIDDEN_LEVELS and not (change.flashing and change.pin == "led")
 
 
-def _by_axis(history: History) -> dict[str, list[AnyMove]]:
+def _by_axis(run: RunRecord) -> dict[str, list[AnyMove]]:
     found: dict[str, list[AnyMove]] = {}
-    for move in history.moves():
-        several = len(history.bench.controllers) > 1
+    for move in run.moves():
+        several = len(run.bench.controllers) > 1
         found.setdefault(f"{move.controller}.{move.axis}" if several else move.axis, []).append(move)
     return found
 
 
-def _lost_pulses(history: History) -> Iterator[str]:
+def _lost_pulses(run: RunRecord) -> Iterator[str]:
     """Yield a note for each motor whose position differs from its pulses."""
-    for controller in history.bench.controllers.values():
+    for controller in run.bench.controllers.values():
         for name, axis in controller.axes.items():
             if not isinstance(axis, ServoAxis) and axis.position != axis.pulses:
                 yield f"{name} is at {axis.position}: {abs(axis.pulses - axis.position)} pulses were lost"

@@ -6,6 +6,7 @@ from axistwin.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.traces.differences import Tolerance, compare
+    from axistwin.traces.memory import tracing_in_memory
     from axistwin.traces.reading import Trace, Track, read
     from axistwin.traces.signals import COUNT, EVERYTHING, LEVEL, TEXT, catalogue, choose
     from axistwin.traces.trace import tracing
@@ -13,6 +14,7 @@ else:
     __getattr__ = lazy(
         __name__,
         differences="Tolerance compare",
+        memory="tracing_in_memory",
         reading="Trace Track read",
         signals="COUNT EVERYTHING LEVEL TEXT catalogue choose",
         trace="tracing",
@@ -20,5 +22,5 @@ else:
 
 __all__ = [
     "COUNT", "EVERYTHING", "LEVEL", "TEXT", "Tolerance", "Trace", "Track", "catalogue", "choose", "compare", "read",
-    "tracing",
+    "tracing", "tracing_in_memory",
 ]  # fmt: skip

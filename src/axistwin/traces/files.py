@@ -4,7 +4,6 @@ A file can be read at any time during writing: it grows by whole rows, and rows 
 file holds its provenance (`provenance.py`), as comments or as Parquet metadata.
 """
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -12,52 +11,16 @@ from typing import TYPE_CHECKING, Protocol
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import UsageError
 from axistwin.traces.batch import Batch, Value
+from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, Signal
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-Provenance = Mapping[str, str]
 ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
 WAVES = ".vcd"
 """Suffix of the files with step pulses.  In other files the signal `pulses` is enough."""
-
-
-class Output:
-    """A file that grows by whole pieces.  Raises OSError if the disk is full; its former contents are kept."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
-        self._size = 0
-
-    def append(self, data: bytes) -> None:
-        """Append a piece."""
-        self.replace_end(data, 0)
-
-    def replace_end(self, data: bytes, of: int) -> None:
-        """Replace the last `of` bytes by a piece; restore them if the write fails."""
-        start = self._size - of
-        before = os.pread(self._file, of, start)
-        try:
-            _write_at(self._file, data, start)
-        except BaseException:
-            _write_at(self._file, before, start)
-            os.ftruncate(self._file, self._size)
-            raise
-        self._size = start + len(data)
-        os.ftruncate(self._file, self._size)
-
-    def close(self) -> None:
-        """Close the file."""
-        os.close(self._file)
-
-
-def _write_at(file: int, data: bytes, place: int) -> None:
-    left = memoryview(data)
-    while left:
-        written = os.pwrite(file, left, place)
-        left, place = left[written:], place + written
 
 
 class Sink(Protocol):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import MissingExtraError
 from axistwin.traces.batch import Batch, ChangeQueue, Value, merged
-from axistwin.traces.files import Output, Provenance
+from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
 
 if TYPE_CHECKING:

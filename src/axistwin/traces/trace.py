@@ -27,7 +27,8 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.traces.axes import ServoTrace, StepperTrace
 from axistwin.traces.batch import ChangeQueue, Part, Rows, Value, merged
-from axistwin.traces.files import Output, Sink, sink_for, supported
+from axistwin.traces.files import Sink, sink_for, supported
+from axistwin.traces.output import Output
 from axistwin.traces.provenance import provenance
 from axistwin.traces.registers import PolledRegister, ReportedRegisters, written
 from axistwin.traces.signals import DEFAULT, FAULTS, TEXT, Signal, catalogue, choose, pin_signal

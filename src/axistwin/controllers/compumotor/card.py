@@ -16,12 +16,12 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.rules import RULES
-from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Abilities, Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
-from axistwin.sim.progress import Line, LineWatcher, Progress
+from axistwin.sim.progress import Progress
 from axistwin.sim.registers import RegisterPort
 
 PULLED_UP = (
@@ -70,6 +70,10 @@ class Card:
         self.pins["home_enable"] = self.pins["home"]  # "This input is shared with the HOME LIMIT input"
         if options.test_switch:
             self.pins["test_switch"].subscribe(self._press)
+        self.abilities = Abilities(
+            bus=self.bus, alarms=self.alarms, registers=self.registers, programs=self.programs,
+            subscribe_lines=self._progress.subscribe, busy=self._busy, procedures=self._procedures,
+        )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
         """True while CW STEP (+1) or CCW STEP (-1) is active, which is low: open collectors let go without power."""
@@ -79,16 +83,14 @@ class Card:
         """The quadrature detector's DIRECTION OUT: high for the encoder's positive direction; JU17 inverts it."""
         return self._board is not None and (self._axis.encoder_direction > 0) is not self._options.invert_encoder
 
-    @property
-    def busy(self) -> bool:
+    def _busy(self) -> bool:
         """True while the board moves, performs a sequence or stream, or has commands in the queue."""
         board = self._board
         return board is not None and (
             board.moving or board.stream.performing or board.sequencer.running or bool(board.queued)
         )
 
-    @property
-    def procedures(self) -> Sequence[Process]:
+    def _procedures(self) -> Sequence[Process]:
         """The procedures of the board."""
         return () if self._board is None else self._board.procedures
 
@@ -111,10 +113,6 @@ class Card:
     def programs(self) -> Mapping[str, Listing]:
         """Return the sequence buffers; without power there are none."""
         return {} if self._board is None else listings(self._commands, self._board)
-
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Report each command of a sequence when the processor begins it."""
-        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """The status byte, both data buffers in hex, the answer to 88h, mode, phase, number of commands in the queue.

@@ -18,12 +18,12 @@ from axistwin.controllers.digiplan.listing import SEQUENCE, listed
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.rules import RULES
 from axistwin.controllers.digiplan.state import Hardware, Stage
-from axistwin.controllers.product import Listing, Order, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Abilities, Handshake, Listing, Order, Product, PulseAxis, Register, Store
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import CalculatedPin, Pin, connect
-from axistwin.sim.progress import Line, LineWatcher, Progress
+from axistwin.sim.progress import Progress
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
 
@@ -66,6 +66,11 @@ class Card:
         self._progress = Progress()
         self._hints: Signal[[str]] = Signal()
         self._interface: Interface | None = None
+        self.abilities = Abilities(
+            uart=self.uart, handshake=Handshake(self, self.lines), alarms=self.alarms, registers=self.registers,
+            programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
+            subscribe_hint=self.subscribe_hint, busy=self._busy, procedures=self._procedures,
+        )  # fmt: skip
 
     def _clock_output(self, axis: str) -> Pin:
         def level() -> bool:
@@ -73,14 +78,12 @@ class Card:
 
         return CalculatedPin(self.clock, f"{axis.lower()}_clock", level)
 
-    @property
-    def busy(self) -> bool:
+    def _busy(self) -> bool:
         """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
-    @property
-    def procedures(self) -> Sequence[Process]:
-        """The procedures of the interface."""
+    def _procedures(self) -> Sequence[Process]:
+        """Return the procedures of the interface."""
         return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:
@@ -115,10 +118,6 @@ class Card:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}
         running = interface.step - 1 if interface.step else None
         return {SEQUENCE: Listing("stored sequence", listed(interface.kept_sequence), running)}
-
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher` for each step when the step begins."""
-        return self._progress.subscribe(watcher, only)
 
     def registers(self) -> Mapping[str, Register]:
         """Return faults and status, named after the commands that report them; K without the motion bits, Q with them.

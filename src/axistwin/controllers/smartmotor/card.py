@@ -1,9 +1,9 @@
 """The motor itself: its terminals and plugs, which exist with and without power."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from axistwin.controllers.product import Follower, Listing, Order, Product, Register, Store
+from axistwin.controllers.product import Abilities, Order, Product, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, trouble
 from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
@@ -23,7 +23,6 @@ from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.serial import Uart
 
 
@@ -47,6 +46,11 @@ class SmartMotor:
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
         self._registers = Registers(clock, self._lines)
+        self.abilities = Abilities(
+            uart=self.uart, rs485=self.rs485, alarms=self.alarms, registers=self._registers.table,
+            follow=self._registers.follow, programs=self._lines.listings,
+            subscribe_lines=self._lines.progress.subscribe, hint=self.hint,
+        )  # fmt: skip
 
     def power(self, on: bool) -> None:
         """Switch the motor on or off.  The processor is held in reset while the supply is too low."""
@@ -82,22 +86,6 @@ class SmartMotor:
             return low if self._switched_on else ""
         self._motor.catch_up(changing=False)
         return trouble(self._motor)
-
-    def programs(self) -> Mapping[str, Listing]:
-        """Return the one program in the memory, also without power."""
-        return self._lines.listings()
-
-    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `watcher` when a line begins.  Return an unsubscribe function."""
-        return self._lines.progress.subscribe(watcher, only)
-
-    def registers(self) -> Mapping[str, Register]:
-        """Return the values of expressions that the motor keeps, the mode, and the line of the program."""
-        return self._registers.table()
-
-    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Report every change of these registers to `follower`.  Without power they do not change."""
-        return self._registers.follow(names, follower)
 
     def _restart(self) -> None:
         """Z: start again as at power-up."""

@@ -16,7 +16,8 @@ from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 from axistwin.plots import picture
 from axistwin.plots.trace_chart import of_trace
 from axistwin.traces.batch import Part, Value, merged
-from axistwin.traces.files import Output, sink_for
+from axistwin.traces.files import sink_for
+from axistwin.traces.output import Output
 from axistwin.traces.reading import Trace
 from axistwin.traces.reading import Track as Read
 from axistwin.traces.signals import REAL, STEP, TEXT, Signal

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.parameters import FILE, Number
+from axistwin.cli.common.parameters import FILE, Number
 from axistwin.reports.columns import columns
 from axistwin.traces.differences import Comparison, Difference, Tolerance, compare
 from axistwin.units import S, to_ns

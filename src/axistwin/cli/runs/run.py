@@ -10,15 +10,15 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.parameters import FILE, Number
-from axistwin.cli.target import bench_for
+from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.target import bench_for
 from axistwin.diagnostics.checking import errors_in
 from axistwin.errors import UsageError
-from axistwin.plots.history import History, watching
 from axistwin.programs import running
 from axistwin.programs.running import Outcome
 from axistwin.programs.stored_programs import only_motor
 from axistwin.reports import transcript
+from axistwin.reports.run_record import RunRecord, recording_run
 from axistwin.units import to_ns
 
 SECONDS = Number(min=0)
@@ -85,7 +85,12 @@ def run(
     bench = bench_for(target, (*loaded.options, *options), state)
     loaded.prepare(bench)
     with ExitStack() as stack:
-        history = stack.enter_context(watching(bench))
+        record = stack.enter_context(recording_run(bench))
+        memory = None
+        if plot is not None:
+            from axistwin.traces.memory import tracing_in_memory
+
+            memory = stack.enter_context(tracing_in_memory(bench))
         for path in traces:
             from axistwin.traces.signals import split
             from axistwin.traces.trace import tracing
@@ -100,27 +105,27 @@ def run(
                 outcome = replace(outcome, note="; ".join(note for note in notes if note))
     for controller in bench.controllers.values():
         controller.store.end()
-    if plot is not None:
-        from axistwin.cli.plot import draw
+    if plot is not None and memory is not None:
+        from axistwin.plots import of_trace, save
 
-        draw(history, plot, target if program is None else f"{target}  {program.name}")
-    _report(history, outcome, as_json)
+        save(of_trace(memory.trace(), title=target if program is None else f"{target}  {program.name}"), plot)
+    _report(record, outcome, as_json)
     return 1 if outcome.difference else 0
 
 
-def _report(history: History, outcome: Outcome, as_json: bool) -> None:
+def _report(record: RunRecord, outcome: Outcome, as_json: bool) -> None:
     if as_json:
         difference = asdict(outcome.difference) if outcome.difference else None
-        click.echo(json.dumps({**transcript.as_dict(history), "difference": difference, "note": outcome.note}))
+        click.echo(json.dumps({**transcript.as_dict(record), "difference": difference, "note": outcome.note}))
         return
-    for line in transcript.text(history):
+    for line in transcript.text(record):
         click.echo(line)
     click.echo()
-    for line in transcript.summary(history):
+    for line in transcript.summary(record):
         click.echo(line)
-    if not history.complete:
+    if not record.complete:
         click.echo("axistwin: the output is incomplete: only the latest events were kept", err=True)
-    there = history.bench.controllers.values()
+    there = record.bench.controllers.values()
     hints = (f"{controller.name}: {controller.hint}" for controller in there if controller.hint)
     for note in (outcome.note, *hints, *sorted({controller.product.note() for controller in there})):
         if note:

@@ -10,10 +10,10 @@ import click
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.bench.control_characters import word
-from axistwin.cli.parameters import FILE
-from axistwin.plots.history import watching
+from axistwin.cli.common.parameters import FILE
 from axistwin.reports import transcript
 from axistwin.reports.columns import columns
+from axistwin.reports.run_record import recording_run
 from axistwin.version import VERSION
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
@@ -51,22 +51,23 @@ def demo(plot: Path) -> None:
       axistwin demo
       axistwin demo --plot /tmp/demo.svg
     """
-    from axistwin.cli.plot import draw
+    from axistwin.plots import of_trace, save
     from axistwin.plots.picture import check_suffix
+    from axistwin.traces.memory import tracing_in_memory
 
     check_suffix(plot)
     click.secho(f"axistwin {VERSION}: legacy motion controllers without the hardware", bold=True)
     bench = Bench()
     if1 = bench.add("if1", X={"limits": (-500, 6500)})
-    with watching(bench) as history:
+    with recording_run(bench) as record, tracing_in_memory(bench) as memory:
         three_motors(_Session(bench, if1))
     power_cut()
     two_registers()
     motor_with_a_language()
     _chapter("What the IF1 has moved")
-    for line in transcript.summary(history):
+    for line in transcript.summary(record):
         click.echo(f"    {line}")
-    draw(history, plot, "axistwin demo: an IF1 moves three motors")
+    save(of_trace(memory.trace(), title="axistwin demo: an IF1 moves three motors"), plot)
     _chapter(f"Drawn in {plot}.  And now:")
     for line in columns(NEXT):
         click.echo(f"    {line}")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.parameters import FILE, Seconds
-from axistwin.cli.target import bench_for
+from axistwin.cli.common.parameters import FILE, Seconds
+from axistwin.cli.common.target import bench_for
 from axistwin.conversations.comparison import PATIENCE_S, Compared, Comparison, compare
 from axistwin.conversations.conversation import load_text, parse
 from axistwin.errors import UsageError

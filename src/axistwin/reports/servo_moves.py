@@ -1,4 +1,4 @@
-"""Record of a servo axis in limited memory: its moves, and points for curves."""
+"""Moves of a servo axis, found in its samples; their number is limited."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ JITTER = 2
 """Largest deviation from the commanded position, in counts, that does not count as motion."""
 WINDOW = 16
 """Samples per velocity value: one count in a single sample would give thousands per second."""
-MOVES, POINTS = 10_000, 1 << 17
-"""Largest number of moves kept, and of curve points kept; less important points are dropped."""
+MOVES = 10_000
+"""Largest number of moves kept."""
 
 
 @dataclass
@@ -54,8 +54,8 @@ class ServoMove:
 
 
 @dataclass
-class ServoRecord:
-    """Recorder of one axis."""
+class ServoMoves:
+    """The moves of one axis."""
 
     controller: str
     name: str
@@ -68,8 +68,6 @@ class ServoRecord:
         self._position = self.axis.position
         self._commanded: int | None = None
         self._latest: tuple[int, NDArray[np.int64] | None] = -1, None  # time of the next sample; the last positions
-        self._points: list[NDArray[np.int64]] = []
-        self._count = 0
 
     def add_samples(self, samples: Samples) -> None:
         """Record a block of samples."""
@@ -80,13 +78,10 @@ class ServoRecord:
         before = int(commanded[0]) if self._commanded is None else self._commanded
         shaft_moved = np.diff(positions, prepend=self._position) != 0
         trajectory_moved = np.diff(commanded, prepend=before) != 0
-        changed = np.flatnonzero(shaft_moved | trajectory_moved)
-        if len(changed):
+        active = np.flatnonzero(trajectory_moved | (shaft_moved & (np.abs(commanded - positions) > JITTER)))
+        if len(active):
             times = samples.start_ns + samples.period_ns * np.arange(len(positions), dtype=np.int64)
-            active = np.flatnonzero(trajectory_moved | (shaft_moved & (np.abs(commanded - positions) > JITTER)))
-            if len(active):
-                self._find_moves(samples, times, whole, trajectory_moved, active)
-            self._keep(times, positions, commanded, changed, samples.period_ns)
+            self._find_moves(samples, times, whole, trajectory_moved, active)
         self._position, self._commanded = int(positions[-1]), int(commanded[-1])
         if self.moves:
             self.moves[-1].target = self._position  # the axis settles after the move
@@ -156,55 +151,7 @@ class ServoRecord:
             found[-1].end_ns = found[-1].last_ns
         return found
 
-    # Points
 
-    def _keep(
-        self,
-        times: "NDArray[np.int64]",
-        positions: "NDArray[np.int64]",
-        commanded: "NDArray[np.int64]",
-        active: "NDArray[np.int64]",
-        period_ns: int,
-    ) -> None:
-        """Keep the points that change, and the point before each change."""
-        import numpy as np
-
-        here = np.column_stack((times, positions, commanded))
-        wanted = np.unique(np.concatenate((active, np.maximum(active - 1, 0))))
-        kept = here[wanted]
-        if active[0] == 0:
-            before = commanded[0] if self._commanded is None else self._commanded
-            kept = np.vstack((np.array([[times[0] - period_ns, self._position, before]], np.int64), kept))
-        self._points.append(kept)
-        self._count += len(kept)
-        if self._count > 2 * POINTS:
-            self._points = [_thinned(np.vstack(self._points))]
-            self._count = len(self._points[0])
-
-    def points(self) -> "NDArray[np.int64]":
-        """Return rows of time in ns, position and commanded position, in order of time."""
-        import numpy as np
-
-        rows = np.vstack(self._points) if self._points else np.empty((0, 3), np.int64)
-        order: NDArray[np.int64] = np.maximum.accumulate(rows[:, 0]) if len(rows) else rows[:, 0]
-        found: NDArray[np.int64] = rows[np.concatenate(([True], np.diff(order) > 0))] if len(rows) else rows
-        return found
-
-
-def _thinned(rows: "NDArray[np.int64]") -> "NDArray[np.int64]":
-    """Return half of the rows: of every four, those with the least and the greatest following error."""
-    import numpy as np
-
-    whole = len(rows) // 4 * 4
-    groups = (rows[:whole, 2] - rows[:whole, 1]).reshape(-1, 4)
-    least, most = groups.argmin(axis=1), groups.argmax(axis=1)
-    most = np.where(least == most, 3 - least, most)
-    base = np.arange(0, whole, 4)
-    wanted = np.sort(np.concatenate((base + least, base + most)))
-    found: NDArray[np.int64] = np.vstack((rows[wanted], rows[whole:]))
-    return found
-
-
-def moves_of(records: Sequence[ServoRecord], now_ns: int) -> list[ServoMove]:
+def moves_of(records: Sequence[ServoMoves], now_ns: int) -> list[ServoMove]:
     """Return the moves of all these axes."""
     return [move for record in records for move in record.moves_until(now_ns)]

@@ -10,11 +10,11 @@ import click
 
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.bench.actions import level_name
-from axistwin.bench.events import Changed
-from axistwin.cli.ending import ending
-from axistwin.cli.parameters import FILE, Seconds
-from axistwin.cli.serve import CATCH_UP_S
-from axistwin.cli.served import ANY_PORT
+from axistwin.bench.events import LevelChanged
+from axistwin.cli.common.parameters import FILE, Seconds
+from axistwin.cli.serving.ending import ending
+from axistwin.cli.serving.serve import CATCH_UP_S
+from axistwin.cli.serving.served import ANY_PORT
 from axistwin.conversations.recorder import LF_NS, Recorder, recording_to
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
@@ -159,4 +159,4 @@ def _record_shown(recorder: Recorder, name: str, subject: str, line: Pin) -> Non
 
 
 def _done(recorder: Recorder, name: str, subject: str, line: Pin) -> None:
-    recorder.record(Changed(recorder.bench.now, name, f"host.{subject}", line.level))
+    recorder.record(LevelChanged(recorder.bench.now, name, f"host.{subject}", line.level))

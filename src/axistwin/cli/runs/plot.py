@@ -4,20 +4,11 @@ from pathlib import Path
 
 import click
 
-from axistwin.cli.parameters import FILE, Number
+from axistwin.cli.common.parameters import FILE, Number
 from axistwin.errors import UsageError
-from axistwin.plots.history import History
 from axistwin.plots.picture import check_suffix, save, show
 from axistwin.traces.signals import EVERYTHING
 from axistwin.units import to_ns, to_seconds
-
-
-def draw(history: History, path: Path, title: str = "") -> None:
-    """Draw a run on a bench to an SVG or PNG file."""
-    check_suffix(path)
-    from axistwin.plots.history_chart import of_history
-
-    save(of_history(history, title), path)
 
 
 @click.command()

@@ -15,10 +15,10 @@ import click
 
 from axistwin.bench import Bench, product
 from axistwin.bench.options import read_options
-from axistwin.cli import served as what_is
-from axistwin.cli.ending import ending, fail
-from axistwin.cli.served import Ports
-from axistwin.cli.sparing import Sparing
+from axistwin.cli.serving import served as what_is
+from axistwin.cli.serving.ending import ending, fail
+from axistwin.cli.serving.served import Ports
+from axistwin.cli.serving.sparing import Sparing
 from axistwin.errors import MissingExtraError, UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
@@ -292,10 +292,12 @@ def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
     for name, url in server.ports:
         yield f"{name} listening on {url}"
         if show_hosts:
-            from axistwin.cli import hosts  # lazy import: only on request
+            from axistwin.cli.serving import host_lines  # lazy import: only on request
 
             shown = (
-                hosts.bus(url) if url.scheme == "bus" else hosts.lines(name, url, server.bench.port(name).host.format)
+                host_lines.bus(url)
+                if url.scheme == "bus"
+                else host_lines.lines(name, url, server.bench.port(name).host.format)
             )
             yield from (f"    {line}" for line in shown)
 

@@ -1,0 +1,220 @@
+"""A controller on a bench, as a user reaches it: ports, pins, axes, registers, programs and its power switch."""
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+from axistwin.bench.fitting import Plug, fit_second_port
+from axistwin.controllers.product import Device, Follower, Listing, Product, Register
+from axistwin.errors import UsageError
+from axistwin.plant.axes import Axis
+from axistwin.plant.joystick import Joystick
+from axistwin.plant.master import Master
+from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.by_hand import ByHand
+from axistwin.sim.pins import Pin
+from axistwin.sim.progress import Line, LineWatcher
+from axistwin.sim.registers import RegisterPort
+from axistwin.sim.serial import Uart
+from axistwin.sim.serial_port import SerialPort
+from axistwin.storage import FileStore, MemoryStore
+
+if TYPE_CHECKING:
+    from axistwin.bench.bench import Bench
+
+
+class Controller:
+    """A controller on a bench, with its plug, its terminals and its axes."""
+
+    def __init__(
+        self, name: str, made: Product, device: Device, axes: Mapping[str, Axis], plug: Plug | None = None
+    ) -> None:
+        self.name, self.product = name, made
+        self.axes: Mapping[str, Axis] = axes
+        self.pins: Mapping[str, Pin] = device.pins
+        self.bench: Bench | None = None
+        """The bench that the controller is on."""
+        self._device, self._plug = device, plug
+        self._clock = next(iter(self.pins.values())).clock
+        self.by_hand = ByHand(self._clock)
+        """Reports a person's actions: `power`."""
+        self.powered = False
+        """True while the power is on."""
+        self._turns: deque[bool] = deque()
+        """Turns of the power switch in progress, in order."""
+        self.given: Mapping[str, Any] = {}
+        """The options given to `Bench.add`, except those about the storage of its state."""
+        self.store: MemoryStore | FileStore = MemoryStore()
+        """Memory that persists without power."""
+        self._abilities = device.abilities
+        self._second = fit_second_port(self._abilities, plug)
+        self._asked_for_second = False
+        self._lines: dict[str, str] = {}  # shared line by channel (serial or rs485)
+        self.alarms = self._abilities.alarms
+        """Subscriptions to its fault flags; None: the device has no fault flags."""
+        self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
+
+    def __repr__(self) -> str:
+        return f"<Controller {self.name}: {self.product.model}>"
+
+    @property
+    def serial(self) -> SerialPort:
+        """The host's end of its serial port.  Raises UsageError if it has no port of its own."""
+        if self._plug is None:
+            raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
+        if "serial" in self._lines:
+            raise UsageError(
+                f"{self.name} is in the daisy chain {self._lines['serial']!r}: talk to the port that `chain` returned"
+            )
+        return self._plug.port
+
+    @property
+    def rs485(self) -> SerialPort:
+        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has no such channel."""
+        if "rs485" in self._lines:
+            raise UsageError(
+                f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
+            )
+        if self._second is None:
+            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+        self._asked_for_second = True
+        return self._second
+
+    @property
+    def bus(self) -> RegisterPort:
+        """Its registers as the host accesses them on the bus.  Raises UsageError if it has no registers."""
+        if self._abilities.bus is None:
+            raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
+        return self._abilities.bus
+
+    @property
+    def ports(self) -> dict[str, SerialPort]:
+        """Serial ports of the controller itself, by name; the second channel only once it has been used."""
+        found = {} if self._plug is None or "serial" in self._lines else {self.name: self._plug.port}
+        if self._second is not None and self._asked_for_second and "rs485" not in self._lines:
+            found[f"{self.name}.rs485"] = self._second
+        return found
+
+    @cached_property
+    def terminals(self) -> Mapping[str, Pin]:
+        """All terminals with a level: its pins, the control lines at its plug, its interrupt on the bus."""
+        if self._abilities.bus is not None:
+            return {**self.pins, "interrupt": self._abilities.bus.interrupt_line}
+        if self._abilities.handshake is None:
+            return self.pins
+        lines = self._abilities.handshake.inside
+        return {**self.pins, "dtr": lines.dtr, "rts": lines.rts, "dsr": lines.dsr, "cts": lines.cts}
+
+    @cached_property
+    def joystick(self) -> Joystick:
+        """The joystick connected to it.  Raises UsageError if it has no joystick input."""
+        if self.product.joystick is None:
+            raise UsageError(f"{self.name} has no joystick input")
+        return Joystick(self._clock, self.pins, self.product.joystick)
+
+    @cached_property
+    def registers(self) -> Mapping[str, Register]:
+        """Readable numbers and texts inside the controller; traces can record them."""
+        return self._abilities.registers()
+
+    def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
+        """Call `follower` with all changes of these registers, also when the controller computes ahead of the clock.
+
+        Changes may be reported with delay.  Return an unsubscribe function; None: the registers change only at events,
+        and can be read then.
+        """
+        follow = self._abilities.follow
+        return None if follow is None else follow(names, follower)
+
+    @property
+    def programs(self) -> Mapping[str, Listing]:
+        """Its stored programs or sequences by name, each with the line that is running now."""
+        return self._abilities.programs()
+
+    def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
+        """Call `watcher(program, index)` at the exact moment at which a line of a stored program begins.
+
+        `index` is from 0.  `only`: this program and index only, which may cost much less.  The callback may read the
+        bench but must not change it.  Return an unsubscribe function.  A controller without programs never calls it.
+        """
+        return self._abilities.subscribe_lines(watcher, only)
+
+    @property
+    def ambient(self) -> float:
+        """Temperature around its motor, in °C.  Raises UsageError if it is no SmartMotor."""
+        return self._motor("is no motor and has no `ambient`").ambient
+
+    @ambient.setter
+    def ambient(self, celsius: float) -> None:
+        self._motor("is no motor and has no `ambient`").ambient = celsius
+
+    @property
+    def master(self) -> Master:
+        """The external encoder wired to its pins A and B.  Raises UsageError if it has no such input."""
+        return self._motor("is no motor and has no `master`").master
+
+    @property
+    def hint(self) -> str:
+        """A status hint: why the controller does not move, and the remedy, in one line; empty if there is none."""
+        return self._abilities.hint()
+
+    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
+        """Call `watcher(line)` when there is a new hint.  Return an unsubscribe function."""
+        return self._abilities.subscribe_hint(watcher)
+
+    @property
+    def busy(self) -> bool:
+        """True while the controller works on a host's request; False if the device does not report its work."""
+        return self._abilities.busy()
+
+    def power(self, on: bool) -> None:
+        """Switch the power on or off.  The same data persist as in the real device.
+
+        If one of the controller's own procedures switches the power (by an edge that has subscribers), the power
+        changes when the procedure next yields, in the same nanosecond.
+        """
+        self.by_hand.report("power", on)
+        clock = self._clock
+        if clock.active_process in self._abilities.procedures():
+            clock.soon(partial(self._switch, on))
+        else:
+            self._switch(on)
+
+    def power_cycle(self) -> None:
+        """Switch the power off and on again."""
+        self.power(False)
+        self.power(True)
+
+    def _switch(self, on: bool) -> None:
+        """Turn the switch.  Who turns it again because of what changes meanwhile does so when it has been turned."""
+        self._turns.append(on)
+        if len(self._turns) > 1:
+            return
+        try:
+            while self._turns:
+                self._turn(self._turns[0])
+                self._turns.popleft()
+        finally:
+            self._turns.clear()
+
+    def _turn(self, on: bool) -> None:
+        self.powered = on
+        self._device.power(on)
+        if not on:
+            self.store.end()
+
+    def _motor(self, complaint: str) -> ServoAxis:
+        if self._servo is None:
+            raise UsageError(f"{self.name} {complaint}: that is for SmartMotors")
+        return self._servo
+
+    def _rs485_uart(self) -> Uart:
+        if self._abilities.rs485 is None:
+            raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
+        return self._abilities.rs485
+
+    def _serial_uart(self) -> Uart:
+        if self._abilities.uart is None or self._abilities.handshake is not None:
+            raise UsageError(f"{self.name} cannot be in a daisy chain: that is for SmartMotors")
+        return self._abilities.uart

@@ -1,0 +1,73 @@
+"""What a bench fits to a controller: plugs and position switches."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from axistwin.bench.line_format import line_format
+from axistwin.controllers.product import Abilities, Device, Product
+from axistwin.errors import UsageError
+from axistwin.plant.axes import Axis
+from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.sim.clock import Clock
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.pins import connect
+from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.wirings import direct, shared_pair
+
+
+@dataclass(frozen=True)
+class Plug:
+    """A controller's serial connection and the settings it was made with."""
+
+    port: SerialPort
+    format: UartFormat
+    instant: bool
+
+
+def fit_plug(
+    clock: Clock, abilities: Abilities, line: str | UartFormat | None, usual: UartFormat | None
+) -> Plug | None:
+    """Return the host's end of a serial plug; None: the device has no plug.
+
+    The host's DTR goes to the device's DSR and its RTS to the device's CTS, if these exist.
+    """
+    if abilities.uart is None:
+        return None
+    assert usual is not None, "a product with a serial port names its usual format"
+    fmt, instant = line_format(line, usual)
+    wiring = direct(abilities.uart, instant=instant)
+    if abilities.handshake is None:
+        return Plug(SerialPort(clock, wiring, line=fmt), fmt, instant)
+    lines = abilities.handshake.plug
+    port = SerialPort(clock, wiring, lines.dtr, lines.rts, line=fmt)
+    connect(port.host.dtr_line, lines.dsr)
+    connect(port.host.rts_line, lines.cts)
+    return Plug(port, fmt, instant)
+
+
+def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | None:
+    """Return the host's end of a second channel, a pair of wires, if there is such a channel."""
+    if abilities.rs485 is None:
+        return None
+    assert plug is not None, "a device with a second channel has a plug"
+    return SerialPort(plug.port.clock, shared_pair([abilities.rs485], instant=plug.instant), line=plug.format)
+
+
+def fit_switches(
+    made: Product, device: Device, axes: Mapping[str, Axis], options: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Fit switches: limit switches open beyond `limits`; the home input is high within `home`."""
+    minus, plus = [], []
+    for name, axis in axes.items():
+        if options[name].get("limits") is not None:
+            first, last = options[name]["limits"]
+            minus.append(PositionSwitch(axis, first, None))
+            plus.append(PositionSwitch(axis, None, last))
+        if options[name].get("home") is not None:
+            if made.home_pin is None:
+                raise UsageError(f"{made.model} has no home input: leave out `home` of axis {name}")
+            in_series([PositionSwitch(axis, *options[name]["home"])], device.pins[made.home_pin])
+    if made.limit_pins and minus:
+        in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)
+        in_series(plus, device.pins[made.limit_pins[1]], closed=made.closed_level)

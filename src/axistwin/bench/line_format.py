@@ -1,0 +1,31 @@
+"""The format of a serial line in a few words."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from axistwin.errors import UsageError
+from axistwin.numbers import shortened, whole
+from axistwin.sim.frames import UartFormat
+
+LINE = re.compile(
+    r"(?P<baudrate>[1-9]\d{0,8})? ?(?P<frame>(?P<bits>[5-8])(?P<parity>[NEOMSneoms])(?P<stop>1|1\.5|2))?", re.ASCII
+)
+
+
+def line_format(text: str | UartFormat | None, usual: UartFormat) -> tuple[UartFormat, bool]:
+    """Return the format in a text, and True if characters take no time: `"9600 8N2"`, `"instant"` or both."""
+    if text is None or isinstance(text, UartFormat):
+        return text or usual, False
+    if not isinstance(text, str):
+        raise UsageError(f"invalid line format {text!r}: expected e.g. '9600 8N2' or 'instant'")
+    words = text.replace(",", " ").split()
+    instant = "instant" in words
+    match = LINE.fullmatch(" ".join(word for word in words if word != "instant"))
+    if match is None:
+        raise UsageError(f"invalid line format {shortened(text)}: expected e.g. '9600 8N2' or 'instant'")
+    baudrate = usual.baudrate if match["baudrate"] is None else whole(match["baudrate"])
+    if match["frame"] is None:
+        return replace(usual, baudrate=baudrate), instant
+    parity: Any = match["parity"].upper()
+    return UartFormat(baudrate, int(match["bits"]), parity, float(match["stop"])), instant

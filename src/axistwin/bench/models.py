@@ -1,0 +1,40 @@
+"""The models that a bench can have, and their options."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from importlib import import_module
+from typing import Any
+
+from axistwin.controllers.product import Product
+from axistwin.errors import UsageError
+
+FAMILIES = {
+    "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
+}  # fmt: skip
+"""The package of each model in `axistwin.controllers`, imported at the model's first use."""
+
+
+def product(model: str) -> Product:
+    """Return the product of this model name.  Raises UsageError if there is none."""
+    try:
+        family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
+    except KeyError:
+        raise UsageError(f"no model {model!r}: choose one of {', '.join(FAMILIES)}") from None
+    found: Product = family.PRODUCTS[model.lower()]
+    return found
+
+
+def model_options(made: Product, given: Mapping[str, Any]) -> Any:
+    """Return the options of a model.  Raises UsageError for an unknown option."""
+    known = [field.name for field in fields(made.options)]
+    for name in given:
+        if name not in known:
+            raise UsageError(f"{made.model} has no option {name!r}: it takes {', '.join((*made.axes, *known))}")
+    return made.options(**given)
+
+
+def axis_options(name: str, given: object) -> dict[str, Any]:
+    """Return an axis's options as they were given."""
+    if not isinstance(given, Mapping):
+        raise UsageError(f'axis {name}={given!r}: expected its options, e.g. {name}={{"limits": (-100, 5000)}}')
+    return dict(given)

@@ -1,0 +1,1 @@
+"""Commands for authors of programs and scenes: errors, listings, editors."""

@@ -1,0 +1,1 @@
+"""Parameters and targets that commands share."""

@@ -1,0 +1,1 @@
+"""Commands that run programs and scenes, and commands for their traces."""

@@ -1,0 +1,1 @@
+"""Commands that connect hosts and controllers: real ports, recordings, a terminal."""
