@@ -102,7 +102,7 @@ class Bench:
         """
         from axistwin.fault_injection import triggers  # lazy import: most benches have no triggers
 
-        return triggers.read(sentence, self, self.faults, here)(happens)
+        return triggers.read(sentence, self, here)(happens)
 
     def run(self, seconds: float) -> None:
         """Advance virtual time by `seconds`; all events due by then, inclusive, happen.
