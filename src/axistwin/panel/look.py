@@ -110,7 +110,7 @@ class Look:
             except AxistwinError as error:
                 accepted = False
                 with client:
-                    _complain(error)
+                    complain(error)
 
         if now:
             attempt()
@@ -128,7 +128,7 @@ class Look:
         try:
             done(await move)
         except AxistwinError as error:
-            _complain(error)
+            complain(error)
 
     def _may(self) -> bool:
         if not self.drives:
@@ -136,5 +136,6 @@ class Look:
         return self.drives
 
 
-def _complain(error: AxistwinError) -> None:
+def complain(error: AxistwinError) -> None:
+    """Show an error to the user."""
     ui.notify(str(error), type="negative", multi_line=True)

@@ -189,17 +189,10 @@ def _machine(look: Look, name: str) -> Iterator[Refresh]:
     kinds: Kinds = {"Pins": partial(pins, look, name)}
     if look.bench[name].product.programs:
         kinds["Program"] = partial(program, look, name)
-    kinds |= {_called(each, name): partial(terminal, look, each) for each in _reached(look, name)}
+    for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
+        if endpoint in endpoints.names(look.bench):
+            kinds[title] = partial(terminal, look, endpoint)
     yield tabs(look, name, kinds)
-
-
-def _called(endpoint: str, name: str) -> str:
-    return "Terminal" if endpoint == name else f"Terminal {endpoint.removeprefix(f'{name}.')}"
-
-
-def _reached(look: Look, name: str) -> list[str]:
-    """Return the endpoints at which a host communicates with this controller only."""
-    return [each for each in endpoints.names(look.bench) if each in (name, f"{name}.rs485")]
 
 
 class _Frames:

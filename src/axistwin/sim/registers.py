@@ -28,8 +28,7 @@ NOBODY_DRIVES = 0xFF
 class Fifo:
     """A queue of bytes.  When it is full, a written byte is lost; when it is empty, a read returns 0."""
 
-    def __init__(self, depth: int = DEPTH) -> None:
-        self.depth = depth
+    def __init__(self) -> None:
         self._bytes: deque[int] = deque()
 
     def __len__(self) -> int:
@@ -42,7 +41,7 @@ class Fifo:
 
     def push(self, value: int) -> None:
         """Append one byte."""
-        if len(self._bytes) < self.depth:
+        if len(self._bytes) < DEPTH:
             self._bytes.append(value)
 
     def pop(self) -> int:
@@ -51,7 +50,7 @@ class Fifo:
 
     def load(self, data: bytes) -> None:
         """Replace the contents."""
-        self._bytes = deque(data[: self.depth])
+        self._bytes = deque(data[:DEPTH])
 
     def drain(self) -> bytes:
         """Remove and return all bytes."""
