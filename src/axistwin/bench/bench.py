@@ -38,7 +38,6 @@ class Bench:
         self.clock = Clock()
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
-        """Daisy chains and RS-485 lines by name."""
         self.origin: dict[str, str] = {}
         """Origin of the bench: `scene` (its name and hash), `seed`."""
         self.agenda_ns = 0

@@ -28,7 +28,6 @@ from axistwin.sim.registers import CONTROL
 LONGEST = 1024
 """Longest request line in bytes; a longer line is discarded and answered with an error."""
 MAX_BLOCK = 256
-"""Largest block transfer in bytes."""
 USAGE = "r OFFSET [COUNT], w OFFSET HH …, i, s 0|1 or init"
 
 

@@ -16,7 +16,6 @@ log = getLogger("axistwin")
 
 Thing = TypeVar("Thing")
 Refresh = Callable[[], None]
-"""Updates a view."""
 
 
 def careful(view: Refresh) -> Refresh:

@@ -28,7 +28,6 @@ class Person:
     ending: str = "CR"
     """Line end of typed lines."""
     settings: dict[str, object] = field(default_factory=dict)
-    """Settings of views, by view."""
 
     def came(self) -> None:
         """Count a page that is opened or connected again."""

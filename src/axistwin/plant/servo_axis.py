@@ -176,7 +176,6 @@ class ServoAxis:
         self._torque = Override(1.0, self._replan, self._catch_up)
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self.on_supply: Signal[[]] = Signal()
-        """Emitted when the supply voltage has changed."""
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`, `ambient`."""

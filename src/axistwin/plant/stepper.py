@@ -115,7 +115,6 @@ class StepperAxis:
         self.on_motion: Signal[[]] = Signal()
         """Emitted when a move begins or changes its profile."""
         self.on_push: Signal[[]] = Signal()
-        """Emitted when the load has been pushed."""
         self.by_hand = ByHand(clock)
         """Reports a person's actions at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()

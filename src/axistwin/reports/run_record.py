@@ -102,7 +102,6 @@ class RunRecord:
     turned: deque[VoltageChanged] = field(default_factory=lambda: deque(maxlen=LENGTH))
     """Voltages driven on terminals."""
     servos: list[ServoMoves] = field(default_factory=list)
-    """Moves of the servo axes."""
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
     def record(self, event: Event) -> None:

@@ -62,7 +62,6 @@ class ServoMoves:
     axis: ServoAxis
     moves: deque[ServoMove] = field(default_factory=lambda: deque(maxlen=MOVES))
     forgotten: bool = False
-    """True if moves were dropped."""
 
     def __post_init__(self) -> None:
         self._position = self.axis.position

@@ -24,7 +24,6 @@ _MESSAGES = {
     "too_long": "expected two numbers",
     "string_pattern_mismatch": "expected only letters, digits, _ and -",
 }
-"""Messages that replace those of pydantic."""
 
 
 MOST_NESTED = 50

@@ -33,7 +33,8 @@ def files(
     if scene is not None:
         found.texts.update(scene.programs)  # these keep their names, as the scene's script may load them
     renamed = {name: found.add(name, text) for name, text in programs.items()}
-    before = _saved_before(found.texts.values())
+    headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
+    before = max(map(rank_of, headers), default=0)  # number of consecutive sessions saved in these conversations
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
@@ -47,12 +48,6 @@ def files(
     note = f"What was done in a session: axistwin run {SCENE} --for {to_seconds(end_ns):.9g}"
     text = copy.of_bench(note) if scene is None else scene.copied(copy, served, note)
     return {SCENE: text, **found.texts}
-
-
-def _saved_before(texts: Iterable[str]) -> int:
-    """Return the number of consecutive sessions saved in these conversations."""
-    hosts = (found[1] for text in texts if (found := _HEADER.search(text)))
-    return max(map(rank_of, hosts), default=0)
 
 
 def _renamed(moment: Moment, names: dict[str, str]) -> Moment:

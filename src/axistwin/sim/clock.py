@@ -39,7 +39,6 @@ class Clock(simpy.Environment):
         self.background = 0
         """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
         self.interrupted: set[Process] = set()
-        """Procedures with a pending interrupt."""
         self.by_itself = False
         """True while the bench itself acts on machines: its script or a fault."""
         self._ends: Signal[[]] = Signal()

@@ -18,7 +18,6 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal
 
 DEPTH = 16
-"""Bytes in a FIFO."""
 
 DATA, CONTROL = 0, 1
 NOBODY_DRIVES = 0xFF

@@ -109,7 +109,6 @@ class Line:
     def __init__(self, clock: Clock, receiver: "Uart", instant: bool = False) -> None:
         self.clock, self.receiver, self.instant = clock, receiver, instant
         self.samples = 0
-        """Number of levels sampled so far."""
         self._levels = Levels()
         self._reading: _Reading | None = None
         self._idle = 0, 1  # a falling edge is a start bit from this instant on: (number, units per ns)
@@ -356,7 +355,6 @@ class Uart:
     """False while the receiver is full; on an instant line the sender then blocks."""
 
     on_idle: Callable[[], None] = lambda: None
-    """Called when the last queued character has left."""
 
     def __post_init__(self) -> None:
         self.line: Wire = _Nowhere()

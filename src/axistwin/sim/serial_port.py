@@ -147,7 +147,6 @@ class SerialPort:
         self._uart = Uart(clock, line, on_receive=self._received)
         self.host = HostEnd(clock, self._uart)
         self.handshake = dtr is not None
-        """True if there are control lines."""
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
         self._received_bytes = bytearray()
         self._receives: Signal[int, LineError] = Signal()

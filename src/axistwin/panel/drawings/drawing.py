@@ -16,7 +16,6 @@ class Drawing(Element, component="drawing.js"):
         super().__init__()
         self._props["art"] = art
         self.parts = frozenset(_PART.findall(art))
-        """Names of all parts."""
         self.shown: dict[tuple[str, str], Any] = {}
         """State of the browser after the next `send`, by part and property."""
         self._changes: list[tuple[str, str, Any]] = []
