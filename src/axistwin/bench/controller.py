@@ -39,8 +39,7 @@ class Controller:
         self.by_hand = ByHand(self._clock)
         """Reports a person's actions: `power`."""
         self.powered = False
-        self._turns: deque[bool] = deque()
-        """Turns of the power switch in progress, in order."""
+        self._turns: deque[bool] = deque()  # turns of the power switch in progress, in order
         self.given: Mapping[str, Any] = {}
         """The options given to `Bench.add`, except those about the storage of its state."""
         self.store: MemoryStore | FileStore = MemoryStore()

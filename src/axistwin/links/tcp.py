@@ -12,6 +12,7 @@ import select
 import socket
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
 from logging import getLogger
 from typing import Any, cast
 
@@ -185,7 +186,8 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
             f"cannot listen on {url}: {reason}: choose another address, or port 0 for any free port"
         ) from None
     server = await loop.create_server(make, sock=sock)
-    return TcpPort(url.at(*sock.getsockname()[:2]), server)
+    host, port, *_ = sock.getsockname()
+    return TcpPort(replace(url, host=host, port=port), server)
 
 
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:

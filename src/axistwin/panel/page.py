@@ -17,7 +17,6 @@ from axistwin.panel.look import Look, Refresh, careful
 from axistwin.panel.memory import Memory, release
 from axistwin.panel.people import Person
 from axistwin.panel.turns import TURN_S, breathe, in_turns
-from axistwin.panel.views.clock import clock
 from axistwin.panel.views.driving import driving
 from axistwin.panel.views.faults import faults, power
 from axistwin.panel.views.front import front
@@ -156,9 +155,19 @@ def _header(look: Look) -> Iterator[Refresh]:
         ui.link("to the machines", "#bench").classes("skip")
         with ui.row().classes("driving"):
             ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-            yield clock(look)
+            yield _clock(look)
             yield people(look)
         yield driving(look)
+
+
+def _clock(look: Look) -> Refresh:
+    """Show the virtual time in seconds; in microseconds while paused."""
+    label = ui.label().classes("clock").mark("clock").props("data-test=clock")
+
+    def refresh() -> None:
+        label.text = f"{look.session.seconds:.{3 if look.session.running else 6}f} s"
+
+    return refresh
 
 
 def _body(look: Look) -> Iterator[Refresh]:

@@ -39,7 +39,9 @@ def files(
     for time_ns, together in groupby(journal, lambda moment: moment.time_ns):
         moments = [_renamed(moment, renamed) for moment in together]
         if not before and all(map(_is_script, moments)):  # a script would run before an earlier saved session
-            copy.script += [_entry(moment) for moment in moments]
+            for moment in moments:
+                acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
+                copy.script.append(entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts))
         else:
             conversations.add(time_ns, moments)
     for name, text in conversations.texts():
@@ -71,11 +73,6 @@ def _names_a_fault(act: Do) -> bool:
     if act.target == "mend":
         return act.value.strip("\"'") not in (*KINDS, "all")
     return act.target == "fault" and (" begins" in act.value or " ends" in act.value)
-
-
-def _entry(moment: Moment) -> dict[str, object]:
-    acts = [f"{act.target} {act.value}" for act in moment.acts if isinstance(act, Do)]
-    return entry(to_seconds(moment.time_ns), moment.acts[0].controller, acts)
 
 
 class _Conversations:

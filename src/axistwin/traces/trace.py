@@ -15,7 +15,6 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
 from typing import Self
 
 from axistwin.bench import Bench, Controller, endpoints
@@ -93,7 +92,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
             self._stop_on_error(partial(self._tracer.catch_up, for_others=for_others))
         self._flushed_s = now_s if for_others else self._flushed_s
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._tracer.sink is not None:
             self._stop_on_error(self._tracer.finish)
         self._stack.close()
@@ -129,12 +128,10 @@ class Tracer:
         self._writing = False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
-        self._computing_ahead: list[ServoAxis] = []
-        """Axes whose controllers compute ahead of the clock."""
+        self._computing_ahead: list[ServoAxis] = []  # axes whose controllers compute ahead of the clock
         self._registers: list[PolledRegister] = []
         self._reported: list[ReportedRegisters] = []
-        self._rows: list[Rows] = []
-        """Changes reported by servo axes and controllers."""
+        self._rows: list[Rows] = []  # changes reported by servo axes and controllers
         self._first: dict[str, Value] = {}
         self._begin: list[Callable[[ExitStack], object]] = []
         for controller in bench.controllers.values():

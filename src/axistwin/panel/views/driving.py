@@ -7,11 +7,11 @@ from functools import partial
 
 from nicegui import events, ui
 
+from axistwin.bench import Bench, endpoints
 from axistwin.errors import UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.panel.look import Look, Refresh, seldom, together
-from axistwin.panel.sentences import stems
 from axistwin.panel.turns import breathe
 from axistwin.panel.views.keys import keys
 from axistwin.sessions.breaks import Break
@@ -220,11 +220,25 @@ def _seconds(moment: float | str) -> float:
 # Sentences
 
 
+def _stems(bench: Bench) -> list[str]:
+    """Return the beginnings of sentences for breakpoints: see `fault_injection/triggers.py`."""
+    found = []
+    for name, controller in bench.controllers.items():
+        found += [f"{name}.{axis} passes 0" for axis in controller.axes]
+        found += [f"{name}.{pin} {verb}" for pin in controller.pins for verb in ("rises", "falls", "changes")]
+        if controller.alarms is not None:
+            found += [f"{name} raises {flag}" for flag in controller.alarms.names]
+        found += [f"{name} runs 1"] if controller.programs else []
+    for name in endpoints.names(bench):
+        found += [f"{name} hears ", f"{name} says "]
+    return found + [f"{fault} {verb}" for fault in bench.faults.names for verb in ("begins", "ends")]
+
+
 def _until(look: Look) -> Refresh:
     def run() -> None:
         look.touch(lambda: look.session.run_until(box.value.strip()))
 
-    box = ui.input(placeholder="run until …", autocomplete=stems(look.bench)).on("keydown.enter", run)
+    box = ui.input(placeholder="run until …", autocomplete=_stems(look.bench)).on("keydown.enter", run)
     box.props('dense outlined aria-label="run until"').classes("sentence").mark("until")
     box.tooltip("such as: table.X passes 1000, table.output1 rises, motor runs 12")
     ui.button("Until", on_click=run).props(OUTLINE).mark("run-until")
@@ -234,7 +248,7 @@ def _until(look: Look) -> Refresh:
 def _breaks(look: Look) -> Refresh:
     button = ui.button("Breaks", icon="pan_tool").props(OUTLINE).mark("breaks")
     with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
-        box = ui.input("stop whenever", autocomplete=stems(look.bench)).classes("sentence").mark("new-break")
+        box = ui.input("stop whenever", autocomplete=_stems(look.bench)).classes("sentence").mark("new-break")
         box.on("keydown.enter", lambda: look.touch(lambda: look.session.add_break(box.value.strip())))
         those = ui.column().mark("those-breaks")
     shown: list[tuple[str, bool, int]] = []
