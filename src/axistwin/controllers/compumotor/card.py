@@ -16,8 +16,9 @@ from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.compumotor.rules import RULES
-from axistwin.controllers.product import Abilities, Listing, Order, Product, PulseAxis, Register, Store
+from axistwin.controllers.product import Abilities, Listing, Order, Product, Register, Store
 from axistwin.plant.joystick import JoystickInputs
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
@@ -42,7 +43,9 @@ ENCODER_STEP_NS = 229
 class Card:
     """An 1810 or 1811."""
 
-    def __init__(self, clock: Clock, commands: CommandSet, axis: PulseAxis, options: Options, *, encoder: bool) -> None:
+    def __init__(
+        self, clock: Clock, commands: CommandSet, axis: StepperAxis, options: Options, *, encoder: bool
+    ) -> None:
         """`encoder`: the board has the encoder interface of an 1811."""
         self.clock, self._axis, self._options, self._encoder = clock, axis, options, encoder
         self._commands = installed(commands, options)
@@ -162,7 +165,7 @@ def _orders(program: str) -> tuple[Order, ...]:
 
 
 def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> Product:
-    def build(clock: Clock, axes: Mapping[str, PulseAxis], options: Options, _: Store) -> Card:
+    def build(clock: Clock, axes: Mapping[str, StepperAxis], options: Options, _: Store) -> Card:
         return Card(clock, commands, axes["motor"], options, encoder=encoder)
 
     return Product(

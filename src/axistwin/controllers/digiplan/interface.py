@@ -259,7 +259,7 @@ class Interface(State):
             yield self._begun()
             return
         step = message.steps[0]
-        if not self._in_range(step, moving=step.moves):
+        if not self._in_range(step, moving=bool(step.major)):
             return
         self.set_parameters(step)
         yield from self.until_unmuted()

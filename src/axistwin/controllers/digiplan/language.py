@@ -150,7 +150,7 @@ class _Reader:
         elif self.text:
             self._read_step(end)
             step = self.message.steps[0]
-            if (step.high or step.low) and not step.moves:
+            if (step.high or step.low) and not step.major:
                 self._wrong(rules.WAITS, "an input can only be waited for together with a move", 0)
         return self.message
 
@@ -191,7 +191,7 @@ class _Reader:
 
     def _check_sequence_step(self) -> None:
         step, number, begin = self.message.steps[-1], len(self.message.steps), self.begins[-1]
-        if step.empty and begin == self.at:
+        if step == Step() and begin == self.at:
             self._wrong(rules.STEP_MISSING, "a step is missing between two colons", begin)
         if step.repeat and step.repeat[1] > number:
             message = f"repeat from step {step.repeat[1]}: there is none yet, this is step {number}"

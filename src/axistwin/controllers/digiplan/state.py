@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from axistwin.controllers.digiplan.chapters.data_format import Frame, MessageFormat
-from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, LinePins, Transmitter
+from axistwin.controllers.digiplan.chapters.data_transfer import InputBuffer, Transmitter
 from axistwin.controllers.digiplan.chapters.faults import Faults, StopInputs
 from axistwin.controllers.digiplan.chapters.motion import RampGenerator
 from axistwin.controllers.digiplan.chapters.outputs import Outputs
 from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Parameters, Step
 from axistwin.controllers.digiplan.work import Work
-from axistwin.controllers.product import PulseAxis, Store
+from axistwin.controllers.product import ControlLines, Store
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
@@ -35,10 +36,10 @@ class Hardware:
 
     clock: Clock
     uart: Uart
-    lines: LinePins
+    lines: ControlLines
     pins: Mapping[str, Pin]
     outputs: Outputs
-    axes: Mapping[str, PulseAxis]
+    axes: Mapping[str, StepperAxis]
     options: Options
     store: Store
 
@@ -97,12 +98,6 @@ class State(ABC):
             self.hint = hint
             self.on_hint(hint)
 
-    def next_character(self) -> Procedure:
-        """Wait for a character; returns the character."""
-        while (character := self.buffer.take()) is None:
-            yield self.buffer.arrival()
-        return character
-
     def transmit(self, data: bytes) -> Procedure:
         """Send, and wait until the last character is being sent."""
         yield from self.transmitter.send(data) or ()
@@ -155,10 +150,3 @@ class State(ABC):
         """Wait until the ramp has been calculated."""
         if self.muted:
             yield self.clock.timeout(self._muted_until_ns - self.clock.now)
-
-    # Sequence
-
-    def begin_step(self, number: int) -> None:
-        """Begin a step of the sequence."""
-        self.step = self.step_number = number
-        self.on_step(number)

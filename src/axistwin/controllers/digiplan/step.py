@@ -57,16 +57,6 @@ class Step:
     places: dict[str, int] = field(default_factory=dict, compare=False)
     """Index in the text of each of the settings."""
 
-    @property
-    def moves(self) -> bool:
-        """True if the step names an axis."""
-        return bool(self.major)
-
-    @property
-    def empty(self) -> bool:
-        """True if the step contains nothing."""
-        return self == Step()
-
 
 RANGES: dict[str, tuple[int, int]] = {
     "speed_range": (1, 4),

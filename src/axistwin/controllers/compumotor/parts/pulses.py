@@ -9,8 +9,8 @@ from enum import Enum
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 
-from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Profile, Segment
+from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 from axistwin.units import S
@@ -73,7 +73,7 @@ class VelocityProfile:
 class PulseGenerator:
     """Outputs pulses to the motor."""
 
-    def __init__(self, clock: Clock, axis: PulseAxis, direction: Pin) -> None:
+    def __init__(self, clock: Clock, axis: StepperAxis, direction: Pin) -> None:
         self.clock, self.axis, self._direction = clock, axis, direction
         self.cw_is_plus = True
         """Command 14h."""

@@ -7,8 +7,8 @@ from math import isqrt
 from axistwin.controllers.compumotor.parts.library import Move
 from axistwin.controllers.compumotor.parts.pulses import Phase, PulseGenerator, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
-from axistwin.controllers.product import PulseAxis
 from axistwin.motion.profile import Segment
+from axistwin.plant.stepper import StepperAxis
 
 
 def wrapped(count: int) -> int:
@@ -40,7 +40,7 @@ class Encoder:
     Without an encoder, and on an 1810, the count stays at 0.
     """
 
-    def __init__(self, axis: PulseAxis | None, inverted: bool) -> None:
+    def __init__(self, axis: StepperAxis | None, inverted: bool) -> None:
         self._axis, self._wired = axis, (-1 if inverted else +1)
         self._sense, self._origin = self._wired, 0
         self._origin = -self.count

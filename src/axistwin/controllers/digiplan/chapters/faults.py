@@ -89,10 +89,6 @@ class Faults:
             self.motion &= ~MotionFault.EMERGENCY_STOP
         self.show()
 
-    def line_has_been_read(self) -> None:
-        """Clear the bits after an answer to F."""
-        self.line = LineFault.NONE
-
     def show(self) -> None:
         """Set the lamp: on until the bits are cleared and the inputs are normal."""
         self._show(bool(self.motion) or not all(self.pins[name].level for name in CLOSED))

@@ -151,13 +151,13 @@ class _Checker:
             at = step.places["distance"]
             self._say(rules.UNUSED_DISTANCE, text[at:], note, fix=fixes.without_distance(text, message, at))
         self._keep(text, step)
-        if message.start and step.moves and not step.run and self.parameters.distance == 0:
+        if message.start and step.major and not step.run and self.parameters.distance == 0:
             self._say(rules.NO_DISTANCE, text, f"nothing moves: the distance is 0{self._origin('distance')}")
 
     def _refused(self, step: Step, starts: bool) -> Problem | None:
         after = self.parameters.after(step)
         problem = too_fast(after) if "speed" in step.settings else None
-        return problem or (out_of_range(after, step) if starts and step.moves else None)
+        return problem or (out_of_range(after, step) if starts and step.major else None)
 
     def _keep(self, text: Sequence[Sent], step: Step) -> None:
         self.parameters = self.parameters.left_by(step)

@@ -38,7 +38,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
         step = steps[arrival.number - 1]
         here = arrival.parameters.after(step)
         running = 0 if step.abort else arrival.running
-        if step.moves:
+        if step.major:
             finding = _move(step, arrival.number, here, running)
             if finding is not None:
                 yield finding
