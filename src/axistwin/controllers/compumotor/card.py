@@ -11,7 +11,6 @@ from axistwin.controllers.compumotor.checker.texts import Words
 from axistwin.controllers.compumotor.commands import COMMANDS_1810, COMMANDS_1811, installed
 from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
 from axistwin.controllers.compumotor.host import Host
-from axistwin.controllers.compumotor.listing import SEQUENCES, listings
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
@@ -33,6 +32,7 @@ PULLED_UP = (
 """Inputs with pull-up resistors: open, they are high."""
 LOW = ("cw_limit", "ccw_limit", "channel_z", "test_switch")
 """Inputs that are low on a bare board: JU5 and JU6 short the limit inputs to ground."""
+SEQUENCES = tuple(f"sequence {number}" for number in range(1, 16))
 OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", "led")
 
 
@@ -115,7 +115,7 @@ class Card:
 
     def programs(self) -> Mapping[str, Listing]:
         """Return the sequence buffers; without power there are none."""
-        return {} if self._board is None else listings(self._commands, self._board)
+        return {} if self._board is None else _listings(self._commands, self._board)
 
     def registers(self) -> Mapping[str, Register]:
         """The status byte, both data buffers in hex, the answer to 88h, mode, phase, number of commands in the queue.
@@ -151,6 +151,23 @@ class Card:
     def _press(self, pin: Pin) -> None:
         if pin.level and self._board is not None:
             self._board.begin_test()
+
+
+def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:
+    """Return each defined sequence, 1 to 15, and the sequence being defined."""
+    performed = board.sequencer.number if board.sequencer.running else 0
+    found = {}
+    for number in board.sequences:
+        name, defined = SEQUENCES[number - 1], number == board.sequences.defining
+        lines = tuple(_line(commands, stored.string) for stored in board.sequences[number] or ())
+        running = board.sequencer.at if number == performed else None
+        found[name] = Listing(f"{name}, being defined" if defined else name, lines, running)
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _line(commands: CommandSet, string: bytes) -> str:
+    return f"{string.hex(' ').upper()} ; {Words(commands).explain(string)}"
 
 
 def _orders(program: str) -> tuple[Order, ...]:

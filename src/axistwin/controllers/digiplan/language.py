@@ -261,8 +261,7 @@ class _Reader:
         return False
 
     def _must_be_alone(self, command: Command, at: int, end: int = 0) -> None:
-        message = f"{command.code} ({command.name}) must be sent alone"
-        self._wrong(rules.ALONE, message, at, end, command.chapter)
+        self._wrong(rules.ALONE, f"{command.code} ({command.name}) must be sent alone", at, end, command.chapter)
 
     def _check_order(self, command: Instruction, seen: Order, at: int) -> Order:
         order = command.order

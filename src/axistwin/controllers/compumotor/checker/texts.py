@@ -72,15 +72,23 @@ class Words:
 
     def explain_message(self, message: bytes) -> str:
         """Return the explanation of a message."""
-        return explain_message(message)
+        opcode, data = message[0], message[1:]
+        command = COMMANDS_1811.get(opcode)
+        if not isinstance(command, language.Opcode):
+            return "means nothing"
+        if opcode in SPECIAL:
+            return f"{command.name}: {SPECIAL[opcode](data)}"
+        fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
+        if fields is _INDEXED and _streamed(data):
+            fields = _STREAMED
+        return _sentence(command.name, _values(fields, data))
 
     def _named(self, words: list[re.Match[str]]) -> list[Placed]:
         command = self._find(words[0])
         fields = [field for field in command.fields if not isinstance(field, language.DontCare)]
         if len(words) - 1 != len(fields):
             wanted = " ".join(field.name.replace(" ", "_") for field in fields) or "nothing"
-            message = f"{words[0][0]} takes {wanted}: {len(words) - 1} given"
-            raise _wrong(rules.NUMBER_OF_VALUES, words[0], message)
+            raise _wrong(rules.NUMBER_OF_VALUES, words[0], f"{words[0][0]} takes {wanted}: {len(words) - 1} given")
         values = iter(words[1:])
         found = [Placed(command.opcode, words[0].start(), len(words[0][0]))]
         for field in command.fields:
@@ -202,20 +210,6 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
     0xFD: lambda data: data.rstrip(b"\0").decode("ascii", "replace"),
 }
 """Other messages, by the opcode they begin with."""
-
-
-def explain_message(message: bytes) -> str:
-    """Return the explanation of a message."""
-    opcode, data = message[0], message[1:]
-    command = COMMANDS_1811.get(opcode)
-    if not isinstance(command, language.Opcode):
-        return "means nothing"
-    if opcode in SPECIAL:
-        return f"{command.name}: {SPECIAL[opcode](data)}"
-    fields = command.fields if 0x51 <= opcode <= 0x53 else LAYOUTS.get(opcode, ())
-    if fields is _INDEXED and _streamed(data):
-        fields = _STREAMED
-    return _sentence(command.name, _values(fields, data))
 
 
 def _streamed(data: bytes) -> bool:

@@ -134,8 +134,7 @@ class _Checker:
 
     def _hand_back(self, text: Sequence[Sent]) -> None:
         if self.sequence is None or not any(step.hand_over for step in self.sequence.steps):
-            note = "% gives control back to a sequence, but none has handed it over"
-            self._say(rules.NOT_HANDED_OVER, text, note)
+            self._say(rules.NOT_HANDED_OVER, text, "% gives control back to a sequence, but none has handed it over")
 
     def _direct(self, text: Sequence[Sent], message: Message) -> None:
         step = message.steps[0]

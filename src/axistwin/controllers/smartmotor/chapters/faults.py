@@ -90,12 +90,6 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 # What a fault forbids
 
 
-def faulted(motor: Processor) -> bool:
-    """True if a fault of table 4.1 has not been cleared."""
-    i = motor.i
-    return bool(i[s.BR] or i[s.BL] or i[s.BE] or i[s.BH])
-
-
 def may_move(motor: Processor, way: int) -> bool:
     """True if a movement may begin in this direction (0: unknown, or none).
 

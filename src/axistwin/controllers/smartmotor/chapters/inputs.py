@@ -42,7 +42,7 @@ class Inputs:
         self._undo.append(master.before_change.subscribe(self.catch_up))
         self._undo.append(master.on_change.subscribe(self._master))
         motor.core.on_samples.subscribe(self._publish)
-        self._take_axis()
+        self.replan()
         self._master()
         motor.i[s.MASTER_SEEN] = motor.i[s.MASTER]
 
@@ -146,10 +146,6 @@ class Inputs:
         """Bring the state to now."""
         self.motor.catch_up()
 
-    def replan(self) -> None:
-        """Take over a changed load, jam or ambient temperature."""
-        self._take_axis()
-
     def position(self) -> int:
         """Return the encoder counts, in the machine's own direction."""
         return self.motor.core.position_now()
@@ -189,7 +185,8 @@ class Inputs:
         """Turn the encoder on its shaft."""
         machine.slip(self.motor.i, counts)
 
-    def _take_axis(self) -> None:
+    def replan(self) -> None:
+        """Take over load, jam and ambient temperature."""
         motor, axis = self.motor, self.axis
         machine.set_torque(motor.f, axis.outside_torque)
         machine.set_jam(motor.f, axis.jammed)

@@ -5,7 +5,6 @@ from axistwin.controllers.smartmotor.chapters.brakes import switch_off
 from axistwin.controllers.smartmotor.chapters.faults import may_move
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.cam import RELATIVE_CAM, TABLE_MOST, invalidate, take_over
-from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.kernel.position import position as position_of_shaft
 from axistwin.controllers.smartmotor.kernel.servo_law import clear_integral
 from axistwin.controllers.smartmotor.processor import Control, Processor
@@ -36,16 +35,6 @@ def position(motor: Processor, value: int) -> None:
     """P=exp, FEh and four bytes: the absolute target of MP in counts; the next G is an absolute move."""
     motor.i[s.P] = value
     motor.i[s.RELATIVE] = 0
-
-
-def velocity(motor: Processor, value: int) -> None:
-    """FDh and four bytes: V, in 1/65536 count per sample, as V=exp."""
-    parameter(motor, value, slot=s.V, low=LOWEST, high=HIGHEST)
-
-
-def acceleration(motor: Processor, value: int) -> None:
-    """FCh and four bytes: A, in 1/65536 count per sample², as A=exp; below 0: Bs, and A stays."""
-    parameter(motor, value, slot=s.A, low=0, high=HIGHEST)
 
 
 def distance(motor: Processor, value: int) -> None:

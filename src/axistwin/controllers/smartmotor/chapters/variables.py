@@ -7,7 +7,6 @@ fetched from outside first (`fetch`): from a communication channel or over the A
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from string import ascii_lowercase
 
 from axistwin.controllers.smartmotor.chapters import io
@@ -131,11 +130,9 @@ def _input(name: str) -> Variable | None:
     match = _device.fullmatch(name)
     if match is None:
         return None
-    kind, port, channel = match[1], match[2], int(match[3])
-    if channel not in (ANALOG_CHANNELS if kind == "A" else DIGITAL_CHANNELS):
+    if int(match[3]) not in (ANALOG_CHANNELS if match[1] == "A" else DIGITAL_CHANNELS):
         return None
-    fetch = partial(io.fetch_ain if kind == "A" else io.fetch_din, port=port, channel=channel)
-    return Variable(name, ops.VARIABLE, NOTHING, "", ANILINK, fetch)
+    return Variable(name, ops.VARIABLE, NOTHING, "", ANILINK, io.fetch_input)
 
 
 def assign(motor: Processor, place: int, value: int) -> None:

@@ -82,8 +82,7 @@ def _range(statement: Statement) -> Iterator[Problem]:
     value, found = known(statement), statement.command
     if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
         return
-    message = f"{value} is out of range: {found.parameters[0]}"
-    yield Problem(len(str(found.code)), message, found.chapter, rules.RANGE)
+    yield Problem(len(str(found.code)), f"{value} is out of range: {found.parameters[0]}", found.chapter, rules.RANGE)
 
 
 def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
@@ -92,8 +91,7 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
     while at < len(code):
         operation = code[at]
         if operation == ops.OVERFLOW:
-            message = "a number does not fit 32 bits: Bd is set and nothing is done"
-            yield Problem(0, message, CHAPTER, rules.OVERFLOW)
+            yield Problem(0, "a number does not fit 32 bits: Bd is set and nothing is done", CHAPTER, rules.OVERFLOW)
         elif operation in (ops.DIVIDE, ops.REMAINDER) and before == (ops.CONSTANT, 0):
             yield Problem(0, "this divides by 0: Bd is set and nothing is done", CHAPTER, rules.ZERO)
         argument = operation in WITH_ARGUMENT
@@ -130,8 +128,7 @@ class _Host:
                 self._load()
         rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
         if rest.strip(b" \r\n\0"):
-            message = "this command is never ended: a space or <CR> is missing"
-            self._report(rules.UNENDED, self._begin, message)
+            self._report(rules.UNENDED, self._begin, "this command is never ended: a space or <CR> is missing")
 
     def _command(self, text: str) -> None:
         """Check a complete command."""

@@ -3,7 +3,7 @@
 The units are counts and samples, so that a sample takes few operations (`servo.py`).
 """
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import MutableSequence
 from dataclasses import replace
 from itertools import count
 from math import exp, floor, inf, isfinite
@@ -113,12 +113,6 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
     f[HOUSING_STEP] = from_winding / (1 + from_winding + to_air)
     f[AIR_STEP] = to_air / (1 + from_winding + to_air)
     f[RATED_SQUARE] = motor.continuous_current_a**2
-
-
-def tune(i: Ints, tuning: Sequence[int]) -> None:
-    """Put KP KI KD KL KS KV KA KG in force."""
-    for slot, value in enumerate(tuning, s.TUNING):
-        i[slot] = value
 
 
 def set_torque(f: Floats, newton_metres: float) -> None:

@@ -9,7 +9,7 @@ Channel 0 is the main one, RS-232 or with pin G as its direction line RS-485; ch
 
 from array import array
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import IntFlag
 from typing import Protocol
 
@@ -58,10 +58,7 @@ class Dispatcher(Protocol):
     clock: Clock
     i: "array[int]"
     powered: bool
-
-    @property
-    def channels(self) -> "Sequence[Channel]":
-        """All channels of the motor."""
+    channels: "tuple[Channel, Channel]"
 
     def catch_up(self, *, changing: bool = True) -> None:
         """Bring the state to the last sample by now."""
