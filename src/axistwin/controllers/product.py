@@ -207,7 +207,6 @@ class Product:
     make_axis: MakeAxis = stepper_axis
     """Makes an axis from its options.  The bench fits the switches in the options later."""
     check: Checker | None = None
-    """Finds problems in a program."""
     rules: tuple[Rule, ...] = ()
     """The rules of `check`, in the order of the codes."""
     line: UartFormat | None = None
@@ -236,6 +235,4 @@ class Product:
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Makes a host for its registers, if it is on a bus."""
     joystick: JoystickInputs | None = None
-    """The inputs for a joystick, if it has them."""
     front: tuple[Group, ...] = ()
-    """Its front panel."""

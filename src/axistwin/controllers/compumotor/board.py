@@ -48,8 +48,6 @@ class Board(State):
             self._closing.append(axis.on_push.subscribe(self._pushed))
         self._processes = [clock.process(self._obey_all()), clock.process(self._take())]
 
-    # Power, reset, failure
-
     def power_off(self) -> None:
         """Stop everything at once and forget it."""
         self._die()
@@ -105,8 +103,6 @@ class Board(State):
                 kill(process)
         self._processes = []
 
-    # Commands
-
     def _take(self) -> Procedure:
         yield self.clock.timeout(to_ns(self.options.initialisation_s))
         drain_ns = ns(self.options.drain_ms)
@@ -142,8 +138,6 @@ class Board(State):
         if self.stream.performing:
             needed |= Accept.DURING_STREAMING
         return needed in command.accepted and not self.excludes(command)
-
-    # Callbacks of the parts
 
     def refresh(self) -> None:
         """Update outputs and supervision after a change of state."""

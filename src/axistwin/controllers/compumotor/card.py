@@ -37,7 +37,6 @@ OUTPUTS = ("shutdown", "output1", "output2", "direction", "remote_acknowledge", 
 
 
 ENCODER_STEP_NS = 229
-"""The width of the encoder's STEP OUT pulses."""
 
 
 class Card:
@@ -94,7 +93,6 @@ class Card:
         )
 
     def _procedures(self) -> Sequence[Process]:
-        """The procedures of the board."""
         return () if self._board is None else self._board.procedures
 
     def power(self, on: bool) -> None:
@@ -171,7 +169,6 @@ def _line(commands: CommandSet, string: bytes) -> str:
 
 
 def _orders(program: str) -> tuple[Order, ...]:
-    """Commands 41h, 72h, 48h, 71h and 79h."""
     return (
         Order("perform", bytes((0x41, SEQUENCES.index(program) + 1)), f"Perform {program} from its first command"),
         Order("suspend", b"\x72", "Wait for CONTINUE when the present command is finished"),

@@ -75,7 +75,6 @@ FRONT = (
         Lamp("ZERO", "at zero", "at_zero", doc="The joystick gives out no pulses."),
     ), row=True),
 )  # fmt: skip
-"""Group by group: an 1810."""
 FRONT_1811 = (
     *FRONT,
     Group("Encoder", ENCODER, (
@@ -84,4 +83,3 @@ FRONT_1811 = (
         Lamp("DIR", "encoder direction", "encoder_direction", doc="High: positive, unless JU17 inverts it."),
     ), row=True),
 )  # fmt: skip
-"""An 1811: with the encoder interface."""

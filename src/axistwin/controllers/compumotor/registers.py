@@ -72,8 +72,6 @@ class Handshake:
         for line in self._lines:
             line.set(False)
 
-    # Status byte
-
     @property
     def user_bits(self) -> int:
         """Status bits 0 to 2."""
@@ -108,8 +106,6 @@ class Handshake:
         for line, status in self._lines.items():
             line.set(status in self._status)
 
-    # Control byte
-
     def _control(self, value: int) -> None:
         control = Control(value & 0xF0)
         if Control.RESET in control:
@@ -124,15 +120,11 @@ class Handshake:
             told, self._told = self._told, self.clock.event()
             told.succeed()
 
-    # Commands
-
     def next_command(self, drain_ns: int) -> Procedure:
         """Wait for the host to say that there is a command; returns what is in the IDB when it has been read."""
         yield self._told
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
-
-    # Messages
 
     @property
     def full(self) -> bool:

@@ -89,8 +89,6 @@ class State(ABC):
             0x81: lambda: pins["remote_enable"].level,
         })  # fmt: skip
 
-    # Calls of the dispatcher
-
     @abstractmethod
     def refresh(self) -> None:
         """Update outputs and supervision after a change of state."""
@@ -102,8 +100,6 @@ class State(ABC):
     @abstractmethod
     def fail(self) -> None:
         """Raise the board monitor alarm."""
-
-    # Primitives
 
     def occupy(self, duration_ns: int) -> Event:
         """Keep the processor busy: it obeys no commands meanwhile.  Return the event of the end."""
@@ -142,8 +138,6 @@ class State(ABC):
     def blocked(self, sign: int) -> bool:
         """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
         return self.shutdown.on or self.limits.blocks(sign)
-
-    # States
 
     @property
     def mode(self) -> int:

@@ -81,7 +81,6 @@ class Card:
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     def _procedures(self) -> Sequence[Process]:
-        """Return the procedures of the interface."""
         return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:

@@ -163,7 +163,6 @@ class _Reader:
         self.message.problems.append(problem)
 
     def _read_alone(self) -> bool:
-        """Read a command that is a message by itself: a status request, lock, cancel ..."""
         command = self.commands.get(self.text[self.at])
         if command is None or Accept.ALONE not in command.accepted:
             return False

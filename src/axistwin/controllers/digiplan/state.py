@@ -54,14 +54,12 @@ class State(ABC):
         self.stage = Stage.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.lock: MessageFormat | None = None
-        """Format of the lock command."""
         self.eighth: tuple[bool, ...] = ()
         """Bit 8 of each character of the message in progress, terminator included."""
         self.ignored: tuple[int, ...] = ()
         """Characters that are ignored if they come next."""
         self.parameters = Parameters()
         self.sequence = ""
-        """The stored sequence, as it was sent."""
         self.step_number = 0
         """The step that was begun last, as O reports it."""
         self.step = 0
@@ -90,8 +88,6 @@ class State(ABC):
     def erase(self) -> None:
         """Erase parameters, sequence and lock."""
 
-    # Characters
-
     def drop(self, hint: str) -> None:
         """Drop a character of the host; report why, once for each reason."""
         if hint != self.hint:
@@ -111,8 +107,6 @@ class State(ABC):
     def _show_fault(self, on: bool) -> None:
         if self.stage is Stage.READY:
             self.pins["led"].set(on)
-
-    # Parameters
 
     def set_parameters(self, step: Step) -> None:
         """Keep the parameters of a direct message; new ramp data take effect when nothing is in progress."""

@@ -69,7 +69,6 @@ RANGES: dict[str, tuple[int, int]] = {
     "pulse_length": (1, 99),
     "character_delay": (0, 25),
 }
-"""Lowest and highest value of each parameter."""
 
 RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 """Parameters after which the interface calculates a new ramp."""

@@ -78,4 +78,3 @@ FRONT = (
         Lamp(pin, f"pin {pin}", pin, doc="High: 2.0 V or more.") for pin in state.USER_PINS
     ), row=True),
 )  # fmt: skip
-"""Group by group."""

@@ -40,7 +40,6 @@ DEFAULTS = {
 IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
 """KP … KG of a motor without a data sheet."""
 UNPOWERED = s.LIMIT_C, s.LIMIT_D, s.SOFT_LIMITS, s.BT, s.VELOCITY, s.STOPPING, s.MASTER_LEFT, s.PWM, s.PENDING
-"""Slots that are 0 without power."""
 INPUT_2 = 2
 """The label that pin G calls with F=64."""
 RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
@@ -87,8 +86,6 @@ class Motor(Processor):
         self.update_outputs()
         self.core.replan()
         self.clock.call_later(to_ns(options.boot_window_s), self._boot)
-
-    # What chapters and channels use
 
     def execute(self, channel: Channel, text: str) -> None:
         """Execute a command of the host, given without its terminator."""
@@ -154,8 +151,6 @@ class Motor(Processor):
             brakes.update_outputs(self)
             limits.update_flags(self)
 
-    # Power
-
     def power_off(self) -> None:
         """Switch off: no command, program or protection acts any more; the shaft coasts until it rests."""
         self.catch_up()
@@ -208,8 +203,6 @@ class Motor(Processor):
             flow.begin(self)
             self.update_outputs()
 
-    # Events of the kernel
-
     def _act(self, why: int) -> None:
         if not self.powered:
             if why & kernel.SWITCH:
@@ -255,7 +248,6 @@ class Motor(Processor):
         i[s.WAIT_UNTIL] = 0  # "the only motor instruction that will be truncated"
 
     def _trajectory(self) -> None:
-        """Handle a change of Bt."""
         if self.i[s.BT]:
             return
         if self.i[s.F] & CLEAR_INTEGRAL:

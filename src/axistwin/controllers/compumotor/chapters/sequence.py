@@ -13,9 +13,6 @@ LEVEL_RESPONSE_NS = 3 * MS
 """Triggers 2 to 5: "the worst case response to them is 3 milliseconds"."""
 
 
-# Flow of a sequence
-
-
 def repeat(board: State, count: int, times: int | None = None) -> None:
     """Commands 20h and 21h: repeat the next 1 to 255 commands 1 to 65,535 times, or until CONTINUE.
 
@@ -65,9 +62,6 @@ def go_on(board: State) -> None:
         sequencer.order = Order.CONTINUE
     elif sequencer.running and sequencer.loop is not None and sequencer.loop.left is None:
         sequencer.loop.left = 1
-
-
-# Definition
 
 
 def begin(board: State, number: int) -> None:

@@ -14,9 +14,6 @@ from axistwin.controllers.compumotor.state import State
 INTERRUPT_ON_TRIGGER = 0xAC
 
 
-# By command
-
-
 def stop_motion(board: State) -> None:
     """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, as 78h.
 
@@ -77,9 +74,6 @@ def kill_and_suspend(board: State) -> None:
         if board.sequencer.order is not Order.LEAVE:
             board.sequencer.order = Order.KILL
         board.sequence.end()
-
-
-# By trigger
 
 
 def on_trigger(

@@ -92,8 +92,6 @@ class _Checker:
         self.commands, self.known = commands, Known()
         self.found: list[Diagnostic] = []
 
-    # One command
-
     def take(self, sent: Sequence[Sent]) -> None:
         """Check one command."""
         command = self.commands.get(sent[0].byte)
@@ -135,7 +133,6 @@ class _Checker:
         return tuple(values)
 
     def _place(self, given: Given) -> None:
-        """Check the place of a command: in a sequence definition, in a mode."""
         accepted, known = given.command.accepted, self.known
         if not accepted:
             self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing")
@@ -236,7 +233,6 @@ class _Checker:
             self._about(rules.NOT_GIVEN, given, f"ignored: {', '.join(missing)} has not been given")
 
     def _trigger(self, given: Given) -> None:
-        """Check that a trigger has one function at a time."""
         opcode, known = given.command.opcode, self.known
         if len(given.values) < 2:
             return
@@ -250,8 +246,6 @@ class _Checker:
             self._about(rules.TRIGGER, given, what)
         else:
             known.triggers[trigger] = opcode
-
-    # Sequences
 
     def _end_definition(self, given: Given) -> None:
         known = self.known
@@ -292,8 +286,6 @@ class _Checker:
         if known.defining is not None and known.begun is not None:
             self._about(rules.UNENDED, known.begun, "the definition of this sequence never ends: D8 is missing")
             self._loops(known.sequences[known.defining])
-
-    # Streaming
 
     def _data(self, given: Given) -> None:
         opcode, mode = given.command.opcode, self.known.mode

@@ -151,9 +151,6 @@ def _wanted(field: language.Number) -> str:
     return f"a number, {field}"
 
 
-# Messages
-
-
 def _position(name: str, size: int, unit: str = "pulses") -> tuple[language.Number, ...]:
     return (language.Number(name, unit, size=size, signed=True),)
 
@@ -209,7 +206,6 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
     0x97: lambda data: f"{_bits(('', '1', '2'), data[0])} set",
     0xFD: lambda data: data.rstrip(b"\0").decode("ascii", "replace"),
 }
-"""Other messages, by the opcode they begin with."""
 
 
 def _streamed(data: bytes) -> bool:

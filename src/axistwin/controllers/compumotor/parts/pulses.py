@@ -78,10 +78,8 @@ class PulseGenerator:
         self.cw_is_plus = True
         """Command 14h."""
         self.sign = +1
-        """The present or most recent direction of travel."""
         self.phase = Phase.REST
         self.velocity_profile = VelocityProfile(())
-        """The present or most recent velocity profile."""
         self.on_phase: Callable[[Phase], None] = lambda phase: None
         self._output, self._start_ns, self._origin = AT_REST, 0, 0
         self._excursion_origin = 0

@@ -79,9 +79,7 @@ class Sequencer:
         self.clock = clock
         self.loop: Loop | None = None
         self.at = 0
-        """Index of the command being performed."""
         self.number = 0
-        """Number of the sequence."""
         self.on_command: Callable[[int, int], None] = lambda number, at: None
         """Called with the number and the index when the processor begins a command of a sequence."""
         self.order = Order.CONTINUE

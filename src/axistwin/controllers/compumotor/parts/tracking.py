@@ -84,7 +84,6 @@ class Tracking:
         """19h."""
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
-        """The most recent closed-loop move, and its target."""
         # The present or most recent move
         self.use = Use.OPEN_LOOP
         self._began = 0
@@ -94,7 +93,6 @@ class Tracking:
         """Motor and encoder pulses from which slip is measured; None: a stall of this move has been reported."""
         self.correction: VelocityProfile | None = None
         self.ticking = False
-        """True while an update is scheduled."""
 
     @property
     def absolute(self) -> int:

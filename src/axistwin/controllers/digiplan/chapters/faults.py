@@ -40,7 +40,6 @@ INPUT_BITS = {name: 1 << bit for bit, name in enumerate(INPUTS)}
 DRIVES = {"x_fault": "X", "y_fault": "Y"}
 LIMITS = {"limit_plus": +1, "limit_minus": -1}
 ALARMS = tuple(str(fault.name).lower() for kind in (MotionFault, LineFault) for fault in kind)
-"""Names under which faults are reported."""
 CLOSED = ("estop", *LIMITS, *DRIVES)
 """Terminals through which current flows in normal operation."""
 

@@ -37,12 +37,9 @@ class _Checker:
         self.found: list[Diagnostic] = []
         self.parameters = Parameters()
         self.set_in: dict[str, int] = {}
-        """Line in which each parameter was set."""
         self.sequence: Message | None = None
         self.locked_in: int | None = None
         self.frame: Frame | None = None
-
-    # Characters
 
     def follow(self, session: Session) -> None:
         """Check the characters from power-on to power-off."""
@@ -102,8 +99,6 @@ class _Checker:
                 self._say(rules.FORMAT, [begin], message)
         if reader.text:
             self._say(rules.FORMAT_UNENDED, [begin], "the data format is never ended")
-
-    # Messages
 
     def _message(self, text: Sequence[Sent]) -> None:
         message = parse("".join(chr(sent.byte) for sent in text[:LONGEST]), COMMANDS)
@@ -180,8 +175,6 @@ class _Checker:
             self.parameters = self.parameters.left_by(step)
         for step in message.steps:
             self._keep(text, step)
-
-    # Diagnostics
 
     def _finding(self, text: Sequence[Sent], message: Message, finding: Finding) -> None:
         """Report a finding at its step; a sequence that is run again has no steps in this message."""

@@ -51,8 +51,6 @@ class Inputs:
         for undo in self._undo:
             undo()
 
-    # Pins
-
     def _level(self, bit: int, pin: Pin) -> None:
         self.catch_up()
         i = self.motor.i
@@ -92,8 +90,6 @@ class Inputs:
         if i[s.STEPS]:
             return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
         return quadrature(count)
-
-    # External encoder
 
     def _master(self) -> None:
         """Begin another run of the external encoder: the kernel computes its counts from the next sample on.
@@ -135,8 +131,6 @@ class Inputs:
             core.predict = None
         counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self.motor.i[s.BY_HAND] for count in counts]
-
-    # The axis's source
 
     def look(self) -> None:
         """Publish all samples by now, without any change."""

@@ -15,9 +15,6 @@ FULL = 4
 """Edges of four that count in MF4, and always with steps."""
 
 
-# Parameters
-
-
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
     """A parameter that is kept until something uses it; a value outside its range sets Bs and changes nothing.
 
@@ -73,9 +70,6 @@ def pid(motor: Processor, rate: int) -> None:
         motor.syntax_error()
 
 
-# What G starts
-
-
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
     """MP, MV, MFR, MSR, MD: the mode that the next G starts.
 
@@ -116,9 +110,6 @@ def initialize_cam(motor: Processor) -> None:
     If a CI has become invalid, "a new MCn and CI command must be issued".
     """
     motor.i[s.CI_PENDING] = not motor.i[s.CI_SPOILT]
-
-
-# What acts at once
 
 
 def go(motor: Processor) -> None:
@@ -175,7 +166,6 @@ def turn_on(motor: Processor, mode: int) -> None:
 
 
 def _begin_cam(motor: Processor) -> None:
-    """Begin the cycle at the phase of the external encoder's counter; F=16: relative to the motor's position (9.4)."""
     i = motor.i
     take_over(i)
     counts = i[s.CTR] * (1 if i[s.CAM_TABLE] else i[s.CAM_FACTOR])

@@ -40,9 +40,6 @@ def check(sessions: Sequence[Session]) -> list[Diagnostic]:
     return sorted(set(found))
 
 
-# A program
-
-
 def _program(characters: Sequence[Sent]) -> list[Diagnostic]:
     findings = Findings(characters)
     for number, statement in enumerate(findings.statements):
@@ -99,9 +96,6 @@ def _arithmetic(code: Sequence[int]) -> Iterator[Problem]:
         at += 1 + argument
 
 
-# A host
-
-
 class _Host:
     """The characters of a host: commands, and between LOAD and FF FF a program."""
 
@@ -131,7 +125,6 @@ class _Host:
             self._report(rules.UNENDED, self._begin, "this command is never ended: a space or <CR> is missing")
 
     def _command(self, text: str) -> None:
-        """Check a complete command."""
         sent = bytes(sent.byte for sent in self._characters[self._begin : self._at])
         begin = self._begin + max(sent.find(text.encode("ascii", "replace")), len(sent) - len(sent.lstrip(b" \r\n\0")))
         statement = command(text)
@@ -157,5 +150,4 @@ class _Host:
         self._at = self._begin = len(self._characters) if end is None else end + 1
 
     def _report(self, rule: Rule, offset: int, message: str) -> None:
-        """Add a diagnostic of the characters from `offset` to the present place."""
         self.found.append(diagnose(rule, self._characters[offset : max(self._at, offset + 1)], message))

@@ -50,7 +50,6 @@ MEAN_SQUARE, RATED_SQUARE = next(_slots), next(_slots)  # A²
 PER_NM = next(_slots)  # counts/sample² per N·m
 TORQUE_NM, GRAVITY_NM = next(_slots), next(_slots)
 FLOATS = next(_slots)
-"""Number of floats."""
 
 MACHINE = s.SHAFT, s.CURRENT_SUM, s.HEAT, s.HEAT_SAMPLES, s.TEMP, s.BUS_VOLTAGE
 """Integers of the machine: they are kept without power, as all floats are."""

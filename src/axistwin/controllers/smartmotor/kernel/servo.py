@@ -33,9 +33,6 @@ IDEAL_BITS = 5
 """An ideal motor in torque mode turns by a count per sample for each 32 PWM units."""
 
 
-# The motor
-
-
 @sampled
 def rotate(i: Ints, f: Floats) -> None:
     """Turn the shaft for one sample under PWM, drive, brake and all torques; update current and heat."""
@@ -148,9 +145,6 @@ def warm(i: Ints, f: Floats) -> None:
     i[s.TEMP] = floor(f[m.HOUSING_C])
 
 
-# The motor without a data sheet
-
-
 @sampled
 def ideal(i: Ints, f: Floats) -> None:
     """Move the shaft of a motor without a data sheet to the commanded position, or by T in torque mode."""
@@ -185,9 +179,6 @@ def ideal_rests(i: Ints, f: Floats) -> int:
     return 1 if i[s.SHAFT] == tracked(i) else 0
 
 
-# Protection
-
-
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
     """Return 1 if the motor has been too hot or its RMS current too high for THD samples; once per sample.
@@ -210,9 +201,6 @@ def cool(i: Ints, f: Floats) -> None:
     """End the overload of a motor that has cooled enough."""
     if i[s.TEMP] <= i[s.TH] - COOLER and f[m.MEAN_SQUARE] <= f[m.RATED_SQUARE]:
         i[s.HOT], i[s.OVERLOAD] = 0, 0
-
-
-# Rest
 
 
 @sampled

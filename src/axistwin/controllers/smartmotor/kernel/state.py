@@ -151,7 +151,6 @@ LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: bytes waiting
 ARRAY_BASE = next(_slots)  # where al[0] lies in `v`
 
 INTS = next(_slots)
-"""How many integers there are."""
 
 STOPPED, RUNNING, BLOCKED = range(3)
 """BLOCKED: a statement is waiting for something outside, such as room in the transmitter."""

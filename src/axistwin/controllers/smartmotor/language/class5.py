@@ -84,7 +84,6 @@ VALUES = (
     Later(r"INA", "UAA to UGA"),
     Later(r"IN", "UA to UG"),
 )
-"""Values of expressions, by name."""
 
 
 def message(found: Found) -> str:

@@ -215,7 +215,6 @@ def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
 
 
 def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, assigned: bool = False) -> Expression:
-    """Read an expression up to the end."""
     reader = Reader(text[:end], at, assigned=assigned)
     expression = reader.expression()
     _expect_end(reader, found)

@@ -51,7 +51,6 @@ class _Block:
     parts: list[int] = field(default_factory=list)
     breaks: list[int] = field(default_factory=list)
     otherwise: str = ""
-    """ELSE or DEFAULT, once the block has one."""
     end: int = -1
 
     def after(self, number: int) -> int:
@@ -258,7 +257,6 @@ class _Writer:
         """The place of each statement for jumps within its block."""
         self.code: list[int] = []
         self._last = -1, -1
-        """Operation and number of the head that was written last."""
         self._jumps: list[tuple[int, int]] = []
         """A word of the code, and the statement whose entry it is to hold."""
         self._calls: list[tuple[int, int, int, int]] = []
@@ -321,8 +319,6 @@ class _Writer:
 
     def _jump(self, number: int, to: int) -> None:
         self._jumps.append((self._head(ops.S_JUMP, number), to))
-
-    # Program flow
 
     def _label(self, _: int, statement: Statement) -> None:
         self.labels.setdefault(digits(statement), len(self.code))
