@@ -40,7 +40,6 @@ class Lamp(_Item):
     """The level at which the lamp is lit."""
     tone: Tone = Tone.PLAIN
     doc: str = ""
-    """Further explanation."""
 
     def shows(self, value: int | None) -> bool:
         """Return True if this level or value lights the lamp.  Without power (None) the lamp is dark."""
@@ -73,7 +72,6 @@ class Reading(_Item):
     unit: str = ""
     scale: float = 1
     digits: int = 0
-    """Number of decimals."""
     doc: str = ""
 
     def shows(self, value: int | None) -> str:

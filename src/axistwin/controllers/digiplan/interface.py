@@ -141,7 +141,6 @@ class Interface(State):
         return self._kept.sequence if self.stage is Stage.RESET else self.sequence
 
     def _process(self, character: int) -> Procedure | None:
-        """Process a character: echo it, and obey the message that it ends."""
         ignored, self.ignored = self.ignored, ()
         if character & 0x7F in ignored:
             return None

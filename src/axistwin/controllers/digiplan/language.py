@@ -118,7 +118,6 @@ class Message:
     alone: Command | None = None
     steps: list[Step] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
-    """Index in the text at which each step begins."""
     sequence: bool = False
     start: bool = False
     """True if the message ends in `$`."""

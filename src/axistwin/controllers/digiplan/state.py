@@ -65,7 +65,6 @@ class State(ABC):
         self.step = 0
         """The step of the sequence in progress; 0: no sequence runs."""
         self.on_step: Callable[[int], None] = lambda number: None
-        """Called with the number of each step when it begins."""
         self.hint = ""
         """Before READY: why characters from the host are dropped, and what helps."""
         self.on_hint: Callable[[str], None] = lambda hint: None

@@ -71,7 +71,6 @@ RANGES: dict[str, tuple[int, int]] = {
 }
 
 RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
-"""Parameters after which the interface calculates a new ramp."""
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,8 @@ def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_m
     `base`: 1 to 9, for 53h to 3; `divisor`: 1 to 16; `alarm` in bytes; `period_ms`: the update rate, 52h and 53h.
     """
     if not board.occupied:
-        board.sequences.clear()
+        board.sequences.buffers.clear()
+        board.sequences.defining = None
         board.stream.enter(Setting(mode, base, divisor, alarm, period_ms))
 
 

@@ -46,7 +46,6 @@ class Joystick:
             self._update()
 
     def _update(self) -> None:
-        """Report a move: from zero velocity to zero velocity, or until the joystick is disabled."""
         if self.moving is not self._moved:
             self._moved = self.moving
             if self._moved:

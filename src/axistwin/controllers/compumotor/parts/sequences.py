@@ -45,11 +45,6 @@ class Sequences:
         if len(stored.string) <= self.free:
             self.buffers[self.defining].append(stored)
 
-    def clear(self) -> None:
-        """Delete all sequences, as at the entry to a streaming mode."""
-        self.buffers.clear()
-        self.defining = None
-
 
 class Order(Enum):
     """The order to the sequencer for the end of the present command."""

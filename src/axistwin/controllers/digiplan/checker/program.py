@@ -203,7 +203,6 @@ class _Checker:
         return f" ({', '.join(notes)})" if notes else ""
 
     def _problem(self, text: Sequence[Sent], message: Message, problem: Problem) -> None:
-        """Report a problem at its place; something missing at the end, just after the last character."""
         here = text[problem.position : problem.end or problem.position + 1]
         if not here:
             here = [text[-1]._replace(column=text[-1].column + text[-1].width, width=0)]

@@ -62,7 +62,6 @@ def _move(step: Step, number: int, parameters: Parameters, running: int) -> Find
 
 
 def _next(step: Step, number: int) -> tuple[int, ...]:
-    """Return the steps that may follow."""
     if step.repeat is None:
         return (number + 1,)
     times, first = step.repeat
