@@ -160,11 +160,11 @@ class Device(Protocol):
 
     @property
     def pins(self) -> dict[str, Pin]:
-        """Its terminals by name."""
+        """Terminals of the controller, by name."""
 
     @property
     def abilities(self) -> Abilities:
-        """Its optional parts."""
+        """Optional abilities of the device."""
 
     def power(self, on: bool) -> None:
         """Switch the power on or off."""
@@ -179,11 +179,11 @@ class Placed(Protocol):
 
     @property
     def column(self) -> int:
-        """Its column, from 0."""
+        """Column of the byte in the text, from 0."""
 
     @property
     def width(self) -> int:
-        """Its width in columns."""
+        """Width of the byte in columns."""
 
 
 class Language(Protocol):
@@ -206,7 +206,7 @@ class Language(Protocol):
 
 
 class BusHost(Protocol):
-    """A host that sends commands to a board and takes its messages, with all handshakes."""
+    """Host program of a board: sends commands, receives messages, and does all handshakes."""
 
     @property
     def pending(self) -> int:
@@ -219,7 +219,7 @@ class BusHost(Protocol):
         """Call `callback` with each message.  Return an unsubscribe function."""
 
     def close(self) -> None:
-        """End all use of the registers."""
+        """Stop using the registers."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The sequence buffers as lines, one for each command: in hex, with an explanation after a semicolon.
 
-The streaming buffer is not listed: no command of the manual reports its contents, and its performance empties it.
+The streaming buffer is not listed: no command reports the buffer's contents, and a performance empties the buffer.
 """
 
 from collections.abc import Mapping

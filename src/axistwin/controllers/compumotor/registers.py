@@ -4,7 +4,7 @@ host                                  board
 write command bytes into the IDB
 set CB bit 4                          SB bit 4 clears; about 1 ms later the IDB has been read: SB bit 4 sets
                                       message into the ODB: SB bit 3 sets
-read the ODB, set CB bit 7            SB bit 3 clears; the next message, if there is one
+read the ODB, set CB bit 7            SB bit 3 clears; the next message, if any
 """
 
 from collections import deque
@@ -117,7 +117,7 @@ class Handshake:
         self._show()
 
     def _show(self) -> None:
-        """Interrupts are wire-ORed: while one is active, another makes no difference."""
+        """Update the interrupt line. Interrupts are wire-ORed: a second active one changes nothing."""
         active = bool(self._status & self._jumpers) and Status.MASKED not in self._status
         self.port.status = int(self._status | (Status.INTERRUPT if active else 0))
         self.port.interrupt_line.set(active)
@@ -143,7 +143,7 @@ class Handshake:
     # Commands
 
     def next_command(self, drain_ns: int) -> Procedure:
-        """Wait for the host to say that there is a command; returns what is in the IDB when it has been read."""
+        """Wait for a command announced by the host; return the contents of the IDB after the board has read them."""
         yield self._told
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
@@ -162,7 +162,7 @@ class Handshake:
         return self._leaves
 
     def send(self, message: bytes) -> None:
-        """Queue a message, filled up to sixteen bytes; if the queue is full it is lost."""
+        """Queue a message, filled up to sixteen bytes; a full queue loses the message."""
         if self.full:
             return
         self._messages.append(message.ljust(LONGEST, b"\0"))
@@ -170,7 +170,7 @@ class Handshake:
             self._load()
 
     def forget_messages(self) -> None:
-        """Messages that the host has not read are lost."""
+        """Discard messages that the host has not read."""
         self._messages.clear()
         self.port.output.drain()
         self._change(Status.MESSAGE_READY, Status(0))

@@ -99,7 +99,7 @@ class State(ABC):
 
     @abstractmethod
     def excludes(self, command: Opcode) -> bool:
-        """True if `command` must not be performed beside the host's SINGULAR command."""
+        """True if the host's SINGULAR command forbids `command`."""
 
     @abstractmethod
     def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner) -> Procedure:
@@ -116,7 +116,7 @@ class State(ABC):
     # Primitives
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy: it obeys no commands meanwhile.  Return the event of the end."""
+        """Keep the processor busy, so that no commands are performed. Return the event of the end."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
@@ -131,7 +131,7 @@ class State(ABC):
         self.events.happened(Happening.START, self.motion.begun)
 
     def blocked(self, sign: int) -> bool:
-        """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
+        """True if motion in the + or - direction is blocked: the limit is active, or the motor is shut down."""
         return self.shutdown.on or self.limits.blocks(sign)
 
     # States
@@ -153,12 +153,12 @@ class State(ABC):
 
     @property
     def occupied(self) -> bool:
-        """True while the motor is moving, or the joystick enabled, which counts as such."""
+        """True while the motor is moving or the joystick is enabled."""
         return self.moving or self.joystick.enabled
 
     @property
     def step_level(self) -> bool:
-        """The level of STEP: that of STEP IN while the joystick is enabled; in high impedance after a failure."""
+        """The level of STEP: the level of STEP IN while the joystick is enabled; high impedance after a failure."""
         if self.handshake.failed:
             return self.options.high_impedance
         return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level

@@ -32,20 +32,20 @@ INPUTS = ("input1", "input2", "input3")
 
 
 class NoBattery:
-    """Memory of the IF1, which keeps nothing."""
+    """Memory of the IF1, which is lost without power."""
 
     def load(self) -> bytes | None:
         """Return None: nothing is kept."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Keep nothing."""
+        """Do nothing: an IF1 has no battery."""
 
 
 class Card:
     """An IF1 or IF2 on the bench.
 
-    `dtr rts` are its outputs, `dsr cts` the terminals for the host's lines; the levels at the interface's own DSR and
+    `dtr rts` are outputs, `dsr cts` the terminals for the host's lines.  The levels at the interface's own DSR and
     CTS depend on the `wiring`.
     """
 
@@ -79,7 +79,7 @@ class Card:
         return CalculatedPin(self.clock, f"{axis.lower()}_clock", level)
 
     def _busy(self) -> bool:
-        """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
+        """True while the interface moves, waits for an input, pulses an output, or calculates a ramp."""
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     def _procedures(self) -> Sequence[Process]:
@@ -122,8 +122,8 @@ class Card:
     def registers(self) -> Mapping[str, Register]:
         """Return faults and status, named after the commands that report them; K without the motion bits, Q with them.
 
-        E is empty until there is a data format, since the command is not answered before.
-        `step` is the step of the sequence in progress, 0 if no sequence runs; O stays at the last step.
+        E is empty until the data format is set, as the command is not answered before.
+        `step` is the step of the sequence in progress, 0 if no sequence runs; O keeps the last step.
         """
 
         def figure(read: Callable[[Interface], int | str]) -> Callable[[], int | str]:
@@ -154,7 +154,7 @@ class _Wiring:
         self.dsr, self.cts = self._input(card.dsr, cable.dsr), self._input(card.cts, cable.cts)
 
     def _input(self, plug: Pin, source: str) -> Pin:
-        """Return DSR or CTS, connected to the plug, to an output of the interface, or to nothing (reset)."""
+        """Return DSR or CTS as connected: to the plug, to an output of the interface, or to nothing (reset)."""
         if source == "host":
             return plug
         line = Pin(plug.clock, plug.name)

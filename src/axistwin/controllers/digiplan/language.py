@@ -31,7 +31,7 @@ class Accept(Flag):
     LOCKED = auto()  # also while locked
     REQUEST = auto()  # a status request, which is answered also while a message is held
     SETUP = auto()  # during initialisation only
-    WRITTEN = auto()  # a part of the notation of other commands
+    WRITTEN = auto()  # part of the notation of other commands
 
 
 class Order(IntEnum):
@@ -50,7 +50,7 @@ class Instruction(Command):
 
     @property
     def syntax(self) -> str:
-        """Notation: parts in brackets are optional."""
+        """Notation; parts in brackets are optional."""
         parts = "".join(part.form for part in self.parameters)
         return self.form or f"{self.code}{' ' if parts[:1].isalpha() else ''}{parts}"
 
@@ -111,7 +111,7 @@ class Lines(Written):
 
 @dataclass
 class Message:
-    """A parsed message: one command alone, one direct step, or the steps of a sequence."""
+    """A parsed message: a single command, a direct step, or the steps of a sequence."""
 
     text: str
     problems: list[Problem] = field(default_factory=list)
@@ -163,7 +163,7 @@ class _Reader:
         self.message.problems.append(problem)
 
     def _read_alone(self) -> bool:
-        """Read a command that is a message by itself: a status request, lock, cancel ..."""
+        """Read a command that must be the whole message: a status request, lock, cancel ..."""
         command = self.commands.get(self.text[self.at])
         if command is None or Accept.ALONE not in command.accepted:
             return False
@@ -217,7 +217,7 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Read characters that are no command, with the number after them; or a number that belongs to no command."""
+        """Read unknown characters, with the number after them; or a number without a command."""
         if self.text[begin] in NUMBER:
             self._skip_number(end)
             self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
@@ -239,7 +239,7 @@ class _Reader:
         return f"{message}: {before.code} ({before.name}) takes {takes}"
 
     def _skip_number(self, end: int) -> None:
-        """Skip the number of a wrong command, so that it is not a second problem."""
+        """Skip the number of a wrong command, so that the number is not a second problem."""
         while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
@@ -295,7 +295,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the command takes another number; the next call reports that
+            return  # this command takes another number; the next call reports the problem
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -313,4 +313,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Part of the notation of other commands; the parser reads it together with them."""
+    """Part of the notation of other commands, which the parser reads together."""

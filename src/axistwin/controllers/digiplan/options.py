@@ -1,4 +1,4 @@
-"""Options of an installed IF1 or IF2, and figures of which the manual gives only a bound."""
+"""Options of an installed IF1 or IF2, and figures for which the manual gives only a bound."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args

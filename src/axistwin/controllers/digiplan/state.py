@@ -92,13 +92,13 @@ class State(ABC):
     # Characters
 
     def drop(self, hint: str) -> None:
-        """Drop a character of the host; report why, once for each reason."""
+        """Drop a character of the host; report the reason, once for each reason."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
 
     def next_character(self) -> Procedure:
-        """Wait for a character; returns the character."""
+        """Wait for a character and return it."""
         while (character := self.buffer.take()) is None:
             yield self.buffer.arrival()
         return character
@@ -131,14 +131,16 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters of a move that begins now: without ramp data whose ramp is still to be calculated."""
+        """Return the parameters of a move that begins now: without ramp data whose ramp is still being calculated."""
         before = self._ramp_before
         if before is None:
             return self.parameters
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a ramp: for up to a second no character is processed, answered or echoed; the buffer keeps them."""
+        """Calculate a ramp: for up to a second no character is processed, answered or echoed; the buffer keeps the
+        characters.
+        """
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
@@ -148,7 +150,7 @@ class State(ABC):
 
     @property
     def muted(self) -> bool:
-        """True while a ramp is calculated."""
+        """True while a ramp is being calculated."""
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:

@@ -7,7 +7,7 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # no error of the program
-    """End of the work in progress: a move is refused, or a parameter is out of range."""
+    """Raised to end the work in progress: a move is refused, or a parameter is out of range."""
 
 
 class Fault(Enum):
@@ -93,7 +93,7 @@ class Parameters:
     speed: int = 400  # steps/s
     start_stop: int = 4  # x 100 steps/s
     acceleration: int = 10  # x 1000 steps/s²
-    distance: int = 0  # steps; also that of the major axis
+    distance: int = 0  # steps; the distance of the major axis too
     minor_distance: int = 0
     backlash: int = 0  # steps, signed
     pulse_length: int = 10  # x 10 ms

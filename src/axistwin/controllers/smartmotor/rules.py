@@ -1,7 +1,7 @@
 """Diagnostics of the SmartMotor checker: the table of codes.
 
 1xx a command and its values, 2xx program flow, 3xx mode cam, 4xx changes of 4.76 against 4.15 and 4.40,
-5xx a program as a whole and the line to the host.
+5xx the whole program and the host's line.
 """
 
 from axistwin.controllers.diagnostics import Rule, Severity

@@ -59,7 +59,7 @@ class Known:
 
 
 def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return everything wrong with the commands of a host, in order of place.  Each line is one command."""
+    """Return all problems of a host's commands, in order of place. Each line is one command."""
     found: set[Diagnostic] = set()
     for session in sessions:
         checker = _followed(commands, session)
@@ -167,7 +167,7 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # the velocity, in all of these commands
+        at = given.sent[3:7]  # the velocity, at the same place in all these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
             message = f"velocity {velocity} is beyond range {ranges[0]}: {most} at most"
@@ -347,7 +347,7 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return the reason why this mode ignores a command outside of a sequence definition, or None."""
+    """Return the reason for which this mode ignores a command outside a sequence definition, or None."""
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "means something in a sequence only"
     if not streaming and Accept.INDEXER not in accepted:

@@ -254,7 +254,8 @@ def explain_message(message: bytes) -> str:
 
 
 def _streamed(data: bytes) -> bool:
-    """True if an answer to 85h is a streamed velocity: the ranges do not exist, or the velocity is beyond every range.
+    """True if an answer to 85h is a streamed velocity: the ranges do not exist, or the velocity is beyond every
+    range. A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
 
     A streamed velocity whose lower byte is 0 can be identical to a velocity of 0 in some ranges.
     """

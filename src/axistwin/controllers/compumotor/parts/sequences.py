@@ -36,7 +36,7 @@ class Sequences:
 
     @property
     def free(self) -> int:
-        """Free bytes of memory.  A command takes the length of its string."""
+        """Free bytes of memory. A command takes the length of its command string."""
         return self.memory - sum(len(stored.string) for buffer in self._buffers.values() for stored in buffer)
 
     def begin(self, number: int) -> None:
@@ -65,7 +65,7 @@ class Order(Enum):
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # SUSPEND, and a SINGULAR command ends before its time
+    KILL = auto()  # SUSPEND, and a SINGULAR command that is discontinued
     LEAVE = auto()
 
 
@@ -74,7 +74,7 @@ SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 @dataclass
 class Loop:
-    """Commands `first` to `last` of the buffer, `left` more times; None: until CONTINUE."""
+    """Commands `first` to `last` of the buffer, repeated `left` more times; None: until CONTINUE."""
 
     first: int
     last: int
@@ -119,7 +119,7 @@ class Sequencer:
         self._wake()
 
     def suspend(self) -> None:
-        """Suspend the sequence after the present command.  During a wait for CONTINUE, that one CONTINUE is enough."""
+        """Suspend the sequence after the present command.  During a wait for CONTINUE, one CONTINUE ends both."""
         if self.order is Order.CONTINUE and self._waiting is None:
             self.order = Order.SUSPEND
 
@@ -129,7 +129,7 @@ class Sequencer:
             self.order = Order.KILL
 
     def go_on(self) -> None:
-        """CONTINUE: end a wait or suspension, else let an endless loop end with this round."""
+        """CONTINUE: end a wait or suspension; otherwise end an endless loop after this round."""
         if self._waiting is not None:
             self._wake()
         elif self.order in SUSPENDED:

@@ -53,7 +53,7 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be held, and nothing in motion
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be active, and nothing is in motion
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:
@@ -199,7 +199,9 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report values that do not go together, at the one in this message, with the lines of those not `known`."""
+        """Report values that do not fit together, at the value in this message, with the lines of values not in
+        `known`.
+        """
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position
@@ -211,7 +213,7 @@ class _Checker:
         return f" ({', '.join(notes)})" if notes else ""
 
     def _problem(self, text: Sequence[Sent], message: Message, problem: Problem) -> None:
-        """Report a problem at its place; something missing at the end, just after the last character."""
+        """Report a problem at its place; a missing part at the end is reported after the last character."""
         here = text[problem.position : problem.end or problem.position + 1]
         if not here:
             here = [text[-1]._replace(column=text[-1].column + text[-1].width, width=0)]

@@ -1,4 +1,4 @@
-"""The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and what makes a CI invalid.
+"""The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and changes that invalidate a CI.
 
 The rules read the text from top to bottom and use only constant values.
 """

@@ -1,4 +1,4 @@
-"""The basis of the checker's rules: a program with its places, and the diagnostics found in it."""
+"""The basis of the checker's rules: a program with its places, and the diagnostics of the program."""
 
 from collections.abc import Iterator, Sequence
 
@@ -51,7 +51,7 @@ class Findings:
 
 
 def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after it."""
+    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after the statement."""
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position

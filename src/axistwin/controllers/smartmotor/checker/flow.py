@@ -1,4 +1,5 @@
-"""The checker's rules for program flow: labels, calls, returns, the return stack, what is never reached.
+"""The checker's rules for program flow: labels, calls, returns, the return stack, unreachable code.  The rules
+follow the code from the top, from each called label, and from C1 and C2 if F= may call these.
 
 They follow the code as the interpreter runs it, from the top, from each label that is called, and from C1 and C2
 if F= may call them.
@@ -26,7 +27,7 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """The code executed from a label, or from the top (label None), without the subroutines it calls."""
+    """Routine: the code executed from a label, or from the top (label None), without called subroutines."""
 
     label: int | None
     pcs: set[int] = field(default_factory=set)
@@ -60,7 +61,7 @@ class Flow:
 
     @cached_property
     def routines(self) -> dict[int | None, Routine]:
-        """All routines by label; a host may call any label that the program does not."""
+        """All routines by label; a host may call any label that the program does not call."""
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
@@ -207,7 +208,7 @@ class _Depths:
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Measure depth first, without recursion: a program may have a thousand routines."""
+        """Measure depth first, without recursion, as a program may have a thousand routines."""
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:
             label, calls = path[-1]

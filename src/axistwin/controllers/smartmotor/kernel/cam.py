@@ -1,8 +1,8 @@
 """Mode cam (chapter 9): the position follows a table, aw[0] to aw[SIZE], over the counts of the external encoder.
 
 aw[1]  ╱╲          BASE counts are one cycle; then, with F=16 or F=128, D counts of dwell at the last position.
-      ╱  ╲____     Passing the end of base plus dwell, or aw[0] backwards, is crossing the zero point: there a cycle
-aw[0]╱ aw[2] D     begins relative to where the last one ended, and changed parameters are taken over after CI.
+      ╱  ╲____     Passing the end of base plus dwell, or aw[0] backwards, is crossing the zero point: there, a cycle
+aw[0]╱ aw[2] D     begins at the end of the last cycle, and after CI changed parameters come into force.
 """
 
 from axistwin.controllers.smartmotor.kernel.jit import sampled
@@ -55,7 +55,9 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a CI that waits for the zero point, as a cam parameter has changed; the next needs an MCn (9.5)."""
+    """Cancel a CI that waits for the zero point, because a cam parameter has changed; the next CI needs an MCn
+    (9.5).
+    """
     if i[CI_PENDING]:
         i[CI_PENDING], i[CI_SPOILT] = 0, 1
 
@@ -71,7 +73,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
     elif i[CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[CAM_SIZE])  # of the cycle that is entered at its end
+        end = entry(i, v, i[CAM_SIZE])  # of the next cycle
         i[CAM_PHASE] = max(left + i[CAM_BASE] + i[CAM_DWELL], 0)
     if word & MODULO_CAM:  # position and counter restart
         shift = i[CAM_ORIGIN] + end * way
@@ -90,7 +92,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
 def turn(i: Ints, v: Ints, moved: int) -> None:
     """Update the place in the cycle after a movement of the external encoder.
 
-    A quarter of BASE or more in one sample is too fast: the zero point is passed unseen.
+    A quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
     step = moved if i[CAM_TABLE] else moved * i[CAM_FACTOR]
     cycle = i[CAM_BASE] + i[CAM_DWELL]
@@ -104,7 +106,7 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """Return the position at this place of the cycle, in counts, linear between the points; set CX."""
+    """Return the position at this place of the cycle, in counts, interpolated between the points; set CX."""
     base, size, phase = i[CAM_BASE], i[CAM_SIZE], i[CAM_PHASE]
     if phase >= base:
         i[CX] = size
@@ -112,13 +114,13 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[CX] = n
     here = entry(i, v, n)
-    following = n + 1 if i[CAM_F] or n + 1 < size else 0  # without F=16 and F=128 the table closes upon itself
+    following = n + 1 if i[CAM_F] or n + 1 < size else 0  # otherwise the table is closed: the last point is the first
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 
 
 @sampled
 def cam(i: Ints, v: Ints, moved: int) -> None:
-    """Do one sample of mode cam."""
+    """Compute one sample of mode cam."""
     before = i[COMMANDED]
     origin = i[ORIGIN]
     if moved != 0:

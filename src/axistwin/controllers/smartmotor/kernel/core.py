@@ -61,7 +61,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class _Block:
-    """Samples that have been computed ahead, or that are a time of rest; `why` the kernel ended the block."""
+    """Samples computed ahead, or a time of rest; `why`: the reason for which the kernel ended the block."""
 
     first: int
     samples: int
@@ -134,9 +134,8 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Bring the state to the last sample by now, and handle the events on the way.  Then it may be changed.
-
-        Not `changing`: the state is only read, so that a motor at rest stays at rest.
+        """Advance the state to the last sample up to now, and handle the events until then.  The state may then be
+        changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
         """
         if self._phase in (Phase.ACTING, Phase.STOPPED) or (not changing and self._up_to_date()):
             return
@@ -155,7 +154,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the state is that of the last sample already, and the block can stay as it is."""
+        """True if the state is that of the last sample already, so that the block can stay."""
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -191,10 +190,9 @@ class Core:
     # Followed numbers
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Report each change of these numbers, an operation and a place each (`log.py`), to the one follower.
-
-        Changes of numbers that were followed before are not lost.  `restless`: some of the numbers change while the
-        motor rests, so that the samples must be computed.
+        """Report each change of these numbers to the follower; a number is an operation and a place (`log.py`).  No
+        change of a number that was followed before is lost.  `restless`: some of the numbers change while the motor
+        rests, so that the samples must be computed.
         """
         self.catch_up()
         self.log = log.following(numbers, self.i, self.v, log.known(self.log))
@@ -253,7 +251,7 @@ class Core:
         self.clock.call_later(self.time_ns(block.end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Continue after a block.  After a quiet one the motor may rest."""
+        """Continue after a block.  After a block without events the motor may rest."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -294,7 +292,7 @@ class Core:
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Commit a block whose end has come, and handle the event at which the kernel has stopped."""
+        """Commit a finished block, and handle the event at which the kernel has stopped."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -333,7 +331,7 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the committed state: in plain Python at first, compiled when that pays.
+    """Runs the kernel on copies of the committed state: in plain Python at first, compiled when compiling pays.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -359,7 +357,9 @@ class _Engine:
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` samples after the committed state.  Return why the kernel stopped, and their number."""
+        """Compute up to `most` samples after the committed state.  Return the reason for stopping, and the number of
+        samples.
+        """
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -375,7 +375,7 @@ class _Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return compiled code if it exists, or if compiling pays and no user waits in real time."""
+        """Return compiled code if available, or if compiling pays and no user waits in real time."""
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -383,7 +383,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Make the result that was computed last the committed state."""
+        """Commit the result of the last computation."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -392,7 +392,7 @@ class _Engine:
             core.on_samples.emit(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
 
     def forget(self) -> None:
-        """Release the memory while nothing is computed."""
+        """Release memory while nothing is computed."""
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
@@ -421,7 +421,7 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile now, or load the kept code, if plain Python cannot keep pace with this number of motors."""
+    """Compile now, or load the cached code, if plain Python is too slow for this number of motors."""
     if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
         _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
         _Engine(Core(Clock(), lambda why: None, 1)).run(0)

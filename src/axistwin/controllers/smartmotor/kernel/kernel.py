@@ -2,8 +2,8 @@
 
     statements of the program - the shaft turns - trajectory - servo law - protection and inputs
 
-It is written for Numba (`jit.py`) and runs as plain Python as well.  It only detects a fault, an edge
-or the end of a trajectory; Python (`motor.py`) handles them at exactly that sample.
+The kernel is written for Numba (`jit.py`) and also runs as plain Python.  The kernel only detects a fault, an edge
+or the end of a trajectory; Python (`motor.py`) handles the event at exactly that sample.
 """
 
 from collections.abc import Sequence
@@ -100,7 +100,7 @@ GO_EDGE = 256  # pin G has gone low
 SWITCH = 512  # the shaft has reached a switch
 INDEX_MARK = 1024  # Bx has changed
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # an assignment has read the pin of the brake's signal
+PIN_TAKEN = 16384  # an assignment has read the pin with the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -172,7 +172,7 @@ def beyond_minus(i: Ints) -> int:
 
 @sampled
 def heading(i: Ints) -> int:
-    """Return the direction in which the motor is driven; 0 while it stops because of a fault."""
+    """Return the direction in which the motor is driven; 0 during a stop because of a fault."""
     if i[STOPPING]:
         return 0
     return i[T] if i[MODE] == M_TORQUE else i[VELOCITY]
@@ -203,7 +203,7 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Handle an index mark that the shaft has reached or passed: its position is captured once, flag Bi."""
+    """Handle an index mark that the shaft has reached or passed: the position is captured once, flag Bi."""
     shaft, turn = i[SHAFT], i[COUNTS_PER_REV]
     passed = i[INDEX_HIGH] if shaft >= i[INDEX_HIGH] else i[INDEX_LOW]
     before = i[BX]
@@ -278,7 +278,7 @@ def advance(
 ) -> int:
     """Compute up to `most` samples.  Return the reason for stopping.
 
-    `predicted`: edges of the external encoder, see the slot TOLD.
+    `predicted`: edges of the external encoder, see the slot PREDICTED.
     Writes the actual and the commanded position of each sample into `shaft` and `commanded`, in counts of the machine,
     and the changes of followed numbers into `log` (`log.py`).
     """
@@ -289,7 +289,7 @@ def advance(
         budget = i[BUDGET]
         why = statements(i, v, stack, code)
         if why == ALL_DONE:
-            stated = i[BUDGET] != budget or i[SAMPLE] == first  # before the first sample Python may have done something
+            stated = i[BUDGET] != budget or i[SAMPLE] == first  # Python may have changed the state before
             why = sample(i, v, f, ring, predicted)
             n = i[SAMPLE] - first - 1
             shaft[n] = i[SHAFT] + i[SLIPPED]

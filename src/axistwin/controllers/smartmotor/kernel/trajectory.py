@@ -1,7 +1,7 @@
 """The trajectory generator: the commanded position of each sample (chapters 4 and 5 of the base language).
 
-    v  A ╱‾‾‾‾‾‾╲ A       In a sample the velocity changes by at most A and is at most V.  The generator takes the
-      ╱          ╲        largest one that still allows a stop at the target, so the move ends on it exactly.
+    v  A ╱‾‾‾‾‾‾╲ A       In a sample the velocity changes by at most A and is at most V.  The generator selects the
+      ╱          ╲        largest velocity that still allows a stop at the target, so the move ends there exactly.
     ─┴────────────┴─ t
 
 Velocities and accelerations are in 1/65536 count per sample (squared), positions in 1/65536 count.
@@ -132,7 +132,7 @@ def quadrature(count: int) -> int:
 
 @sampled
 def show_master(i: Ints, before: int) -> None:
-    """Set pins A and B to the levels of the external encoder; of a step source B is the direction, and A is low."""
+    """Set pins A and B to the levels of the external encoder; for a step source, B is the direction and A is low."""
     if i[MASTER] != before:
         i[STEP_UP] = 1 if i[MASTER] > before else 0
     levels = 2 * i[STEP_UP] if i[STEPS] != 0 else quadrature(i[MASTER] - i[BY_HAND])
@@ -155,7 +155,7 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV with the remainder kept."""
+    """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV keeping the remainder."""
     step = moved
     if i[MODE] != M_FOLLOW and i[MODE] != M_STEP:
         owed = moved * i[FACTOR] + i[FOLLOW_REM]
@@ -180,7 +180,7 @@ def profile(i: Ints) -> None:
             velocity = 0
             i[BT] = 0
         elif velocity == 0 and (acceleration == 0 or i[TOP] == 0):
-            i[BT] = 0  # no travel at all
+            i[BT] = 0  # no distance
     elif mode == M_VELOCITY:
         velocity = ramp_velocity(velocity, i[TOP], acceleration)
         i[COMMANDED] += velocity
@@ -198,7 +198,7 @@ def profile(i: Ints) -> None:
 def wrap(i: Ints) -> None:
     """Continue a position beyond 2^31 counts at the other end of the scale, and set Bw.
 
-    The target is shifted too, so that a move ends where it would on a longer scale.
+    The target is shifted by the same amount, so that the move keeps its length.
     """
     turn = 0
     if i[COMMANDED] >= WRAP // 2:

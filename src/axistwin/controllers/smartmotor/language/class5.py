@@ -1,4 +1,6 @@
-"""Words of the later generation, Class 5, and what firmware 4.76 has for them.
+"""Words of the later generation, Class 5, and their equivalents in firmware 4.76.  The words of a program show the
+generation for which it was written.  A Class 5 motor has 8000 samples per second, so speeds and accelerations have
+another unit; positions have the same unit.
 
 A program may be of either generation, and its words show which.  A Class 5 motor has 8000 samples per second, so its
 numbers of speed and acceleration have another unit; positions have the same.
@@ -16,7 +18,7 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A form of Class 5.  `here` is what 4.76 has for it, in terms of its groups; `sure`: the values are the same."""
+    """A form of Class 5.  `here`: the form in 4.76, in terms of the groups; `sure`: the values have the same unit."""
 
     form: re.Pattern[str]
     here: str

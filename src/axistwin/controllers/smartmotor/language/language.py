@@ -1,7 +1,7 @@
 """The command language (3 of the base language): the text of one command or statement becomes a `Statement`.
 
-One reader for what a host sends, for the program and for the checker.  Text that is no command becomes a statement too,
-which sets Bs when it is executed.
+One reader for what a host sends, for the program and for the checker.  Invalid text becomes a statement that sets Bs
+when executed.
 """
 
 import re
@@ -29,7 +29,7 @@ EQUAL_SIGN = "8.1 Forced equal sign"
 
 @dataclass(frozen=True)
 class Elements:
-    """An assignment to an array as the interpreter's code: number of values, array, first index, values."""
+    """The interpreter's code of an assignment to an array: number of values, array, first index, values."""
 
     code: tuple[int, ...]
     fetches: "tuple[Callable[[Processor], int], ...]" = ()
@@ -108,7 +108,7 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement.  Return the text of a report, without CR.  Text that is no command only sets Bs."""
+        """Execute the statement.  Return the text of a report, without CR.  Invalid text only sets Bs."""
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None
@@ -116,7 +116,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # abandoned: Bd or Bu says why
+                return None  # abandoned: Bd or Bu has the reason
             given.append(value)
         if self.command.form is Form.LET:
             return self._report(self.command.handler(motor, value=given[0]))
@@ -129,7 +129,7 @@ class Statement:
 
 @lru_cache(maxsize=4096)
 def command(text: str) -> Statement:
-    """One command from a host, its terminator removed."""
+    """Return the statement of a host's command, given without its terminator."""
     statement = read(text)
     found = statement.command
     if statement.problem is None and found is not None and Accept.HOST not in found.accepted:
@@ -140,7 +140,7 @@ def command(text: str) -> Statement:
 
 @lru_cache(maxsize=4096)
 def read(text: str) -> Statement:
-    """One statement of a program."""
+    """Return one statement of a program."""
     found: Instruction | None = None
     try:
         found, begin = _find(text)
@@ -156,7 +156,7 @@ def read(text: str) -> Statement:
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# Which command it is, and where its operands begin
+# The command of a text, and the place of its operands
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
@@ -227,7 +227,7 @@ def _bare(_text: str, _at: int, _found: Instruction) -> tuple[Operand, ...]:
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Digits that belong to the name: GOSUB5."""
+    """Read digits that belong to the name: GOSUB5."""
     digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not field.allows(int(digits)):
         raise Malformed(at, f"{text[at:][:20]} is out of range: {field}", found.chapter, rules.NUMBER)
@@ -269,7 +269,7 @@ _value = re.compile(r"[ \t]+(-?\d+)")
 
 
 def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """`ab[exp]=exp`, or values in a row, of which the last one ends with a period."""
+    """Read `ab[exp]=exp`, or a list of values that ends with a period."""
     kind, _ = ARRAY_SIZES[text[:at]]
     index = Reader(text, at)
     first = index.index()
@@ -313,7 +313,7 @@ def _constant(value: int) -> tuple[int, ...]:
 
 
 def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """`"text",exp,#n`: what PRINT prints."""
+    """Read `"text",exp,#n`, the items of PRINT."""
     items: list[Operand] = []
     while True:
         item, at = _item(text, at, found)
@@ -377,7 +377,7 @@ _port = re.compile(r"([A-H])(\d{0,2}),", re.ASCII)
 
 
 def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """AOUTp,exp and DOUTpc,exp: device p = A…H; of DOUT, channel c = 0…63."""
+    """Read AOUTp,exp and DOUTpc,exp: device p = A…H; for DOUT, channel c = 0…63."""
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
