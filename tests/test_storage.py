@@ -88,7 +88,7 @@ def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
         Bench().add("smartmotor", state=tmp_path / "state")
     assert str(told.value) == (
         f"state directory {tmp_path / 'state'} is in use by process {other.pid} (machine.py state): "
-        "end that one, or choose another directory"
+        "end that process, or choose another directory"
     )
 
 
@@ -426,7 +426,7 @@ def test_an_image_without_end_is_not_read(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes that have names")
 def test_a_pipe_in_the_place_of_the_image_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "if2.json")
-    with pytest.raises(UsageError, match=r"if2\.json: it is no file$"):
+    with pytest.raises(UsageError, match=r"if2\.json: not a file$"):
         Bench().add("if2", state=tmp_path)
 
 

@@ -34,7 +34,7 @@ def check(tmp_path, capsys):
         (["set_user_bit 3"], "1:14 error bit: '3' is none"),
         (["nonsense"], "1:1 error no command 'nonsense'"),
         (["FE"], "1:1 warning"),
-        (["D9 01", "70", "D8"], "2:1 error stop (70) may not stand in a sequence"),
+        (["D9 01", "70", "D8"], "2:1 error stop (70) is not allowed in a sequence"),
         (["wait_seconds 2"], "1:1 error wait_seconds (2A) means something in a sequence only"),
         (["D9 01", "repeat 3 2", "repeat 1 2", "83", "83", "D8"], "3:1 error ignored: a loop may not stand within"),
         (["D9 01", "repeat 3 2", "83", "D8"], "2:1 warning the loop is to repeat 3 commands, but 1 follow"),

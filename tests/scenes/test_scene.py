@@ -236,7 +236,7 @@ WRONG = {
     ),
     "a motor without a number": (
         controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),
-        "3:1: controller.axes.X.motor: the torques of the curve are 0 N·m or more",
+        "3:1: controller.axes.X.motor: invalid torque curve: expected torques of 0 N·m or more",
     ),
     "a wire into an output": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
@@ -265,11 +265,11 @@ WRONG = {
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
         + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
-        "8:1: bus://localhost:5001 is used already as tcp://:5001: expected another port",
+        "8:1: bus://localhost:5001 is already in use as tcp://:5001: expected another port",
     ),
     "a link twice": (
         controllers("if1", more="ports = ['pty:/tmp/x', 'pty:/tmp/x']"),
-        "3:24: pty:/tmp/x is used already as pty:/tmp/x: expected another port",
+        "3:24: pty:/tmp/x is already in use as pty:/tmp/x: expected another port",
     ),
     "a board on a line": (
         controllers("1811", more="ports = ['tcp://:5001']"),

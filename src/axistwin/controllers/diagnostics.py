@@ -79,7 +79,7 @@ class Diagnostic:
     """Code of the violated rule."""
     end_line: int = 0
     end_column: int = 0
-    """The column after the last one concerned; 0: only the beginning is known."""
+    """Column after the diagnosed text; 0: only the beginning is known."""
     fix: Fix | None = field(default=None, compare=False)
 
     @property

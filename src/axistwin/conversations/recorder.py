@@ -105,7 +105,7 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of something that is observed from now on, such as a control line."""
+        """Record the present value of a subject that is observed from now on, such as a control line."""
         self._flush_reply()
         self._wait_until(self.bench.now)
         self._add(Expect(subject, value, controller=self._name(controller)))
@@ -285,7 +285,7 @@ def recording_to(
 ) -> Iterator[Recorder]:
     """Record into the file at `path`, act by act.  Raises UsageError if the file cannot be written.
 
-    A caller that is paced to real time calls the recorder's `catch_up` now and then, to write the last reply.
+    A caller that is paced to real time calls the recorder's `catch_up` at intervals, to write the last reply.
     """
     file = TalkFile(path)
     try:

@@ -138,7 +138,7 @@ class Fault:
 
 
 class Faults:
-    """All faults of one bench, including finished ones until another fault takes their name."""
+    """All faults of one bench.  A finished fault is kept until another fault takes its name."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -153,7 +153,7 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault of this name.  Raises UsageError if there is none."""
         if name not in self._those:
-            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
+            raise UsageError(f"no fault {name!r} here: expected one of {', '.join(self._those) or 'none'}")
         return self._those[name]
 
     @property
@@ -204,7 +204,7 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger that a fault waits for; None: no trigger.  Raises UsageError for an invalid sentence."""
+        """Return the trigger that a fault waits for, or None.  Raises UsageError for an invalid sentence."""
         return None if when is None else triggers.read(when, self.world, self, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
@@ -224,11 +224,11 @@ class Faults:
     def mend(self, name: str) -> None:
         """End the fault of this name, or all faults of this kind, or with "all" every fault.
 
-        Raises UsageError if there is none.
+        Raises UsageError if no such fault exists.
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
+            raise UsageError(f"no fault {name!r} here: expected one of {', '.join(self._those) or 'none'}")
         for fault in those:
             fault.mend()
 

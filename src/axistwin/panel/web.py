@@ -75,7 +75,7 @@ class Panel:
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Start the server.  Returns the address, with the token if there is one.  Raises LinkError."""
+        """Start the server.  Returns the address, with the token, if any.  Raises LinkError."""
         sock = _listening(self.address)
         self._task = asyncio.create_task(self._server.serve(sockets=[sock]))
         while not self._server.started and not self._task.done():

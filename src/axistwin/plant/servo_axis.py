@@ -1,4 +1,4 @@
-"""The axis of a servo motor: a shaft with an encoder, which exists whether the motor has power or not.
+"""The axis of a servo motor: a shaft with an encoder, which exists with and without power.
 
 A *source* calculates the shaft's motion: the motor's processor with the physics, sample by sample and ahead of the
 clock.  All reads and changes therefore go through the source.  The machine's own state survives a loss of power and is
@@ -93,11 +93,11 @@ class AtRest:
         return self._axis.shaft
 
     def commanded(self) -> int:
-        """0: there is no trajectory."""
+        """0, because no trajectory exists."""
         return 0
 
     def setpoint(self) -> int:
-        """The position of the shaft, as there is no trajectory."""
+        """The position of the shaft, because no trajectory exists."""
         return self._axis.shaft
 
     def velocity(self) -> float:
@@ -123,7 +123,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing: without a processor there is no count."""
+        """Do nothing: without a processor, no count exists."""
 
 
 class EncoderView:
@@ -172,7 +172,7 @@ class ServoAxis:
         """The first and last position within the limit switches; None: no switches."""
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
-        """The state of the physics.  It belongs to the machine; the source fills it."""
+        """State of the physics, which belongs to the machine and is filled by the source."""
         self.shaft = 0
         """The position while the source is `AtRest`."""
         self.counts_of, self.counts_out_of = 1, 1

@@ -1,4 +1,4 @@
-"""A session saved as a scene that repeats it: acts of users as a script, acts of hosts as conversations.
+"""A session saved as a scene that repeats the session: acts of users as a script, acts of hosts as conversations.
 
 All acts of one nanosecond go into one file, to keep their order.  Acts of users on one controller go into the script.
 All others go into the conversation of the endpoint that a host has used; a serial line is preferred to a bus.

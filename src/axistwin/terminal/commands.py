@@ -35,20 +35,20 @@ class End(Protocol):
         """Transmit."""
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle, as far as this end can detect that."""
+        """Wait until the controller is idle, as far as this end can detect."""
 
     async def wait(self, seconds: float) -> None:
-        """Let that much time pass at the far end."""
+        """Wait for that duration at the controller's end."""
 
 
 class LocalCommands:
-    """Executes the terminal's own commands; those for pins, axes and time need a `virtual` controller."""
+    """Executes the terminal's own commands; commands for pins, axes and time need a `virtual` controller."""
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
 
     def knows(self, line: bytes) -> bool:
-        """Return True for such a command.  An IF1 sequence also begins with a colon, but is upper case."""
+        """Return True for the terminal's own commands.  An IF1 sequence also begins with a colon, but is upper case."""
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
 
     async def obey(self, line: str) -> bool:

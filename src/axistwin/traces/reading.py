@@ -81,7 +81,7 @@ def read(path: Path) -> Trace:
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        raise TraceError(f"{path}: not a trace: no text in UTF-8") from None
+        raise TraceError(f"{path}: not a trace: not a text in UTF-8") from None
 
 
 def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
@@ -323,7 +323,7 @@ def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
     except (ValueError, RecursionError):
         kinds = None
     if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
-        raise TraceError(f"{path}: not written by axistwin: the metadata have no list of signals")
+        raise TraceError(f"{path}: not written by axistwin: the metadata contain no list of signals")
     return kinds
 
 

@@ -45,7 +45,7 @@ _log = logging.getLogger("axistwin.trace")
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     """Trace a bench into `path` within this context.
 
-    `patterns` select the signals; `tell` receives a message if the trace ends early.
+    `patterns` select the signals; `report` receives a message if the trace ends early.
 
     Raises UsageError for a pattern without a match, or if the file cannot be written.
     """
@@ -64,7 +64,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
 
     def __enter__(self) -> Self:
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{self.path} cannot be written: it is not a file")
+            raise UsageError(f"{self.path} cannot be written: not a file")
         try:
             self._output = Output(self.path)
         except OSError as error:
@@ -158,7 +158,7 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write the changes before now, and flush them for other programs if asked."""
+        """Write the changes before now, and flush the file for other programs on request."""
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
@@ -178,7 +178,7 @@ class Tracer:
 
     @property
     def _sources(self) -> list[StepperTrace | ServoTrace | ReportedRegisters]:
-        """Sources that keep their own changes."""
+        """Sources that store their own changes."""
         return [*self._steppers, *self._servos, *self._reported]
 
     # Sources
@@ -287,7 +287,9 @@ class Tracer:
         self._moves += 1
 
     def _after_events(self) -> None:
-        """Called at the end of each nanosecond with events: poll registers, write if enough has collected."""
+        """Called at the end of each nanosecond with events: poll registers, and write if enough changes are
+        collected.
+        """
         self._poll_registers()
         enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:

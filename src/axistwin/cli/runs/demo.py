@@ -1,4 +1,4 @@
-"""`axistwin demo`: a short session with each kind of controller: what was said, what moved, and a picture.
+"""`axistwin demo`: a short session with each kind of controller: messages, moves, and a picture.
 
 The sessions are also an example: they control the hardware only through `from axistwin import Bench`.
 """
@@ -41,7 +41,7 @@ NEXT = (
 )
 def demo(plot: Path) -> None:
     """Show axistwin at work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a
-    SmartMotor runs into a limit switch and is held fast.
+    SmartMotor runs into a limit switch and its shaft is held.
 
     Everything is computed in virtual time, as fast as possible.  A picture of the IF1's moves is written to the current
     directory, or to the file given by --plot.
@@ -255,7 +255,7 @@ class _Session:
 
 
 class _MotorSession(_Session):
-    """The same for a servo motor, whose rest is polled, because it has no single pulses."""
+    """A session for a servo motor, whose rest is polled, because a servo has no single pulses."""
 
     def come_to_rest(self) -> None:
         """Wait until the trajectory has ended and the shaft is at rest."""

@@ -114,7 +114,7 @@ def serve(
     headers = None
     if what.endswith(".toml"):
         if state or line or options or second:
-            raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set them in the scene")
+            raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
         served = what_is.scene(what, given, alone=panel is not None)
     else:
         served = what_is.model(what, given, second, {"state": state, "line": line, **read_options(options)})
@@ -139,7 +139,7 @@ def serve(
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
-    """Return the panel if the user asked for one.  Raises UsageError."""
+    """Return the panel if the user requested a panel.  Raises UsageError."""
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")

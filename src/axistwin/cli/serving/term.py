@@ -66,7 +66,7 @@ def term(
 
     A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are shown by
     name, too.  A virtual IF1 or IF2 is initialised first.  Lines from a pipe are sent one by one, each when the
-    controller has finished the one before.
+    controller has finished the previous line.
 
     \b
     Examples:

@@ -254,7 +254,7 @@ class _Reader:
         elif alone:
             self._must_be_alone(command, at)
         elif Accept.WRITTEN in command.accepted:
-            self._wrong(rules.CANNOT_STAND, f"{name} cannot stand here", at, chapter=command.chapter)
+            self._wrong(rules.MISPLACED, f"{name} cannot stand here", at, chapter=command.chapter)
         else:
             where = "in a sequence" if self.message.sequence else "in a direct message"
             self._wrong(rules.NOT_IN_THIS_KIND, f"{name} may not stand {where}", at, chapter=command.chapter)

@@ -57,7 +57,7 @@ class State(ABC):
         self.eighth: tuple[bool, ...] = ()
         """Bit 8 of each character of the message in progress, terminator included."""
         self.ignored: tuple[int, ...] = ()
-        """Characters that are ignored if they come next."""
+        """Characters that are ignored as the next character."""
         self.parameters = Parameters()
         self.sequence = ""
         """The stored sequence, as it was sent."""
@@ -68,7 +68,7 @@ class State(ABC):
         self.on_step: Callable[[int], None] = lambda number: None
         """Called with the number of each step when it begins."""
         self.hint = ""
-        """Before READY: why characters from the host are dropped, and what helps."""
+        """Before READY: reason for dropping the host's characters, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None
         self._ramp_before: Parameters | None = None
         """While a new ramp is still to be calculated: the parameters before the new ramp data."""

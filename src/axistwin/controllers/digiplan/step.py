@@ -27,7 +27,7 @@ class Problem:
     message: str
     chapter: str
     about: tuple[str, ...] = ()
-    """Names of the `Parameters` that do not go together."""
+    """Names of the `Parameters` that conflict."""
     end: int = 0
     """Index after the last character concerned; 0: only the character at `position` is."""
 

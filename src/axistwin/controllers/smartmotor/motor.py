@@ -122,10 +122,10 @@ class Motor(Processor):
         return self._program
 
     def set_program(self, text: str) -> None:
-        """End the running program and replace the program in the memory.  The text is compiled in this nanosecond,
-        in pieces, so that a long program is not one long step of the simulation.
+        """End the running program and replace the program in the memory.
 
-        The text is compiled in this nanosecond, in pieces: a long program is not one long step of the simulation.
+        The text is compiled in this nanosecond, in pieces, so that a long program is not one long step of the
+        simulation.
         """
         flow.end(self)
         self._compilation = Compilation(text)

@@ -68,7 +68,7 @@ def _run(look: Look) -> tuple[ui.button, Refresh]:
 
 
 def _drive(look: Look, shown: object, button: ui.button) -> None:
-    """Perform the act that the browser has shown on the button, even if the state has changed since then."""
+    """Perform the act that the button showed at the click, even if the state has changed since then."""
     session = look.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
@@ -116,7 +116,7 @@ def _speed(look: Look) -> Refresh:
 
     def wish(act: Callable[[], object]) -> None:
         look.touch(act, now=True)
-        show()  # at once: in the next frame the user may be typing again
+        show()  # at once: before the next frame the user may type again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: wish(lambda: _read_speed(look, box.value)))

@@ -214,7 +214,7 @@ def trigger(card: Card) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """What is set here is kept there, and shown again by what is returned: another page may have set it."""
+    """Store the value of an element in an attribute of `owner`, and return the function that shows changes."""
 
     def set_() -> None:
         if element.value is not None and element.value != getattr(owner, name):

@@ -135,19 +135,18 @@ class Search:
 
 
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
-    """Command 38h: define HOME as an edge of a level of the home input, with the final approach.
+    """Command 38h: define HOME by an edge and a level of the home input, and the final approach to this edge.
 
-    `percent`: velocity of the approach, of the default velocity.  For 3Ah the level is that of HOME ENABLE, and the
+    `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE, and the
     edge has no effect.
     """
     board.home_definition = HomeDefinition(active_high, -1 if ccw_edge else +1, percent, -1 if final_ccw else +1)
 
 
 def go_home(board: State, minus: bool) -> Procedure:
-    """Command 39h: search for HOME at default velocity and acceleration, first in + or -. Needs 38h and 31h. Ignored
-    while moving or shut down, and with the joystick enabled.
+    """Command 39h: search for HOME at default velocity and acceleration, first in + or -.
 
-    Ignored without 38h or 31h, while moving or shut down, and with the joystick enabled.
+    Needs 38h and 31h.  Ignored while moving or shut down, and with the joystick enabled.
     """
     definition = board.home_definition
     if definition is not None:

@@ -199,9 +199,8 @@ def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
 
 def _to_pulses(counts: int, ratio: tuple[int, int], side: int) -> int:
     """Return encoder pulses in motor pulses, rounded to the nearest; a half is rounded in the direction of `side`.
-    `side` is the target of an absolute move, so the end position does not depend on the direction of the move.
 
-    With the target of an absolute move as `side`, the place where the move ends does not depend on its direction.
+    `side` is the target of an absolute move, so the end position does not depend on the direction of the move.
     """
     motor, encoder = ratio
     upwards = +1 if side >= 0 else -1

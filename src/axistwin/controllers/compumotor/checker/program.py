@@ -26,7 +26,7 @@ NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
 RATIO, RESUME = 0xB0, 0x37
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
-"""Streaming data, and the mode it is for."""
+"""Opcode of streaming data: the mode that accepts the data."""
 END_OF_STREAM = -0x7FFF
 SHORTEST_NS = 2 * MS
 """The shortest duration of a velocity-distance pair."""
@@ -46,7 +46,7 @@ class Known:
     """The definitions and the mode of the board after the commands so far."""
 
     moves: dict[int, int] = field(default_factory=dict)
-    """By number, the opcodes that define them."""
+    """Opcodes of the definitions, by number."""
     sequences: dict[int, list[Given]] = field(default_factory=dict)
     defining: int | None = None
     begun: Given | None = None
@@ -98,7 +98,7 @@ class _Checker:
         """Check one command."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
-            self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: it is ignored")
+            self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: ignored")
         elif (values := self._values(command, sent)) is not None:
             self._place(Given(command, values, sent))
 
@@ -145,7 +145,7 @@ class _Checker:
                 known.sequences[known.defining].append(given)
                 self._value_rules(given)
             else:
-                self._about(rules.NOT_IN_SEQUENCE, given, f"{_called(given.command)} may not stand in a sequence")
+                self._about(rules.NOT_IN_SEQUENCE, given, f"{_called(given.command)} is not allowed in a sequence")
         elif wrong := _misplaced(accepted, known.mode is not None):
             rule, what = wrong
             self._about(rule, given, f"{_called(given.command)} {what}", given.command.chapter)
@@ -274,7 +274,7 @@ class _Checker:
                 continue
             count, left = given.values[0], len(buffer) - at - 1
             if inside:
-                self._about(rules.NESTED, given, "ignored: a loop may not stand within another one")
+                self._about(rules.NESTED, given, "ignored: loops cannot be nested")
                 inside -= 1
                 continue
             if count > left:

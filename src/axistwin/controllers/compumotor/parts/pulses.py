@@ -33,8 +33,7 @@ MOST_SEGMENTS = 16
 
 @dataclass(frozen=True)
 class VelocityProfile:
-    """Segments by phase. `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.
-    `of_move`: a move requested the profile, so that its constant velocity causes a message.
+    """Segments by phase.
 
     `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: a move requested
     the profile, so that its constant velocity causes a message.

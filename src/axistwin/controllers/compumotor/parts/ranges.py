@@ -15,7 +15,7 @@ BASE_CLOCKS = {
 """Hertz, by the code of commands 51h to 53h."""
 
 FULL = 65_536
-"""A velocity number of this many would be the effective clock; the highest velocity is half of it."""
+"""Velocity number equal to the effective clock; the highest velocity is half the clock."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ FASTEST = CCW - 1
 """A velocity number without its direction bit."""
 
 Entry = tuple[int, ...]
-"""Words of the buffer that belong together: velocity and distance, or either."""
+"""An entry of the buffer: velocity and distance, or one of these."""
 
 
 @dataclass(frozen=True)

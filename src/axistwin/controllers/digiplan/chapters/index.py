@@ -18,7 +18,7 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
     not.  Axes after `/` are minor axes, with a distance of their own.  Chapter Index mode instructions.
     """
     if name in step.major or name in step.minor:
-        return f"axis {name} is named twice"
+        return f"axis {name} is repeated"
     (step.minor if step.interpolated else step.major)[name] = direction
     if distance is not None:
         step.settings["minor_distance" if step.interpolated else "distance"] = distance

@@ -96,11 +96,10 @@ class Inputs:
     # External encoder
 
     def _master(self) -> None:
-        """Start a run of the external encoder: the kernel computes the counts from the next sample on.  The kernel
-        receives the run as of one sample earlier, so that each sample adds the same number and carries the
-        remainder.
+        """Start a run of the external encoder: the kernel computes the counts from the next sample on.
 
-        The kernel gets the run as of one sample earlier, so that each sample adds the same number and carries the rest.
+        The kernel receives the run as of one sample earlier, so that each sample adds the same number and carries the
+        remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()

@@ -12,7 +12,7 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 
 ROLES = {"C": s.LIMIT_C, "D": s.LIMIT_D, "G": s.GO_PIN}
-"""Pins with a role of their own until they are made ordinary inputs or outputs."""
+"""Pins that have a role until a command makes them ordinary inputs or outputs."""
 CHANNEL_1 = "EF"
 
 

@@ -13,7 +13,7 @@ from axistwin.controllers.smartmotor.processor import Control, Processor
 PID_RATES = (1, 2, 4, 8)
 RATIOS = (s.M_RATIO, s.M_STEP_RATIO)
 FULL = 4
-"""Edges of four that count in MF4, and always with steps."""
+"""Edges counted of each four: in MF4, and always with steps."""
 
 
 # Parameters
@@ -123,10 +123,9 @@ def cam(motor: Processor, factor: int) -> None:
 
 
 def initialize_cam(motor: Processor) -> None:
-    """CI: at the next zero point, put the buffered D, BASE, SIZE, MCn, F=16 and F=128 in force (9.5).  After a CI
-    has become invalid, "a new MCn and CI command must be issued".
+    """CI: at the next zero point, put the buffered D, BASE, SIZE, MCn, F=16 and F=128 in force (9.5).
 
-    If a CI has become invalid, "a new MCn and CI command must be issued".
+    After a CI has become invalid, "a new MCn and CI command must be issued".
     """
     motor.i[s.CI_PENDING] = not motor.i[s.CI_SPOILT]
 

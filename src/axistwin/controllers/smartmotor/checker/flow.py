@@ -1,8 +1,6 @@
-"""The checker's rules for program flow: labels, calls, returns, the return stack, unreachable code.  The rules
-follow the code from the top, from each called label, and from C1 and C2 if F= may call these.
+"""The checker's rules for program flow: labels, calls, returns, the return stack, unreachable code.
 
-They follow the code as the interpreter runs it, from the top, from each label that is called, and from C1 and C2
-if F= may call them.
+The rules follow the code from the top, from each called label, and from C1 and C2 if F= may call these.
 """
 
 from collections.abc import Iterator

@@ -154,7 +154,7 @@ class _Host:
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]
         if end is None:
-            self._report(rules.DOWNLOAD, self._at - 1, "this download is never ended: FFh FFh is missing")
+            self._report(rules.DOWNLOAD, self._at - 1, "this download has no end: FFh FFh is missing")
         if source and source[0].byte != ord("$"):
             self.found += _program(source)
         self._at = self._begin = len(self._characters) if end is None else end + 1

@@ -171,7 +171,9 @@ def _numba() -> Any:
     try:
         import numba
     except ImportError as error:
-        raise UsageError(f"numba cannot be loaded ({error}): mend it, or set AXISTWIN_JIT=off") from error
+        raise UsageError(
+            f"numba cannot be loaded ({error}): repair the installation, or set AXISTWIN_JIT=off"
+        ) from error
     return numba
 
 

@@ -253,7 +253,6 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
     """Return 1 if the motor has been too hot, or its RMS current too high, for THD samples; call once per sample.
-    The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
 
     The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """

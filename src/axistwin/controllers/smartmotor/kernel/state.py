@@ -140,7 +140,7 @@ next(_slots)
 ARRAY_BASE = next(_slots)  # index of al[0] in `v`
 
 INTS = next(_slots)
-"""How many integers there are."""
+"""Number of integers."""
 
 PROGRAM_STATES = STOPPED, RUNNING, BLOCKED = range(3)
 """BLOCKED: a statement is waiting for something outside, such as room in the transmitter."""
@@ -154,7 +154,7 @@ MODES = (
 ) = range(14)  # fmt: skip
 """OFF, mode torque brake, error, servo in place, MP, MV, MT, X, MF1/2/4, MFR, MS, MSR, MC…, MD."""
 M_RELATIVE = len(MODES)
-"""What M_POSITION is told as, to those who look, while D gave the target."""
+"""Value reported instead of M_POSITION while D gave the target."""
 NO_POWER = -1
 """What the mode is told as while there is no power."""
 

@@ -1,9 +1,7 @@
-"""Words of the later generation, Class 5, and their equivalents in firmware 4.76.  The words of a program show the
-generation for which it was written.  A Class 5 motor has 8000 samples per second, so speeds and accelerations have
-another unit; positions have the same unit.
+"""Words of the later generation, Class 5, and their equivalents in firmware 4.76.
 
-A program may be of either generation, and its words show which.  A Class 5 motor has 8000 samples per second, so its
-numbers of speed and acceleration have another unit; positions have the same.
+The words of a program show the generation for which it was written.  A Class 5 motor has 8000 samples per second, so
+speeds and accelerations have another unit; positions have the same unit.
 """
 
 import re
@@ -106,7 +104,7 @@ def value(name: str) -> Found | None:
 def message(found: Found) -> str:
     """Return the message of the checker."""
     note = f" ({found.note})" if found.note else ""
-    return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 has {found.here}{note}"
+    return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 uses {found.here}{note}"
 
 
 def _find(text: str, table: tuple[Later, ...]) -> Found | None:

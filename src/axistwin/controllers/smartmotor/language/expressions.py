@@ -238,7 +238,7 @@ class Reader:
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
-            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} values from outside in one statement")
+            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} external values in one statement")
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)
 
@@ -246,7 +246,7 @@ class Reader:
         self.at += 1
         self._deep += 1
         if self._deep > DEEPEST:
-            raise Malformed(self.at, f"more than {DEEPEST} parentheses within one another")
+            raise Malformed(self.at, f"more than {DEEPEST} nested parentheses")
         self._binary(0)
         self._expect(closing)
         self._deep -= 1

@@ -245,7 +245,7 @@ def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, as
 def _expect_end(reader: Reader, found: Instruction) -> None:
     rest = reader.text[reader.at :]
     if rest:
-        raise Malformed(reader.at, f"{rest[:20]} cannot stand behind this expression", found.chapter)
+        raise Malformed(reader.at, f"{rest[:20]} is not valid after this expression", found.chapter)
 
 
 def _let(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
@@ -297,9 +297,9 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
         at = match.end()
     if not listed:
-        raise Malformed(at, f"{array}[…] needs = and a value, or values in a row", EQUAL_SIGN, rules.ELEMENTS)
+        raise Malformed(at, f"{array}[…] needs = and a value, or a list of values", EQUAL_SIGN, rules.ELEMENTS)
     if text[at:].strip() != ".":
-        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is no number"
+        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is not a number"
         raise Malformed(at, message, "1.1 Features added", rules.ELEMENTS)
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
@@ -355,14 +355,14 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter, rules.ARGUMENTS)
+        raise Malformed(at, f"{found.code} takes a variable and a number of variables", found.chapter, rules.ARGUMENTS)
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
     """Read the name after the R: Ra, RAINA1."""
     if find(text[1:]) is None:
-        raise Malformed(1, f"{text[1:][:20]} is not there: {found.syntax}", found.chapter, rules.ARGUMENTS)
+        raise Malformed(1, f"{text[1:][:20]} does not exist: {found.syntax}", found.chapter, rules.ARGUMENTS)
     return (_whole(text, 1, found),)
 
 

@@ -148,10 +148,9 @@ def _place(lines: Sequence[int], begin: int, end: int) -> Place:
 
 
 def word(statement: Statement) -> str:
-    """Return the keyword of a statement as in the command table; empty if the statement is invalid.  IF, ELSEIF,
-    WHILE, SWITCH and CASE keep their place in the block even if no expression follows.
+    """Return the keyword of a statement as in the command table; empty if the statement is invalid.
 
-    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block also if what follows is no expression.
+    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block even if no expression follows.
     """
     sound = statement.problem is None or WITHOUT_VALUE in statement.operands
     return str(statement.command.code) if statement.command is not None and sound else ""
@@ -212,9 +211,9 @@ class _Matcher:
 
     def _left_over(self, keyword: str) -> str:
         if not self._open:
-            return f"there is no {keyword} before it"
+            return f"no {keyword} before this statement"
         begin = self._open[-1].begin
-        return f"there is no {keyword} before it that is still open; {self.statements[begin].text} has not ended"
+        return f"no open {keyword} before this statement; {self.statements[begin].text} has not ended"
 
     def _part(self, number: int, keyword: str) -> None:
         block = self._inner(keyword)
