@@ -18,7 +18,7 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 def stop_motion(board: State) -> None:
     """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, the effect is that
-    of 78h. After a stream, the option `stop_after_stream` selects the ramp: by default that of the last move.
+    of 78h. After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
     Without a move since reset, the motor stops at once.
     """
     pulses, speed = board.pulses, board.motion.speed
