@@ -137,8 +137,8 @@ class Search:
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
     """Command 38h: define HOME by an edge and a level of the home input, and the final approach to this edge.
 
-    `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE, and the
-    edge has no effect.
+    `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE,
+    and the edge has no effect.
     """
     board.home_definition = HomeDefinition(active_high, -1 if ccw_edge else +1, percent, -1 if final_ccw else +1)
 
