@@ -81,10 +81,10 @@ class FileStore:
             self._failures += 1
             self._unwritten = contents
             if self._failures == self._counted + 1:
-                told = (
+                warning = (
                     f"{self.path} cannot be written: {reason(error)}: the memory is in RAM only until the power is off"
                 )
-                _log.warning("%s", told)
+                _log.warning("%s", warning)
 
     def end(self) -> None:
         """Retry a failed write once, at power-off or at the end of the program; then discard its contents.
@@ -166,7 +166,7 @@ class _Directory:
 
         Raises UsageError if another process holds the directory, or if the directory is not writable.
         """
-        with _told(path):
+        with _readable_errors(path):
             path.mkdir(parents=True, exist_ok=True)
             key = os.getpid(), path.resolve()
             found = cls._held.get(key)
@@ -176,7 +176,7 @@ class _Directory:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _readable_errors(path: Path) -> Iterator[None]:
     """Turn system errors about a state directory into one line.  Raises UsageError."""
     try:
         yield

@@ -274,7 +274,7 @@ def test_a_source_that_only_begins_like_utf_8(tmp_path):
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
     assert code == 2
-    assert "p.sms cannot be read: it begins like utf-8 but is not: save the file as text" in told
+    assert "p.sms cannot be read: invalid utf-8: save the file as text" in told
 
 
 def test_a_comment_in_quotes_is_sent(tmp_path):

@@ -151,7 +151,7 @@ def test_what_is_no_text_of_a_sensible_size_is_refused(tmp_path, name, contents)
 
 
 def test_a_device_is_no_program():
-    with pytest.raises(UsageError, match="it is not a file"):
+    with pytest.raises(UsageError, match="not a file"):
         diagnose(Path("/dev/null"), product("if1").check)
 
 

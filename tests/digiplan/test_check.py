@@ -76,7 +76,7 @@ WRONG = {
     (":^5X100:$",): "1:2 error: ^ (acceleration rate data) is not allowed in a sequence",
     (":X100",): "1:6 error: a sequence ends in :$",
     (":X100::Y:$",): "1:7 error: a step is missing between two colons",
-    ("=2,1$",): "1:1 error: = (repeat) may not stand in a direct message",
+    ("=2,1$",): "1:1 error: = (repeat) is not allowed in a direct message",
     ("@25001",): "1:1 error: speed 25001 is above 25000 steps/s, the maximum of range 1",
     (">4@4001",): "1:3 error: speed 4001 is above 4000 steps/s, the maximum of range 4",
     (">3", "@90000", ">2", "X100$"): "4:1 error: speed 90000 is above 50000 steps/s, the maximum of range 2 "
@@ -131,7 +131,7 @@ def test_the_initialisation_in_a_conversation():
     assert said == [
         "1:1 warning: characters before ( are ignored, because the baud rate is unknown",
         "3:1 error: no data format 'U60': U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>",
-        "7:1 warning: this message is never ended: <CR> is missing",
+        "7:1 warning: this message has no end: <CR> is missing",
     ]
 
 

@@ -102,7 +102,7 @@ def test_each_mistake_is_told_once(line, columns):
         ("x10$", "unknown character 'x': commands are upper case"),
         ("xq$", "unknown characters 'xq': commands are upper case"),
         (":X5:>2:$", "> (select speed range) is not allowed in a sequence"),
-        ("=1,1$", "= (repeat) may not stand in a direct message"),
+        ("=1,1$", "= (repeat) is not allowed in a direct message"),
         ("K5", "K (motion status) must be sent alone"),
         ("X5:$", ": (sequence divider) cannot stand here"),
     ],

@@ -49,7 +49,7 @@ def test_a_path_of_strokes_has_their_ends_as_corners_however_often_one_looks(mov
     bench, controller, go = moving
     once, often = trail_of(controller), trail_of(controller)
     square(bench, go, look=often.look)
-    once.look()
+    once.update()
     assert list(once.points) == list(often.points) == CORNERS
 
 
@@ -59,7 +59,7 @@ def test_in_the_middle_of_a_stroke_it_ends_where_the_table_is(moving):
     go("X", (100, Fraction(1)))
     for _ in range(5):
         bench.run(0.1)
-        trail.look()
+        trail.update()
     assert list(trail.points) == [(0, 0), (50, 0)]
     assert trail.here == (50, 0)
 
@@ -70,7 +70,7 @@ def test_two_axes_at_one_rate_make_a_straight_line(moving):
     go("X", (160, Fraction(1)))
     go("Y", (80, Fraction(1)), direction=-1)
     bench.run(2)
-    trail.look()
+    trail.update()
     assert list(trail.points) == [(0, 0), (160, -80)]
 
 
@@ -81,7 +81,7 @@ def test_a_ramp_of_one_of_them_makes_a_curve(moving):
     go("X", (80, Fraction(1)))
     go("Y", (40, HALF), (120, HALF))
     bench.run(2)
-    trail.look()
+    trail.update()
     assert list(trail.points) == [(0, 0), (40, 20), (80, 80)]
 
 
@@ -90,11 +90,11 @@ def test_a_motor_that_loses_pulses_stays_behind(moving):
     trail = trail_of(controller)
     go("X", (100, Fraction(1)))
     bench.run(1.5)
-    trail.look()
+    trail.update()
     controller.axes["Y"].jam()
     go("Y", (100, Fraction(1)))
     bench.run(1.5)
-    trail.look()
+    trail.update()
     assert list(trail.points) == [(0, 0), (100, 0)]
 
 
@@ -105,7 +105,7 @@ def test_of_many_strokes_only_the_latest_are_drawn(moving):
         go("X", (1000, Fraction(1, 100)))
         go("Y", (1000, Fraction(1, 100)), direction=+1 if number % 2 else -1)
         bench.run(0.02)
-    trail.look()
+    trail.update()
     x = controller.axes["X"].position
     assert trail.points[-1] == (x, 0)
     assert trail.points[0] == (x - 10 * MOST_MOVES, 0)
@@ -118,7 +118,7 @@ def test_it_is_bounded(moving):
     for number in range(POINTS + 100):
         go("XY"[number % 2], (1000, Fraction(1, 1000)))
         bench.run(0.002)
-        trail.look()
+        trail.update()
     assert len(trail.points) == POINTS
     assert trail.points[-1] == trail.here
     assert trail.begun == POINTS + 101

@@ -30,9 +30,9 @@ class Motor:
         return min(self.axis.clock.now // MS, len(self.positions))
 
     def catch_up(self):
-        self.look()
+        self.refresh()
 
-    def look(self):
+    def refresh(self):
         first, self.told = self.told, self.now
         if self.told > first:
             part = self.positions[first : self.told]
@@ -130,7 +130,7 @@ def test_a_long_past_is_forgotten_and_that_is_told(clock):
         axis.catch_up()
     assert axis.forgotten
     assert len(axis.pulse_times(900 * MS)) == 101
-    with pytest.raises(UsageError, match=r"counts before 0.8 s are no longer kept.*history=40"):
+    with pytest.raises(UsageError, match=r"counts before 0.8 s are no longer stored.*history=40"):
         axis.pulse_times()
 
 

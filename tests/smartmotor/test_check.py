@@ -95,7 +95,7 @@ WRONG = {
     "a=PA": "1:3 error: PA is a word of Class 5, which sets Bs here: 4.76 uses @P",
     # blocks
     "IF a": "1:1 error: IF: ENDIF is missing",
-    "a=1 LOOP": "1:5 error: LOOP: there is no WHILE before it",
+    "a=1 LOOP": "1:5 error: LOOP: no WHILE before this statement",
     # values
     "E=40000": "1:3 error: 40000 is out of range: error 0…32000 counts",
     "F=256": "1:3 error: 256 is out of range: functions 0…255",
@@ -207,7 +207,7 @@ def test_the_program_that_a_host_loads():
 def test_a_command_that_is_never_ended():
     sent = tuple(Sent(byte, 1, column) for column, byte in enumerate(b"RP\rRV", 1))
     found = check([Session(sent)])
-    assert [(d.column, d.message) for d in found] == [(4, "this command is never ended: a space or <CR> is missing")]
+    assert [(d.column, d.message) for d in found] == [(4, "this command has no end: a space or <CR> is missing")]
 
 
 @pytest.mark.parametrize("text", ["PT=5", "ADT=5", "AT=5", "EL=5", "EIGN(0)", "EIGN(3)", "EILN", "EISM(6)", "EOBK(6)",

@@ -397,17 +397,17 @@ def _count(text: str, most: int = MOST_COUNTS) -> int:
 
 
 def _number(text: str) -> Decimal:
-    with _told():
+    with _placing_errors():
         return decimal(text)
 
 
 def _real(text: str) -> float:
-    with _told():
+    with _placing_errors():
         return real(text)
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _placing_errors() -> Iterator[None]:
     """Turn an error in a number into an error in the number's line."""
     try:
         yield

@@ -74,7 +74,7 @@ class Bench:
             return self.controllers[name]
         except KeyError:
             known = ", ".join((*self.controllers, *self.lines))
-            raise UsageError(f"no controller {name!r} here: expected one of {known}") from None
+            raise UsageError(f"no controller {name!r} here: there are {known}") from None
 
     @property
     def ports(self) -> dict[str, SerialPort]:

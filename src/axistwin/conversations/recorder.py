@@ -86,7 +86,7 @@ class Recorder:
         """Record an event."""
         match event:
             case Received():
-                self._heard(event)
+                self._received(event)
             case Sent():
                 self._record_act(
                     event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller))
@@ -143,7 +143,7 @@ class Recorder:
         """True if the reply ends in CR or LF; only LF can follow."""
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
-    def _heard(self, event: Received) -> None:
+    def _received(self, event: Received) -> None:
         """Collect characters into one message, up to its terminator."""
         silent_ns = event.time_ns - self._last_ns
         ended = event.controller not in self._formats  # on a bus each message is whole

@@ -92,7 +92,7 @@ class Fault:
                 return
             with by_itself(self._faults.world.clock):
                 self._mend()
-            self._faults._tell(self, "ends")
+            self._faults._notify(self, "ends")
         self.state = State.OVER
 
     # Called by `Faults`
@@ -104,7 +104,7 @@ class Fault:
         clock = self._faults.world.clock
         chance = None if self.seed is None else Chance(self.seed)
         self.state, self.began_ns = State.ON, clock.now
-        self._faults._tell(self, "begins")
+        self._faults._notify(self, "begins")
         lasts = duration_ns is not None
         with by_itself(clock):
             self._mend = self.kind.begin(Case(clock, self.spot, self.values, chance, lasts, self._over, self._others))
@@ -126,7 +126,7 @@ class Fault:
         """Finish a fault that has ended by itself."""
         if self.on:
             self.state = State.OVER
-            self._faults._tell(self, "ends")
+            self._faults._notify(self, "ends")
 
     def _wait_for(self, unsubscribe: Callable[[], object]) -> None:
         self._unsubscribe = unsubscribe
@@ -153,7 +153,7 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault of this name.  Raises UsageError if there is none."""
         if name not in self._those:
-            raise UsageError(f"no fault {name!r} here: expected one of {', '.join(self._those) or 'none'}")
+            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
         return self._those[name]
 
     @property
@@ -228,7 +228,7 @@ class Faults:
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            raise UsageError(f"no fault {name!r} here: expected one of {', '.join(self._those) or 'none'}")
+            raise UsageError(f"no fault {name!r} here: there are {', '.join(self._those) or 'none'}")
         for fault in those:
             fault.mend()
 
@@ -270,7 +270,7 @@ class Faults:
             if other.on and other.kind is fault.kind and other.spot.name == fault.spot.name:
                 other.mend()
 
-    def _tell(self, fault: Fault, what: str) -> None:
+    def _notify(self, fault: Fault, what: str) -> None:
         self._changes.emit(fault, what)
 
     def _free_name(self, wanted: str | None, kind: str) -> str:

@@ -238,7 +238,7 @@ def _silence(listing: Listing, line: int) -> str:
 def _other_fault(wish: _Wish) -> Arm:
     known = dict.fromkeys((*wish.faults.names, *wish.faults.announced))
     if wish.who not in known:
-        raise UsageError(f"no fault {wish.who!r} here: expected one of {', '.join(known) or 'none yet'}")
+        raise UsageError(f"no fault {wish.who!r} here: there are {', '.join(known) or 'none yet'}")
     return lambda happens: wish.faults.subscribe(
         lambda fault, what: happens() if (fault.name, what) == (wish.who, wish.verb) else None
     )

@@ -219,7 +219,7 @@ class _Frames:
     async def show(self) -> None:
         """Draw frame by frame until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
-        ends = self._look.people.subscribe(partial(_tell, client)), self._look.acts.subscribe(self._news.set)
+        ends = self._look.people.subscribe(partial(_notify, client)), self._look.acts.subscribe(self._news.set)
         try:
             with client:
                 await self._drawn(State.BUSY)  # terminals have their sizes after this frame
@@ -287,6 +287,6 @@ class _Frames:
             self._news.set()
 
 
-def _tell(client: Client, words: str) -> None:
+def _notify(client: Client, words: str) -> None:
     with client:
         ui.notify(words)

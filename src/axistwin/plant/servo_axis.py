@@ -36,7 +36,7 @@ IDEAL_COUNTS_PER_REV = 2000
 class Source(Protocol):
     """The calculation of a shaft's motion.  All values are those of the last sample by now."""
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """`publish` all samples up to now, without a change of state or plans."""
 
     def catch_up(self) -> None:
@@ -79,7 +79,7 @@ class AtRest:
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Do nothing: a shaft at rest has no samples."""
 
     def catch_up(self) -> None:
@@ -403,7 +403,7 @@ class ServoAxis:
 
     def catch_up(self) -> None:
         """Publish all samples up to now, without any change."""
-        self._source.look()
+        self._source.refresh()
 
     @property
     def forgotten(self) -> bool:

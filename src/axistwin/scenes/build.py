@@ -281,7 +281,7 @@ class Builder:
     def _check_mend(self, name: str) -> None:
         """Raise UsageError for an unknown fault name; faults of the script need not exist yet."""
         if name not in (*self.bench.faults.names, *KINDS, *self._scripted(), "all"):
-            raise UsageError(f"no fault {name!r} here: expected one of {', '.join(self.bench.faults.names) or 'none'}")
+            raise UsageError(f"no fault {name!r} here: there are {', '.join(self.bench.faults.names) or 'none'}")
 
     def _only(self) -> str:
         """Return the name of the only controller, or an empty string if there are several."""

@@ -58,7 +58,7 @@ class LocalCommands:
         try:
             return await self._obey(found[1], (found[2] or "").strip())
         except AxistwinError as error:
-            self.screen.tell(f"{error}")
+            self.screen.show(f"{error}")
             return True
 
     async def _obey(self, name: str, words: str) -> bool:
@@ -66,13 +66,13 @@ class LocalCommands:
             case "quit":
                 return False
             case "help":
-                self.screen.tell(*HELP.splitlines())
+                self.screen.show(*HELP.splitlines())
             case "wait":
                 await self.end.wait(_seconds(words))
             case "pins":
-                self.screen.tell(*columns(_pins(self._virtual_end())))
+                self.screen.show(*columns(_pins(self._virtual_end())))
             case "axes":
-                self.screen.tell(*columns(_axes(self._virtual_end())))
+                self.screen.show(*columns(_axes(self._virtual_end())))
             case "drive":
                 self._drive(*words.partition(" ")[::2])
             case "speed":

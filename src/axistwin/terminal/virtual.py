@@ -87,8 +87,8 @@ class SerialEnd(VirtualEnd):
 class BoardEnd(VirtualEnd):
     """A board on a bus: a line is a command in hex or by name; messages are shown in hex and by name."""
 
-    def __init__(self, session: Session, tell: Callable[[str], None]) -> None:
-        self._tell = tell
+    def __init__(self, session: Session, print_line: Callable[[str], None]) -> None:
+        self._print_line = print_line
         super().__init__(session)
         self._codec = codec_of(self.controller.product)
 
@@ -102,4 +102,4 @@ class BoardEnd(VirtualEnd):
 
     def _received(self, message: bytes) -> None:
         shown = self._codec.show(message.rstrip(b"\0") or message[:1])
-        self._tell(f"< {shown}   {self._codec.words(message, by_host=False)}")
+        self._print_line(f"< {shown}   {self._codec.words(message, by_host=False)}")

@@ -13,7 +13,7 @@ from axistwin.errors import ProgramError, TraceError, UsageError
 from axistwin.numbers import NumberError, clipped, real, shortened, whole
 from axistwin.traces.files import ALL_BITS
 from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, choose
-from axistwin.traces.signals import Signal as Known
+from axistwin.traces.signals import Signal as SignalName
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,7 +66,7 @@ class Trace:
 
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
         """Return the signals matched by patterns.  Raises UsageError for a pattern without a match."""
-        known = {Known(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
+        known = {SignalName(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
         names = (known[signal] for signal in choose(list(known), patterns))
         return {name: self.tracks[name] for name in names}
 

@@ -55,9 +55,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         bench: Bench,
         path: Path,
         patterns: Sequence[str] = (DEFAULT,),
-        tell: Callable[[str], object] = _log.warning,
+        report: Callable[[str], object] = _log.warning,
     ) -> None:
-        self.bench, self.path, self._tell = bench, path, tell
+        self.bench, self.path, self._report = bench, path, report
         self._make = sink_for(path)
         self._flushed_s = 0.0
         self._chosen = supported(path, choose(catalogue(bench), patterns))
@@ -109,7 +109,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._tracer.sink = None
         self._stack.close()
         ends_s = to_seconds(self._tracer.written_ns)
-        self._tell(f"the trace {self.path.name} ends here, at {ends_s:.6f} s: {error.strerror}")
+        self._report(f"the trace {self.path.name} ends here, at {ends_s:.6f} s: {error.strerror}")
 
 
 class Tracer:

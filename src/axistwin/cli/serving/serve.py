@@ -126,9 +126,9 @@ def serve(
         wanted = served.ports(bench)
         _prepare(bench, times)
         if shown is None:
-            _tell_hints(bench)
+            _log_hints(bench)
         else:
-            shown.session.each_bench(_tell_hints)
+            shown.session.each_bench(_log_hints)
         files.write(_recording(bench, record, headers), _tracing(bench, trace, signals))
         if shown is None:
             server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
@@ -235,7 +235,7 @@ def _prepare(bench: Bench, speed: float | None) -> None:
             logging.getLogger("axistwin").warning("%s", note)
 
 
-def _tell_hints(bench: Bench) -> None:
+def _log_hints(bench: Bench) -> None:
     """Log each status hint of a controller."""
     for name, controller in bench.controllers.items():
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))

@@ -72,7 +72,7 @@ class Handshake:
         self._messages: deque[bytes] = deque()
         self._loading = False
         self._leaves: Event | None = None
-        self._told: Event = clock.event()
+        self._command_event: Event = clock.event()
         self._status = Status.MASKED
         self.on_reset: Callable[[], None] = lambda: None
         port.input.drain()
@@ -135,16 +135,16 @@ class Handshake:
         if Control.MESSAGE_TAKEN in control:
             self._message_taken()
         if Control.COMMAND_READY in control and Status.INPUT_READY in self._status:
-            self.port.told(self.port.input.contents)
+            self.port.report_command(self.port.input.contents)
             self._change(Status.INPUT_READY, Status(0))
-            told, self._told = self._told, self.clock.event()
-            told.succeed()
+            reported, self._command_event = self._command_event, self.clock.event()
+            reported.succeed()
 
     # Commands
 
     def next_command(self, drain_ns: int) -> Procedure:
         """Wait for a command announced by the host; return the contents of the IDB after the board has read them."""
-        yield self._told
+        yield self._command_event
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
 
@@ -183,7 +183,7 @@ class Handshake:
                 leaves, self._leaves = self._leaves, None
                 leaves.succeed()
             self.port.output.load(message)
-            self.port.said(message)
+            self.port.report_message(message)
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)
 
     def _message_taken(self) -> None:

@@ -257,7 +257,7 @@ class _Reader:
             self._wrong(rules.MISPLACED, f"{name} cannot stand here", at, chapter=command.chapter)
         else:
             where = "in a sequence" if self.message.sequence else "in a direct message"
-            self._wrong(rules.NOT_IN_THIS_KIND, f"{name} may not stand {where}", at, chapter=command.chapter)
+            self._wrong(rules.NOT_IN_THIS_KIND, f"{name} is not allowed {where}", at, chapter=command.chapter)
         return False
 
     def _must_be_alone(self, command: Command, at: int, end: int = 0) -> None:

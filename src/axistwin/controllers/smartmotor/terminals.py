@@ -161,7 +161,7 @@ class IndexLine(Pin):
         """Make the kernel stop at every change of the line."""
         if self._motor is not None:
             self._motor.catch_up()
-            self._motor.i[s.WATCH_INDEX] = 1
+            self._motor.i[s.OBSERVE_INDEX] = 1
 
     @property
     def level(self) -> bool:

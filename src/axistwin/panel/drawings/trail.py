@@ -53,7 +53,7 @@ class Trail:
         """Return the present position of the table."""
         return self._axes[0].position, self._axes[1].position
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Add the path since the last update."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:

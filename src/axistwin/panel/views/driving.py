@@ -105,14 +105,14 @@ def _speed(look: Look) -> Refresh:
     slider = (
         ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"').classes("speed").mark("speed")
     )
-    box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
+    box = ui.input(value=_speed_text(look.session.speed)).props('dense outlined aria-label="times real time"')
     box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
 
     def show() -> None:
         nonlocal shown
         shown = look.session.speed
-        box.value, slider.value = _said(shown), _nearest(shown)
+        box.value, slider.value = _speed_text(shown), _nearest(shown)
 
     def wish(act: Callable[[], object]) -> None:
         look.touch(act, now=True)
@@ -128,7 +128,7 @@ def _speed(look: Look) -> Refresh:
     return refresh
 
 
-def _said(speed: float | None) -> str:
+def _speed_text(speed: float | None) -> str:
     return "max" if speed is None else f"{speed:g}"
 
 

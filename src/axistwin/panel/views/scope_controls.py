@@ -29,7 +29,7 @@ class Card(Protocol):
     plot: ui.echart
 
     @property
-    def time_to_tell(self) -> bool:
+    def shows_numbers(self) -> bool:
         """True if numbers are updated in this frame."""
 
     def attempt(self, act: Callable[[], object]) -> bool:
@@ -279,7 +279,7 @@ def readout(card: Card) -> Refresh:
     table.classes("scope-readout").mark("scope-readout")
 
     def refresh() -> None:
-        if not card.time_to_tell:
+        if not card.shows_numbers:
             return
         refresh_snap()
         times.text = _times(screen)

@@ -42,7 +42,7 @@ class Given:
 
 
 @dataclass
-class Known:
+class Definitions:
     """The definitions and the mode of the board after the commands so far."""
 
     moves: dict[int, int] = field(default_factory=dict)
@@ -70,12 +70,12 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
     """Return the commands that may follow those of this session."""
-    known = _followed(commands, session).known
+    defined = _followed(commands, session).defined
 
     def may_follow(accepted: Flag) -> bool:
-        if known.defining is not None:
+        if defined.defining is not None:
             return bool(accepted & (Accept.SEQUENCE | Accept.DEFINING))
-        return bool(accepted) and _misplaced(accepted, known.mode is not None) is None
+        return bool(accepted) and _misplaced(accepted, defined.mode is not None) is None
 
     return [command for command in commands if isinstance(command, Opcode) and may_follow(command.accepted)]
 
@@ -89,7 +89,7 @@ def _followed(commands: CommandSet, session: Session) -> "_Checker":
 
 class _Checker:
     def __init__(self, commands: CommandSet) -> None:
-        self.commands, self.known = commands, Known()
+        self.commands, self.defined = commands, Definitions()
         self.found: list[Diagnostic] = []
 
     # One command
@@ -137,16 +137,16 @@ class _Checker:
 
     def _place(self, given: Given) -> None:
         """Check the place of a command: in a sequence definition, in a mode."""
-        accepted, known = given.command.accepted, self.known
+        accepted, defined = given.command.accepted, self.defined
         if not accepted:
             self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing", given.command.chapter)
-        elif known.defining is not None and Accept.DEFINING not in accepted:
+        elif defined.defining is not None and Accept.DEFINING not in accepted:
             if Accept.SEQUENCE in accepted:
-                known.sequences[known.defining].append(given)
+                defined.sequences[defined.defining].append(given)
                 self._value_rules(given)
             else:
                 self._about(rules.NOT_IN_SEQUENCE, given, f"{_called(given.command)} is not allowed in a sequence")
-        elif wrong := _misplaced(accepted, known.mode is not None):
+        elif wrong := _misplaced(accepted, defined.mode is not None):
             rule, what = wrong
             self._about(rule, given, f"{_called(given.command)} {what}", given.command.chapter)
         else:
@@ -177,23 +177,23 @@ class _Checker:
             self._about(rules.ACCELERATION, given, what, given.command.chapter)
 
     def _follow(self, given: Given) -> None:
-        opcode, values, known = given.command.opcode, given.values, self.known
+        opcode, values, defined = given.command.opcode, given.values, self.defined
         match opcode:
             case 0xD9:
-                known.defining, known.begun = values[0], given
-                known.sequences[values[0]] = []
+                defined.defining, defined.begun = values[0], given
+                defined.sequences[values[0]] = []
             case 0xD8:
                 self._end_definition(given)
             case 0xDA:
-                known.sequences.pop(values[0], None)
+                defined.sequences.pop(values[0], None)
             case 0xD7:
-                known.moves.pop(values[0], None)
+                defined.moves.pop(values[0], None)
             case 0x41:
                 self._perform_sequence(given)
             case 0x50:
-                known.mode = None
+                defined.mode = None
             case 0x51 | 0x52 | 0x53:
-                known.mode, known.sequences = given, {}
+                defined.mode, defined.sequences = given, {}
             case 0xE0 | 0xE1 | 0xE3:
                 self._data(given)
             case _:
@@ -201,15 +201,15 @@ class _Checker:
 
     def _perform(self, given: Given) -> None:
         """Follow a command as it is performed, from the host or from a sequence."""
-        opcode, values, known = given.command.opcode, given.values, self.known
+        opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
-            known.moves[values[0]] = opcode
+            defined.moves[values[0]] = opcode
         elif opcode in LOOP_PARAMETERS:
-            known.loop.add(opcode)
+            defined.loop.add(opcode)
         elif opcode == 0x31:
-            known.default = any(values[1:])
+            defined.default = any(values[1:])
         elif opcode == 0x38:
-            known.home = True
+            defined.home = True
         elif opcode == 0x40:
             self._perform_move(given)
         elif opcode in NEED_DEFAULT:
@@ -218,53 +218,53 @@ class _Checker:
             self._trigger(given)
 
     def _perform_move(self, given: Given) -> None:
-        number, known = given.values[0], self.known
-        if number not in known.moves:
+        number, defined = given.values[0], self.defined
+        if number not in defined.moves:
             self._say(rules.NO_MOVE, given.sent[1:2], f"move {number} is not defined here", given.command.chapter)
-        elif known.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
+        elif defined.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
             what = f"not performed: move {number} is a closed-loop move, and an 1810 has no encoder"
             self._about(rules.NO_ENCODER, given, what, given.command.chapter)
-        elif known.moves[number] in CLOSED_LOOP and RATIO not in known.loop:
+        elif defined.moves[number] in CLOSED_LOOP and RATIO not in defined.loop:
             what = f"ignored: B0 (ratio) has not been given, and move {number} is a closed-loop move"
             self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
 
     def _needs(self, given: Given) -> None:
-        opcode, known = given.command.opcode, self.known
-        missing = [] if known.default else ["31 (default velocity and acceleration)"]
-        if opcode in (0x39, 0x3A) and not known.home:
+        opcode, defined = given.command.opcode, self.defined
+        missing = [] if defined.default else ["31 (default velocity and acceleration)"]
+        if opcode in (0x39, 0x3A) and not defined.home:
             missing.append("38 (define home)")
         if opcode in NEED_LOOP:
-            missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in known.loop]
+            missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in defined.loop]
         if missing:
             what = f"ignored: {', '.join(missing)} has not been given"
             self._about(rules.NOT_GIVEN, given, what, given.command.chapter)
 
     def _trigger(self, given: Given) -> None:
         """Check that a trigger has one function at a time."""
-        opcode, known = given.command.opcode, self.known
+        opcode, defined = given.command.opcode, self.defined
         if len(given.values) < 2:
             return
         trigger, on = given.values[:2]
-        busy = known.triggers.get(trigger)
+        busy = defined.triggers.get(trigger)
         if not on:
             if busy == opcode:
-                del known.triggers[trigger]
+                del defined.triggers[trigger]
         elif busy not in (None, opcode):
             what = f"ignored: trigger {trigger} has a function, {busy:02X}, that must be disabled first"
             self._about(rules.TRIGGER, given, what, given.command.chapter)
         else:
-            known.triggers[trigger] = opcode
+            defined.triggers[trigger] = opcode
 
     # Sequences
 
     def _end_definition(self, given: Given) -> None:
-        known = self.known
-        if known.defining is None:
+        defined = self.defined
+        if defined.defining is None:
             whole = fixing("leave it out", replaced(given.sent, ""), sure=False)
             self._about(rules.NOT_DEFINING, given, "no sequence is being defined", given.command.chapter, whole)
             return
-        self._loops(known.sequences[known.defining])
-        known.defining = None
+        self._loops(defined.sequences[defined.defining])
+        defined.defining = None
 
     def _loops(self, buffer: Sequence[Given]) -> None:
         inside = 0
@@ -284,7 +284,7 @@ class _Checker:
 
     def _perform_sequence(self, given: Given) -> None:
         number = given.values[0]
-        buffer = self.known.sequences.get(number)
+        buffer = self.defined.sequences.get(number)
         if not buffer:
             message = f"sequence {number} is not defined here"
             self._say(rules.NO_SEQUENCE, given.sent[1:2], message, given.command.chapter)
@@ -294,16 +294,16 @@ class _Checker:
 
     def finish(self) -> None:
         """Check for an unfinished definition after the last command."""
-        known = self.known
-        if known.defining is not None and known.begun is not None:
+        defined = self.defined
+        if defined.defining is not None and defined.begun is not None:
             what = "the definition of this sequence never ends: D8 is missing"
-            self._about(rules.UNENDED, known.begun, what, known.begun.command.chapter)
-            self._loops(known.sequences[known.defining])
+            self._about(rules.UNENDED, defined.begun, what, defined.begun.command.chapter)
+            self._loops(defined.sequences[defined.defining])
 
     # Streaming
 
     def _data(self, given: Given) -> None:
-        opcode, mode = given.command.opcode, self.known.mode
+        opcode, mode = given.command.opcode, self.defined.mode
         assert mode is not None, "only then it is valid"
         if mode.command.opcode != DATA[opcode]:
             what = f"ignored: this data is for mode {DATA[opcode]:02X}, in force is {mode.command.opcode:02X}"

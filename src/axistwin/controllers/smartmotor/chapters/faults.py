@@ -61,7 +61,7 @@ def shut_down(motor: Processor, mode: int) -> None:
         i[s.VELOCITY] = 0
         stopped(motor)
     else:
-        i[s.MODE], i[s.RATE], i[s.STOPPING], i[s.BT] = s.M_STOP, i[s.A], 1, 1
+        i[s.MODE], i[s.ACCELERATION], i[s.STOPPING], i[s.BT] = s.M_STOP, i[s.A], 1, 1
 
 
 def stopped(motor: Processor) -> None:

@@ -75,7 +75,7 @@ class Inputs:
         i[s.BY_HAND] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.TOLD] = 0  # the prediction is no longer valid
+        i[s.PREDICTED] = 0  # the prediction is no longer valid
 
     def _wiring(self) -> None:
         """Update which of the pins A and B have the level of the external encoder."""
@@ -103,7 +103,7 @@ class Inputs:
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
-        i[s.MASTER], i[s.MASTER_LEFT], i[s.TOLD] = self.motor.edges(), 0, 0
+        i[s.MASTER], i[s.MASTER_LEFT], i[s.PREDICTED] = self.motor.edges(), 0, 0
         follows = self._follows()
         core.predict = self._predict if follows and self.axis.master.predictable else None
         core.before_sample = self._ask if follows and core.predict is None else None
@@ -139,7 +139,7 @@ class Inputs:
 
     # The axis's source
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Publish all samples up to now, without any change."""
         self.motor.core.catch_up(changing=False)
 
@@ -157,7 +157,7 @@ class Inputs:
 
     def commanded(self) -> int:
         """Return the trajectory's counts, in the controller's coordinates."""
-        self.look()
+        self.refresh()
         return self.motor.i[s.COMMANDED] >> 16
 
     def setpoint(self) -> int:
@@ -179,7 +179,7 @@ class Inputs:
 
     def temperature(self) -> float:
         """Return the motor's temperature in °C."""
-        self.look()
+        self.refresh()
         return self.motor.f[machine.HOUSING_C]
 
     def push(self, counts: int) -> None:

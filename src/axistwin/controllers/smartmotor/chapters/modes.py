@@ -159,12 +159,12 @@ def way(motor: Processor, mode: int) -> int:
 def start(motor: Processor, mode: int) -> None:
     """Start a mode with the buffered parameters, from the present commanded position and velocity."""
     i = motor.i
-    i[s.RATE] = i[s.A]
+    i[s.ACCELERATION] = i[s.A]
     if mode == s.M_POSITION:
         i[s.TARGET] = (i[s.COMMANDED] >> 16) + i[s.D] if i[s.RELATIVE] else i[s.P]
-        i[s.TOP], i[s.FACTOR] = abs(i[s.V]), i[s.RELATIVE]
+        i[s.MAX_VELOCITY], i[s.FACTOR] = abs(i[s.V]), i[s.RELATIVE]
     elif mode == s.M_VELOCITY:
-        i[s.TOP] = i[s.V]
+        i[s.MAX_VELOCITY] = i[s.V]
     elif mode in RATIOS:
         sign = -1 if i[s.RATIO_DIV] < 0 else 1
         i[s.FACTOR], i[s.TARGET], i[s.FOLLOW_REM] = sign * i[s.RATIO_MUL], sign * i[s.RATIO_DIV], 0
@@ -225,7 +225,7 @@ def decelerate(motor: Processor) -> None:
     i = motor.i
     if may_stop(motor):
         turn_on(motor, s.M_STOP if i[s.VELOCITY] else s.M_HOLD)
-        i[s.RATE] = i[s.A]
+        i[s.ACCELERATION] = i[s.A]
         _buffer_position(motor)
 
 

@@ -10,7 +10,7 @@ from functools import cached_property
 from axistwin.controllers.diagnostics import fixing, replaced
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, CALL_C2
-from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel.interpreter import HEAD
 from axistwin.controllers.smartmotor.kernel.state import DEPTH_MOST, SWITCH_MOST
@@ -230,7 +230,7 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
     """Report F=32 and F=64 without their labels, and STACK without GOTO."""
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
-            if (known(statement) or 0) & bit and label not in flow.program.labels:
+            if (constant_value(statement) or 0) & bit and label not in flow.program.labels:
                 findings.report(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
     for number, _ in findings.all("STACK"):
         if "GOTOn" not in findings.words[number + 1 : number + 2]:

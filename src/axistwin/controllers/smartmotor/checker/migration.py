@@ -6,7 +6,7 @@ The reader of the program finds removed commands and assignments without an equa
 from axistwin.controllers.diagnostics import fixing, put_before
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, REVERSE
-from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value
 from axistwin.controllers.smartmotor.checker.flow import Flow
 
 MOTION = ("G", "MT", "MF1", "MF2", "MF4", "MS")
@@ -49,7 +49,7 @@ def _limits(findings: Findings, flow: Flow) -> None:
 def _direction(findings: Findings) -> None:
     """Report F=2: before 4.76 F=2 concerned scan errors (1.4)."""
     for number, statement in findings.all("F="):
-        if (known(statement) or 0) & REVERSE:
+        if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
             findings.report(rules.DIRECTION, number, message)
 

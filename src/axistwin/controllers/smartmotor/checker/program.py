@@ -10,7 +10,7 @@ from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, di
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES
 from axistwin.controllers.smartmotor.checker import cam, fixes, flow, migration
-from axistwin.controllers.smartmotor.checker.findings import Findings, known, located
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value, located
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.language import image
 from axistwin.controllers.smartmotor.language.expressions import CHAPTER, Problem
@@ -79,7 +79,7 @@ def _problems(statement: Statement) -> Iterator[Problem]:
 
 
 def _range(statement: Statement) -> Iterator[Problem]:
-    value, found = known(statement), statement.command
+    value, found = constant_value(statement), statement.command
     if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
         return
     message = f"{value} is out of range: {found.parameters[0]}"
@@ -130,7 +130,7 @@ class _Host:
                 self._load()
         rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
         if rest.strip(b" \r\n\0"):
-            message = "this command is never ended: a space or <CR> is missing"
+            message = "this command has no end: a space or <CR> is missing"
             self._report(rules.UNENDED, self._begin, message)
 
     def _command(self, text: str) -> None:

@@ -84,7 +84,7 @@ class Core:
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
         self.i[s.HOST_SIZE] = len(self.ring)
         self.log = log.empty()
-        self._look_at = log.Look(self.log)
+        self._snapshot = log.Snapshot(self.log)
         self.on_samples: Signal[[int, array[int], array[int]]] = Signal()
         """Emits the number of the first sample; from it on, the positions of the shaft and of the trajectory."""
         self.before_sample: Callable[[], None] | None = None
@@ -166,7 +166,7 @@ class Core:
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
-            self.clock.call_later(0, self._look_ahead)
+            self.clock.call_later(0, self._compute_ahead)
 
     def speed(self) -> float:
         """Return the shaft's speed in counts per sample, over the last sample; with PIDn, over the last n."""
@@ -195,8 +195,8 @@ class Core:
         rests, so that the samples must be computed.
         """
         self.catch_up()
-        self.log = log.following(numbers, self.i, self.v, log.known(self.log))
-        self._look_at = log.Look(self.log)
+        self.log = log.following(numbers, self.i, self.v, log.last_values(self.log))
+        self._snapshot = log.Snapshot(self.log)
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
@@ -207,7 +207,7 @@ class Core:
     def _report_changes(self) -> None:
         """Report the changes that Python has made, at the present time."""
         if self._follower is not None:
-            which, values = self._look_at.changed(self.i, self.v, self.log)
+            which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
@@ -224,7 +224,7 @@ class Core:
 
     # Blocks
 
-    def _look_ahead(self) -> None:
+    def _compute_ahead(self) -> None:
         """Compute the next block and schedule its end."""
         if self._phase is Phase.STOPPED:
             return
@@ -259,7 +259,7 @@ class Core:
         if self._phase is Phase.PLANNED:
             return
         if block.why != ALL_DONE or block.samples <= self.i[s.DEBOUNCE] or not self._rests():
-            self._look_ahead()
+            self._compute_ahead()
             return
         waits = self.i[s.WAIT_UNTIL] - 1 - self.i[s.SAMPLE] if self.i[s.PROGRAM] == s.RUNNING else 0
         if waits > 0:
@@ -285,9 +285,9 @@ class Core:
 
     def _compute(self, most: int) -> _Block:
         first = self.i[s.SAMPLE]
-        if self.predict is not None and self.i[s.TOLD] < most:
+        if self.predict is not None and self.i[s.PREDICTED] < most:
             self._engine.predicted = array("q", self.predict(first + 1, most))
-            self.i[s.TOLD], self.i[s.TOLD_AT] = most, 0
+            self.i[s.PREDICTED], self.i[s.PREDICTED_AT] = most, 0
         why, samples = self._engine.run(most)
         return _Block(first, samples, why)
 

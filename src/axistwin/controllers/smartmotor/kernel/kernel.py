@@ -55,6 +55,7 @@ from axistwin.controllers.smartmotor.kernel.state import (
     M_TORQUE,
     MASTER,
     MODE,
+    OBSERVE_INDEX,
     ORIGIN,
     PENDING,
     PID_RATE,
@@ -73,7 +74,6 @@ from axistwin.controllers.smartmotor.kernel.state import (
     STOPPING,
     VELOCITY,
     WAIT_UNTIL,
-    WATCH_INDEX,
     WINDOW_HIGH,
     WINDOW_LOW,
     E,
@@ -216,7 +216,7 @@ def mark(i: Ints) -> int:
     if not at_mark:
         i[INDEX_LOW] += (shaft - i[INDEX_LOW]) // turn * turn
         i[INDEX_HIGH] = i[INDEX_LOW] + turn
-    return INDEX_MARK if i[WATCH_INDEX] and i[BX] != before else ALL_DONE
+    return INDEX_MARK if i[OBSERVE_INDEX] and i[BX] != before else ALL_DONE
 
 
 @sampled

@@ -82,13 +82,13 @@ def following(
     return log
 
 
-def known(log: "array[int]") -> dict[tuple[int, int], int]:
+def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
     """Return the last value of each number in this log."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
-class Look:
+class Snapshot:
     """The values of all numbers at once; does the work of `note`, fast in Python, where every event needs it."""
 
     def __init__(self, log: "array[int]") -> None:
@@ -103,11 +103,11 @@ class Look:
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])
         values = slice(HEAD + 2, head(log).stop, NUMBER)
-        known = log[values]
-        if now == known:
+        last = log[values]
+        if now == last:
             return [], []
         log[values] = now
-        found = [(k, at) for k, before, at in zip(self._called, known, now, strict=True) if at != before]
+        found = [(k, at) for k, before, at in zip(self._called, last, now, strict=True) if at != before]
         return [k for k, _ in found], [at for _, at in found]
 
 

@@ -57,7 +57,9 @@ MODE = next(_slots)  # a MODE
 FACTOR = next(_slots)
 COMMANDED = next(_slots)  # 48.16 fixed point, controller's coordinates
 VELOCITY = next(_slots)  # trajectory velocity now, 16.16 per sample
-TARGET, TOP, RATE = (next(_slots) for _ in range(3))  # P, V and A in force; of a ratio: FACTOR / TARGET
+TARGET, MAX_VELOCITY, ACCELERATION = (
+    next(_slots) for _ in range(3)
+)  # P, V and A in force; of a ratio: FACTOR / TARGET
 # The shaft: controller's position = DIRECTION * shaft + ORIGIN
 SHAFT = next(_slots)  # encoder counts from 0 when the bench was made, in the machine's own direction
 DIRECTION, ORIGIN = next(_slots), next(_slots)
@@ -67,9 +69,9 @@ CTR = next(_slots)  # external counter
 MASTER = next(_slots)  # edges of the external encoder that have arrived, in the counting of `axis.master`
 MASTER_SEEN = next(_slots)  # number of these edges that the trajectory has followed
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = (next(_slots) for _ in range(7))
-"""A steady run of the external encoder: +1 or -1; counts per sample, and what is left over; samples to go; its end."""
-TOLD, TOLD_AT = next(_slots), next(_slots)
-"""Where the course is known, the edges are told for so many samples to come, from this place of the list on."""
+"""A steady run of the external encoder: +1 or -1; counts per sample, and remainder; samples left; end."""
+PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
+"""Number of samples for which the edges have been predicted, and the index of the next prediction."""
 SHOWN = next(_slots)  # pins whose levels are the external encoder's: 1 A, 2 B
 BY_HAND = next(_slots)  # edges in MASTER that have come through the pins
 STEP_UP = next(_slots)  # 1: the latest step of the external source was in the positive direction
@@ -102,7 +104,7 @@ OVERLOAD = next(_slots)  # samples with too high a current or temperature
 STOPPING = next(_slots)  # 1: decelerating because of a fault with F=1
 PENDING = next(_slots)  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT
 FAULT_AGAIN = next(_slots)  # 1: a fault has occurred within C1, which is called again after its return
-WATCH_INDEX = next(_slots)  # 1: every change of Bx must be reported
+OBSERVE_INDEX = next(_slots)  # 1: every change of Bx must be reported
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = (next(_slots) for _ in range(3))  # index marks around the shaft
 
 # Pins: bit 0 = A … bit 6 = G, 1 = high; analog in 0…1023; window of shaft positions in which no switch changes
@@ -156,7 +158,7 @@ MODES = (
 M_RELATIVE = len(MODES)
 """Value reported instead of M_POSITION while D gave the target."""
 NO_POWER = -1
-"""What the mode is told as while there is no power."""
+"""Mode reported without power."""
 
 CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 """Why a return address lies on the stack: GOSUB, a fault's call of C1, pin G's call of C2."""

@@ -13,6 +13,7 @@ from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
 from axistwin.controllers.smartmotor.kernel.position import wrapped
 from axistwin.controllers.smartmotor.kernel.state import (
+    ACCELERATION,
     ANALOG,
     BT,
     BW,
@@ -37,18 +38,17 @@ from axistwin.controllers.smartmotor.kernel.state import (
     MASTER_SEEN,
     MASTER_STEP,
     MASTER_WAY,
+    MAX_VELOCITY,
     MODE,
     ORIGIN,
     PINS,
-    RATE,
+    PREDICTED,
+    PREDICTED_AT,
     RESOLUTION,
     SHOWN,
     STEP_UP,
     STEPS,
     TARGET,
-    TOLD,
-    TOLD_AT,
-    TOP,
     VELOCITY,
 )
 
@@ -104,12 +104,12 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 
 @sampled
-def master_turns(i: Ints, told: Ints) -> None:
+def master_turns(i: Ints, predicted: Ints) -> None:
     """Turn the external encoder for a sample: to its announced count, or at constant speed."""
-    if i[TOLD] > 0:
-        i[MASTER] = told[i[TOLD_AT]]
-        i[TOLD_AT] += 1
-        i[TOLD] -= 1
+    if i[PREDICTED] > 0:
+        i[MASTER] = predicted[i[PREDICTED_AT]]
+        i[PREDICTED_AT] += 1
+        i[PREDICTED] -= 1
         return
     if i[MASTER_LEFT] == 0:
         return
@@ -170,21 +170,21 @@ def profile(i: Ints) -> None:
     """Move by MP, MV or X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
     mode = i[MODE]
     velocity = i[VELOCITY]
-    acceleration = i[RATE]
+    acceleration = i[ACCELERATION]
     if mode == M_POSITION:
         remaining = (i[TARGET] << 16) - i[COMMANDED]
         if acceleration > 0:
-            velocity = next_velocity(velocity, remaining, i[TOP], acceleration)
+            velocity = next_velocity(velocity, remaining, i[MAX_VELOCITY], acceleration)
         i[COMMANDED] += velocity
         if velocity == remaining and -acceleration <= velocity <= acceleration:
             velocity = 0
             i[BT] = 0
-        elif velocity == 0 and (acceleration == 0 or i[TOP] == 0):
+        elif velocity == 0 and (acceleration == 0 or i[MAX_VELOCITY] == 0):
             i[BT] = 0  # no distance
     elif mode == M_VELOCITY:
-        velocity = ramp_velocity(velocity, i[TOP], acceleration)
+        velocity = ramp_velocity(velocity, i[MAX_VELOCITY], acceleration)
         i[COMMANDED] += velocity
-        i[BT] = 0 if velocity == 0 and (i[TOP] == 0 or acceleration == 0) else 1
+        i[BT] = 0 if velocity == 0 and (i[MAX_VELOCITY] == 0 or acceleration == 0) else 1
     elif mode == M_STOP:
         velocity = ramp_velocity(velocity, 0, acceleration)
         i[COMMANDED] += velocity
