@@ -34,9 +34,9 @@ def test_a_command(text, command):
 @pytest.mark.parametrize(
     ("text", "column", "message"),
     [
-        ("", 1, "a command is wanted"),
-        ("33 0", 4, "'0' is no byte"),
-        ("33 00 gg", 7, "'gg' is no byte"),
+        ("", 1, "the command is missing"),
+        ("33 0", 4, "'0' is not a byte"),
+        ("33 00 gg", 7, "'gg' is not a byte"),
         ("go_relativ 3", 1, "did you mean go_relative"),
         ("jump", 1, "no command 'jump'"),
         ("go_relative", 1, "go_relative takes distance: 0 given"),

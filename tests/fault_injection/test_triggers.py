@@ -2,10 +2,8 @@
 
 import pytest
 
-from axistwin import Bench
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin import Bench, play, recording
+from axistwin.conversations import parse, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences
 

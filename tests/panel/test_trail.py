@@ -5,10 +5,9 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin import Bench
-from axistwin.motion.profile import Profile, Segment
+from axistwin import Bench, Session
+from axistwin.motion import Profile, Segment
 from axistwin.panel.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
-from axistwin.sessions.session import Session
 
 TRAVEL = {"limits": (-1000, 9000)}
 HALF = Fraction(1, 2)

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from axistwin import Bench, Scene
+from axistwin import Bench, Scene, tracing
 from axistwin.cli import main
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
-from axistwin.traces.reading import read
-from axistwin.traces.trace import tracing
+from axistwin.traces import read
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.cli.main import axistwin
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.sessions.session import Session
 
 from .driving import Traced, drive, rows
 
