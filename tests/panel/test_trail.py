@@ -33,26 +33,26 @@ def trail_of(controller):
     return Trail(controller, ("X", "Y"))
 
 
-def square(bench, go, look=lambda: None):
+def square(bench, go, update=lambda: None):
     """Move 100 along X, 50 along Y, and back along X, with an update after each."""
     for axis, rate, direction in (("X", 100, +1), ("Y", 50, +1), ("X", 100, -1)):
         go(axis, (rate, Fraction(1)), direction=direction)
         bench.run(1.5)
-        look()
+        update()
 
 
 CORNERS = [(0, 0), (100, 0), (100, 50), (0, 50)]
 
 
-def test_a_path_of_strokes_has_their_ends_as_corners_however_often_one_looks(moving):
+def test_a_path_of_moves_has_their_ends_as_corners_after_any_number_of_updates(moving):
     bench, controller, go = moving
     once, often = trail_of(controller), trail_of(controller)
-    square(bench, go, look=often.look)
+    square(bench, go, update=often.update)
     once.update()
     assert list(once.points) == list(often.points) == CORNERS
 
 
-def test_in_the_middle_of_a_stroke_it_ends_where_the_table_is(moving):
+def test_in_the_middle_of_a_move_the_path_ends_at_the_table(moving):
     bench, controller, go = moving
     trail = trail_of(controller)
     go("X", (100, Fraction(1)))
@@ -97,7 +97,7 @@ def test_a_motor_that_loses_pulses_stays_behind(moving):
     assert list(trail.points) == [(0, 0), (100, 0)]
 
 
-def test_of_many_strokes_only_the_latest_are_drawn(moving):
+def test_of_many_moves_only_the_latest_are_drawn(moving):
     bench, controller, go = moving
     trail = trail_of(controller)
     for number in range(MOST_MOVES + 50):

@@ -203,7 +203,7 @@ class ServoAxis:
     # What the motor's processor does
 
     def connect(self, source: Source) -> None:
-        """Connect a source, which continues from `shaft` and `f`."""
+        """Connect a source, which continues from the present state in `shaft` and `f`."""
         self._source = source
 
     def disconnect(self) -> None:

@@ -7,7 +7,7 @@ from axistwin.sim.pins import Pin
 
 
 class WatchedAxis(Protocol):
-    """An axis as seen by a switch."""
+    """The part of an axis that a switch uses."""
 
     @property
     def position(self) -> int:

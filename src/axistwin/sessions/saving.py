@@ -31,7 +31,7 @@ def files(
     """Return the texts of the scene and its files, by name.  Raises UsageError for acts that no scene can contain."""
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # these keep their names, as the scene's script may load them
+        found.texts.update(scene.programs)  # file names that the scene's script may load stay the same
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     before = _saved_before(found.texts.values())
     copy, conversations = Copy(bench, found), _Conversations(bench, before + 1)

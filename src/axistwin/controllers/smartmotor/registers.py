@@ -104,7 +104,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return all followed names and the follower that distributes their changes; a single follower directly."""
+        """Return all followed names, and the only follower or a function that calls all followers."""
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))
