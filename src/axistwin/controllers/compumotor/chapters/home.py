@@ -131,9 +131,6 @@ class Search:
             yield self._board.pulses.changed()
 
 
-# Commands
-
-
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
     """Command 38h: define HOME by an edge and a level of the home input, and the final approach to this edge.
 

@@ -187,8 +187,6 @@ class Core:
         self._phase, self._block = Phase.STOPPED, None
         self._plan += 1
 
-    # Followed numbers
-
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
         """Report each change of these numbers to the follower; a number is an operation and a place (`log.py`).  No
         change of a number that was followed before is lost.  `restless`: some of the numbers change while the motor
@@ -221,8 +219,6 @@ class Core:
 
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
-
-    # Blocks
 
     def _compute_ahead(self) -> None:
         """Compute the next block and schedule its end."""

@@ -80,13 +80,6 @@ def encode(text: str) -> bytes:
     return (head + table + program).encode("latin-1")
 
 
-def decode(data: bytes) -> tuple[str, bool]:
-    """Return the text of loaded data, an image or plain source, and True if the header confirms the text."""
-    decoder = Decoder()
-    decoder.feed(data)
-    return decoder.result()
-
-
 class Decoder:
     """Decodes a program line by line during reception, so that little work is left at the end."""
 
