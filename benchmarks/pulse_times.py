@@ -7,7 +7,7 @@ from time import perf_counter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
-from axistwin.motion.profile import Profile, Segment
+from axistwin.motion import Profile, Segment
 from axistwin.motion.train import Train
 
 PULSES = 10_000_000

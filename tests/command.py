@@ -13,7 +13,7 @@ from typing import NamedTuple
 from unittest.mock import patch
 
 from axistwin.cli.main import main
-from axistwin.links.urls import PortUrl, parse
+from axistwin.links import PortUrl, parse
 
 PATIENCE_S = 40
 """A test that waits longer than this has failed."""

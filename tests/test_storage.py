@@ -88,7 +88,7 @@ def test_a_second_process_is_told_of_the_first_in_one_line(tmp_path, other):
         Bench().add("smartmotor", state=tmp_path / "state")
     assert str(told.value) == (
         f"state directory {tmp_path / 'state'} is in use by process {other.pid} (machine.py state): "
-        "end that one, or choose another directory"
+        "end that process, or choose another directory"
     )
 
 
@@ -419,14 +419,14 @@ def test_a_spoilt_image_is_refused_in_one_short_line(tmp_path, model, contents):
 def test_an_image_without_end_is_not_read(tmp_path):
     with (tmp_path / "if2.json").open("wb") as file:
         file.truncate(1 << 40)
-    with pytest.raises(UsageError, match=r"if2\.json: it has more than 1048576 bytes: delete it$"):
+    with pytest.raises(UsageError, match=r"if2\.json: more than 1048576 bytes: delete it$"):
         Bench().add("if2", state=tmp_path)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes that have names")
 def test_a_pipe_in_the_place_of_the_image_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "if2.json")
-    with pytest.raises(UsageError, match=r"if2\.json: it is no file$"):
+    with pytest.raises(UsageError, match=r"if2\.json: not a file$"):
         Bench().add("if2", state=tmp_path)
 
 
@@ -458,5 +458,5 @@ def test_a_process_that_was_killed_is_not_named(tmp_path, other):
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
     (tmp_path / "state" / HOLDER).write_text(f"{dead.pid} gone\n")
-    with pytest.raises(UsageError, match="is in use by another process: end that one"):
+    with pytest.raises(UsageError, match="is in use by another process: end that process"):
         Bench().add("if2", state=tmp_path / "state")

@@ -33,8 +33,8 @@ from axistwin.cli import main as cli
 from axistwin.cli.serving.served import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
 from axistwin.plots import of_trace
+from axistwin.traces import read as read_trace
 from axistwin.traces import tracing
-from axistwin.traces.reading import read as read_trace
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0

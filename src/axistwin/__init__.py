@@ -4,7 +4,7 @@ from axistwin import Bench
 
 bench = Bench()
 if1 = bench.add("if1")
-bench.run(1.5)                       # it has just been switched on
+bench.run(1.5)                       # the controller has just been switched on
 if1.serial.write(b"(")
 bench.run(0.1)
 assert if1.serial.read() == b"U\\r"

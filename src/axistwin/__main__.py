@@ -1,4 +1,4 @@
-"""`python -m axistwin`: the command line, wherever no script of that name is on the path."""
+"""`python -m axistwin`: the command line without an installed script."""
 
 from axistwin.cli.main import main
 

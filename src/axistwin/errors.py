@@ -85,7 +85,7 @@ class ProgramError(PlacedError):
 
 
 class TraceError(AxistwinError):
-    """A file that is no trace, or not a trace of axistwin."""
+    """A file that is not a trace, or not a trace of axistwin."""
 
 
 class LinkError(AxistwinError):

@@ -18,7 +18,7 @@ Path = tuple[str | int, ...]
 
 
 class NumberError(UsageError, ValueError):
-    """A text that is no number, or a number out of range.  The message is one short line."""
+    """A text that is not a number, or a number out of range.  The message is one short line."""
 
     def __init__(self, message: str, path: Path = ()) -> None:
         super().__init__(message)
@@ -45,7 +45,7 @@ def whole(text: str, low: int = LOWEST, high: int = HIGHEST, *, base: int = 10) 
     try:
         number = int(words, base)
     except ValueError:
-        raise NumberError(f"{shortened(text)} is no whole number") from None
+        raise NumberError(f"{shortened(text)} is not a whole number") from None
     if not low <= number <= high:
         raise NumberError(f"{shortened(text)} is out of range: expected a whole number from {low} to {high}")
     return number
@@ -57,9 +57,9 @@ def real(text: str) -> float:
     try:
         number = float(words)
     except ValueError:
-        raise NumberError(f"{shortened(text)} is no number") from None
+        raise NumberError(f"{shortened(text)} is not a number") from None
     if not abs(number) < float("inf"):
-        raise NumberError(f"{shortened(text)} is no number")
+        raise NumberError(f"{shortened(text)} is not a number")
     return number
 
 
@@ -69,9 +69,9 @@ def decimal(text: str) -> Decimal:
     try:
         number = Decimal(words)
     except InvalidOperation:
-        raise NumberError(f"{shortened(text)} is no number") from None
+        raise NumberError(f"{shortened(text)} is not a number") from None
     if not number.is_finite():
-        raise NumberError(f"{shortened(text)} is no number")
+        raise NumberError(f"{shortened(text)} is not a number")
     exponent = number.as_tuple().exponent
     assert isinstance(exponent, int), "it is finite"
     if number.adjusted() >= 30 or not -MOST_CHARACTERS <= exponent <= 30:
@@ -95,5 +95,5 @@ def _bounded(text: str, what: str) -> str:
     if len(text) > MOST_CHARACTERS:
         raise NumberError(f"{shortened(text)} is too long for a {what}: expected at most {MOST_CHARACTERS} characters")
     if not text.isascii():
-        raise NumberError(f"{shortened(text)} is no {what}: expected the digits 0 to 9")
+        raise NumberError(f"{shortened(text)} is not a {what}: expected the digits 0 to 9")
     return text

@@ -57,7 +57,7 @@ class FileStore:
         self._unwritten: bytes | None = None  # contents that could not be written yet
         self._writes = self._failures = 0
         self._counted = 0
-        """Failures that have been told with a count."""
+        """Number of failures that have been logged with a count."""
         self._given_up = False
 
     def __str__(self) -> str:
@@ -81,10 +81,10 @@ class FileStore:
             self._failures += 1
             self._unwritten = contents
             if self._failures == self._counted + 1:
-                told = (
+                warning = (
                     f"{self.path} cannot be written: {reason(error)}: the memory is in RAM only until the power is off"
                 )
-                _log.warning("%s", told)
+                _log.warning("%s", warning)
 
     def end(self) -> None:
         """Retry a failed write once, at power-off or at the end of the program; then discard its contents.
@@ -125,7 +125,7 @@ class FileStore:
         """Return the file's contents; None: no file yet.  Raises UsageError if the path is not a file."""
         try:
             if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
-                raise UsageError(f"cannot read {self.path}: it is no file")
+                raise UsageError(f"cannot read {self.path}: not a file")
             with self.path.open("rb") as file:
                 contents = file.read(MOST_BYTES + 1)
         except FileNotFoundError:
@@ -133,7 +133,7 @@ class FileStore:
         except OSError as error:
             raise UsageError(f"cannot read {self.path}: {reason(error)}") from None
         if len(contents) > MOST_BYTES:
-            raise UsageError(f"cannot read {self.path}: it has more than {MOST_BYTES} bytes: delete it")
+            raise UsageError(f"cannot read {self.path}: more than {MOST_BYTES} bytes: delete it")
         return contents
 
 
@@ -151,7 +151,7 @@ class _Directory:
             self._lock.acquire()
         except Timeout:
             raise UsageError(
-                f"state directory {path} is in use by {_holder(path)}: end that one, or choose another directory"
+                f"state directory {path} is in use by {_holder(path)}: end that process, or choose another directory"
             ) from None
         try:
             _sweep(path / HOLDER)
@@ -164,9 +164,9 @@ class _Directory:
     def held(cls, path: Path) -> "_Directory":
         """Return this directory, created if necessary, and shared within this process.
 
-        Raises UsageError if another process holds the directory, or if it cannot be written.
+        Raises UsageError if another process holds the directory, or if the directory is not writable.
         """
-        with _told(path):
+        with _readable_errors(path):
             path.mkdir(parents=True, exist_ok=True)
             key = os.getpid(), path.resolve()
             found = cls._held.get(key)
@@ -176,7 +176,7 @@ class _Directory:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _readable_errors(path: Path) -> Iterator[None]:
     """Turn system errors about a state directory into one line.  Raises UsageError."""
     try:
         yield
@@ -184,7 +184,7 @@ def _told(path: Path) -> Iterator[None]:
         wrong = "cannot be written" if path.is_dir() else "cannot be made"
         raise UsageError(f"state directory {path} {wrong}: {reason(error)}: choose another directory") from None
     except ValueError as error:  # the path contains a NUL
-        raise UsageError(f"no state directory {str(path)!r}: {error}") from None
+        raise UsageError(f"not a state directory: {str(path)!r}: {error}") from None
 
 
 def _holder(path: Path) -> str:
@@ -194,7 +194,7 @@ def _holder(path: Path) -> str:
             number, _, program = file.read(2 * LONGEST).decode(errors="replace").partition(" ")
     except OSError:
         number, program = "", ""
-    if not number.isdecimal() or not _alive(int(number)):  # the note is from a killed process
+    if not number.isdecimal() or not _alive(int(number)):  # the file of the holder is from a killed process
         return "another process"
     return f"process {number} ({excerpt(program)})" if program.strip() else f"process {number}"
 
@@ -225,7 +225,7 @@ def _program() -> str:
 
 
 def write_whole(path: Path, contents: bytes) -> None:
-    """Write a file through a temporary one of a unique name, which is renamed once it is on the disk.
+    """Write a file through a temporary file with a unique name, which is renamed when it is on the disk.
 
     Raises OSError; the file is then unchanged.
     """

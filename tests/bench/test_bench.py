@@ -103,7 +103,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        ({"model": "if3"}, "no model 'if3': choose one of if1, if2"),
+        ({"model": "if3"}, "no model 'if3': expected one of if1, if2"),
         ({"model": "if1", "speed": 1}, "if1 has no option 'speed': it takes X, Y, Z, wiring"),
         ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': it takes limits, home"),
         ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),
@@ -112,14 +112,20 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "line": "9600 9N1"}, "invalid line format '9600 9N1': expected e.g. '9600 8N2'"),
         ({"model": "if1", "line": "96 8"}, "invalid line format '96 8': expected e.g. '9600 8N2'"),
         ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "axis X: 'torque'"),
-        ({"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}}, "axis X: the torque curve needs points with"),
+        (
+            {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},
+            "axis X: invalid torque curve: expected points with",
+        ),
         ({"model": "if1", "X": 5}, 'axis X=5: expected its options, e.g. X={"limits": (-100, 5000)}'),
         ({"model": "if1", "X": {"motor": 1}}, "axis X: "),
         ({"model": "if1", "X": {"limits": "foo"}}, "axis X: limits='foo': expected two positions, e.g. (-100, 5000)"),
         ({"model": "if1", "X": {"limits": (5, -1)}}, "axis X: limits=(5, -1): expected two positions"),
         ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "axis X: limits=(0, 1, 2): expected two positions"),
         ({"model": "if1", "history": 0}, "history=0: expected a number of moves, 2 or more"),
-        ({"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}}, "axis X: an encoder has counts and pulses per"),
+        (
+            {"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}},
+            "axis X: invalid encoder: expected counts and pulses per",
+        ),
     ],
 )
 def test_wrong_options_are_told_in_one_line(call, message):
@@ -201,5 +207,5 @@ def test_two_runs_are_identical():
 
 
 def test_a_state_directory_that_cannot_be(bench):
-    with pytest.raises(UsageError, match=r"no state directory 'a\\x00b': embedded null"):
+    with pytest.raises(UsageError, match=r"not a state directory: 'a\\x00b': embedded null"):
         bench.add("if2", state="a\0b")

@@ -80,8 +80,8 @@ def test_what_others_have_not(bench):
         (lambda: motor.bus, "smartmotor is on no bus"),
         (lambda: bench.chain(motor, if1), "if1 cannot be in a daisy chain: that is for SmartMotors"),
         (lambda: bench.chain(board), "1811 cannot be in a daisy chain"),
-        (lambda: bench.chain(), r"chain\(\) joins motors: name at least one"),
-        (lambda: bench.rs485(motor, motor), "smartmotor is on 'this line' already: name it once"),
+        (lambda: bench.chain(), r"chain\(\) joins motors: expected at least one"),
+        (lambda: bench.rs485(motor, motor), "smartmotor is on 'this line' already: expected each motor once"),
         (lambda: bench.chain(Bench().add("smartmotor", "far")), "far is not on this bench"),
         (lambda: bench.add("smartmotor", shaft={"home": (0, 1)}), "axis shaft has no option 'home'"),
         (lambda: bench.port("nobody"), "no controller 'nobody' here: there are if1, 1811, smartmotor"),
@@ -100,7 +100,7 @@ def test_a_chain_of_motors(bench):
     assert bench.lines["chain"].motors == (first, second)
     assert bench.ports == {"chain": port}
     for motor in (first, second):
-        with pytest.raises(UsageError, match="is in the daisy chain 'chain': talk to the port that `chain` returned"):
+        with pytest.raises(UsageError, match="is in the daisy chain 'chain': use the port that `chain` returned"):
             _ = motor.serial
     with pytest.raises(UsageError, match="m2 is on 'chain' already"):
         bench.chain(second)

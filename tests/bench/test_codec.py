@@ -34,7 +34,8 @@ def test_whatever_is_shown_reads_back(data):
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "words"), [(r"ab\q", 3, r"\q"), ("a\\", 2, "means nothing"), (r"\x4", 1, "hex"), ("aé", 2, "é")]
+    ("text", "column", "words"),
+    [(r"ab\q", 3, r"\q"), ("a\\", 2, "not an escape sequence"), (r"\x4", 1, "hex"), ("aé", 2, "é")],
 )
 def test_what_means_nothing_is_told_with_its_column(text, column, words):
     with pytest.raises(ProgramError) as caught:

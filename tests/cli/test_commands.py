@@ -53,5 +53,5 @@ def test_the_same_for_machines():
 
 
 def test_no_such_model():
-    with pytest.raises(UsageError, match="no model 'if9': choose one of if1, if2"):
+    with pytest.raises(UsageError, match="no model 'if9': expected one of if1, if2"):
         run("if9")

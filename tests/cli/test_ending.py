@@ -10,7 +10,7 @@ import pytest
 from axistwin import Bench
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.links import Pacer
-from axistwin.panel.people import People
+from axistwin.panel import People
 
 
 def raised(what):

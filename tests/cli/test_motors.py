@@ -101,12 +101,12 @@ def test_a_conversation():
         ("! A 2,5V", "invalid level '2,5V': expected high, on, low, off, release or a voltage, e.g. 2.5V"),
         ("! A 24V", "24V would destroy the pin: expected 0 to 5 V"),
         ("! master 4000", "invalid encoder move '4000': expected COUNTS in SECONDS, e.g. 4000 in 2"),
-        ("! ambient hot", "'hot' is no number"),
+        ("! ambient hot", "'hot' is not a number"),
         ("! dtr low", "unknown name 'dtr': expected one of A, B, C, D, E, F, G, brake, index, power, break, line"),
         ("= dtr low", "unknown name 'dtr'"),
         ("= shaft.pulses 3", "unknown name 'shaft.pulses'"),
         ("= brake.volts 3", "unknown name 'brake.volts'"),
-        ("chain: > RP", "no controller 'chain' to talk to: expected one of smartmotor"),
+        ("chain: > RP", "no controller 'chain' on the bench: expected one of smartmotor"),
         ("nobody.rs485: > RP", "no controller 'nobody.rs485' here: there are smartmotor"),
     ],
 )
@@ -274,7 +274,7 @@ def test_a_source_that_only_begins_like_utf_8(tmp_path):
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
     assert code == 2
-    assert "p.sms cannot be read: it begins like utf-8 but is not: save the file as text" in told
+    assert "p.sms cannot be read: invalid utf-8: save the file as text" in told
 
 
 def test_a_comment_in_quotes_is_sent(tmp_path):

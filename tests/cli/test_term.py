@@ -291,7 +291,7 @@ def shown(*heard: bytes, person: bool = False) -> str:
         screen = Screen(out, person=person, colours=False)
         screen.prompt()
         for data in heard:
-            screen.heard(data)
+            screen.show_received(data)
         screen.close()
 
     out = io.StringIO()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.plant.switches import PositionSwitch, in_series
+from axistwin.plant import PositionSwitch, in_series
 
 from .talking import ask, default, i32, messages, position, ready, send, send_all
 

@@ -41,7 +41,7 @@ def test_the_manuals_example(bench, board):
 
 
 def test_nothing_is_performed_while_a_sequence_is_defined(bench, board):
-    """Commands that may not stand in a sequence are ignored, requests among them."""
+    """Commands that is not allowed in a sequence are ignored, requests among them."""
     default(bench, board, 10_000, NO_TIME)
     send(bench, board, 0xD9, 1)
     for command in ((0x08, 7), (0x90,), (0x33, *i32(100)), (0x70,), (0x41, 2), (0xDA, 1), (0xD9, 2)):

@@ -35,17 +35,17 @@ def test_a_command(text, command):
 @pytest.mark.parametrize(
     ("text", "column", "message"),
     [
-        ("", 1, "a command is wanted"),
-        ("33 0", 4, "'0' is no byte"),
-        ("33 00 gg", 7, "'gg' is no byte"),
+        ("", 1, "the command is missing"),
+        ("33 0", 4, "'0' is not a byte"),
+        ("33 00 gg", 7, "'gg' is not a byte"),
         ("go_relativ 3", 1, "did you mean go_relative"),
         ("jump", 1, "no command 'jump'"),
         ("go_relative", 1, "go_relative takes distance: 0 given"),
         ("stop 1", 1, "stop takes nothing: 1 given"),
-        ("go_relative far", 13, "distance: 'far' is none"),
-        ("perform_move 51", 14, "move: '51' is none: a number, move 1…50"),
+        ("go_relative far", 13, "distance: 'far' is invalid"),
+        ("perform_move 51", 14, "move: '51' is invalid: a number, move 1…50"),
         ("define_relative_move 1 60 1 1 1", 24, "velocity range 0 to 5"),
-        ("write_user_bits 8", 17, "bits: '8' is none"),
+        ("write_user_bits 8", 17, "bits: '8' is invalid"),
         (" ".join(["00"] * 17), 49, "at most 16 bytes"),
     ],
 )

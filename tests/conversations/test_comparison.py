@@ -177,7 +177,7 @@ def test_a_pulse_that_the_recording_has_missed_is_no_change_that_it_has_seen():
 
 @pytest.mark.parametrize("time", ["soon", "nan", "inf"])
 def test_a_clock_that_is_none_is_told_with_its_line(time):
-    with pytest.raises(ProgramError, match=rf"6: '{time}' is no (time|number)"):
+    with pytest.raises(ProgramError, match=rf"6: '{time}' is not a (time|number)"):
         compared("+1.5\n> (\n< U\\r\n= clock 1.51\n+1\n= clock " + time + "\n")
 
 

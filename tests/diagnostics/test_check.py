@@ -94,7 +94,10 @@ TALK = r"""; model: if1
 def test_a_conversation_has_escapes_messages_in_pieces_and_power_cuts(check):
     assert check("a.talk", TALK).stdout.splitlines() == [
         "a.talk:6:21: error: unknown character 'x': commands are upper case (manual: Full command list) [DP101]",
-        "a.talk:9:3: warning: nothing is heard before ( has told the baud rate (manual: Initialisation) [DP401]",
+        (
+            "a.talk:9:3: warning: characters before ( are ignored, because the baud rate is unknown "
+            "(manual: Initialisation) [DP401]"
+        ),
     ]
 
 
@@ -148,7 +151,7 @@ def test_what_is_no_text_of_a_sensible_size_is_refused(tmp_path, name, contents)
 
 
 def test_a_device_is_no_program():
-    with pytest.raises(UsageError, match="it is not a file"):
+    with pytest.raises(UsageError, match="not a file"):
         diagnose(Path("/dev/null"), product("if1").check)
 
 

@@ -7,9 +7,8 @@ from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.frames import LineError, Parity
-from axistwin.sim.pins import Pin
+from axistwin.plant import StepperAxis
+from axistwin.sim import LineError, Parity, Pin
 from axistwin.units import MS, S
 
 Segment = tuple[int | Fraction, Fraction]

@@ -72,11 +72,11 @@ WRONG = {
     (":" + "X:" * 64 + "$",): "1:128 error: 64 steps: a sequence has 63 at most",
     (":X100:=2,3:$",): "1:7 error: repeat from step 3: there is none yet, this is step 2",
     (":X100:=2:$",): "1:8 error: = (repeat) needs times 0…255 first step 1…63",
-    (":X100:>2:$",): "1:7 error: > (select speed range) may not stand in a sequence",
-    (":^5X100:$",): "1:2 error: ^ (acceleration rate data) may not stand in a sequence",
+    (":X100:>2:$",): "1:7 error: > (select speed range) is not allowed in a sequence",
+    (":^5X100:$",): "1:2 error: ^ (acceleration rate data) is not allowed in a sequence",
     (":X100",): "1:6 error: a sequence ends in :$",
     (":X100::Y:$",): "1:7 error: a step is missing between two colons",
-    ("=2,1$",): "1:1 error: = (repeat) may not stand in a direct message",
+    ("=2,1$",): "1:1 error: = (repeat) is not allowed in a direct message",
     ("@25001",): "1:1 error: speed 25001 is above 25000 steps/s, the maximum of range 1",
     (">4@4001",): "1:3 error: speed 4001 is above 4000 steps/s, the maximum of range 4",
     (">3", "@90000", ">2", "X100$"): "4:1 error: speed 90000 is above 50000 steps/s, the maximum of range 2 "
@@ -96,7 +96,7 @@ WRONG = {
     ("X1000G$",): "1:1 warning: G runs until stopped: the distance is not used and becomes 0",
     ("S2",): "1:2 warning: without $ at its end this message begins nothing",
     ("X-",): "1:2 warning: without $ at its end this message begins nothing",
-    (":$",): "1:1 warning: no sequence is stored that could be run again",
+    (":$",): "1:1 warning: no stored sequence to run again",
     (":X100:=0,1:Y:$",): "1:12 warning: never reached: step 2 repeats for ever",
     (":X100:X@500G:Y5:$",): "1:14 warning: the run of step 2 goes on, and the move of this step waits for its end: "
     "A stops it",
@@ -129,9 +129,9 @@ def test_the_initialisation_in_a_conversation():
     session = sent("E\r|(|U60\r|U|62\r|X100$\r|Y100$", initialised=False)
     said = [f"{d.line}:{d.column} {d.severity}: {d.message}" for d in product("if1").check([session])]
     assert said == [
-        "1:1 warning: nothing is heard before ( has told the baud rate",
+        "1:1 warning: characters before ( are ignored, because the baud rate is unknown",
         "3:1 error: no data format 'U60': U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>",
-        "7:1 warning: this message is never ended: <CR> is missing",
+        "7:1 warning: this message has no end: <CR> is missing",
     ]
 
 
@@ -157,7 +157,7 @@ def test_v_messages_end_in_lf_and_the_cr_before_it_is_nothing():
 
 
 def test_a_format_that_is_never_ended():
-    assert [d.message for d in product("if1").check([sent("(V61\r", False)])] == ["the data format is never ended"]
+    assert [d.message for d in product("if1").check([sent("(V61\r", False)])] == ["the data format message has no end"]
 
 
 def test_what_an_if2_keeps_locked_when_it_is_switched_off():
@@ -167,14 +167,12 @@ def test_what_an_if2_keeps_locked_when_it_is_switched_off():
         "ignored: locked in line 2, only status requests and ] are obeyed"
     ]
     assert [d.message for d in product("if1").check([first, locked])] == [
-        "nothing is heard before ( has told the baud rate"
+        "characters before ( are ignored, because the baud rate is unknown"
     ]
     again = sent("(U62\rK\r", initialised=False)
     assert product("if2").check([first, again]) == []
     erased = sent("(*U61\r:$\r", initialised=False)
-    assert [d.message for d in product("if2").check([first, erased])] == [
-        "no sequence is stored that could be run again"
-    ]
+    assert [d.message for d in product("if2").check([first, erased])] == ["no stored sequence to run again"]
 
 
 WORDS = st.sampled_from(

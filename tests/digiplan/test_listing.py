@@ -127,7 +127,7 @@ def test_a_line_read_again_is_the_same_step(text):
 
 @pytest.mark.parametrize("text", [">3<10^100X500@9000S1", "D5>4", "B-7XB"])
 def test_a_direct_message_can_be_written_as_well(text):
-    """Speed to Acceleration rate: parameters that may not stand in a sequence."""
+    """Speed to Acceleration rate: parameters that is not allowed in a sequence."""
     (step,) = parse(text, COMMANDS).steps
     assert parse(typed(step), COMMANDS).steps == [step]
 

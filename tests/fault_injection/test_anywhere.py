@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.fault_injection import KINDS
-from axistwin.fault_injection.table import Sort
+from axistwin.fault_injection import KINDS, Sort
 
 PLACES = {
     "LINE": ("if1.serial", "motor.serial"),

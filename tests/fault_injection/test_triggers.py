@@ -2,10 +2,8 @@
 
 import pytest
 
-from axistwin import Bench
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin import Bench, play, recording
+from axistwin.conversations import parse, write
 from axistwin.errors import ProgramError, UsageError
 from axistwin.fault_injection import sentences
 
@@ -123,7 +121,7 @@ def test_what_waits_can_be_called_off(bench):
     ("words_", "message"),
     [
         ("los 3", "no fault 'los': did you mean 'lose'?"),
-        ("lose 3 4 5 6", "fault lose: '6' is neither its place nor one of its values"),
+        ("lose 3 4 5 6", "fault lose: '6' is not a place or a value of this fault"),
         ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
         ("lose speed=3", "fault lose has no parameter 'speed': it takes count, probability, way"),
         ("stuck input1", "fault stuck: level is missing: expected high or low"),
@@ -133,11 +131,11 @@ def test_what_waits_can_be_called_off(bench):
         ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
         ("jam X when='switch ends'", "no fault 'switch' here: there are none yet"),
         ("jam X when='if1 raises Be'", "if1 raises no flag 'Be': there are drive, emergency_stop, limit"),
-        ("jam X at=soon", "at='soon' is no number"),
+        ("jam X at=soon", "at='soon' is not a number"),
         ("jam X duration=-1", "duration=-1.0: expected seconds, 0 or more"),
         ("break duration=1", "fault break ends at once: leave out `duration`"),
         ("jam X nth=0", "nth=0: expected a whole number, 1 or more"),
-        ("overheat", "if1 is no motor: expected a SmartMotor"),
+        ("overheat", "if1 is not a motor: expected a SmartMotor"),
         ("jam 'X", "a quotation mark is missing"),
         ("lose count=1 count=2", "count is given twice"),
     ],

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from axistwin.links.comport import ComPort, Control, Purge, SetBreak, SetFlow, SetFormat, SetLines, Suspend
 from axistwin.links.telnet import escape
-from axistwin.sim.frames import LineError, UartFormat
+from axistwin.sim import LineError, UartFormat
 
 WILL, WONT, DO, DONT = (bytes((0xFF, verb)) for verb in (0xFB, 0xFC, 0xFD, 0xFE))
 BINARY, ECHO, SGA, STATUS, COM_PORT = (bytes((option,)) for option in (0, 1, 3, 5, 44))

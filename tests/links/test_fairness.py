@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.links.pacing import Pacer, slices
+from axistwin.links import Pacer
+from axistwin.links.pacing import slices
 from axistwin.links.pacing.slices import SLICE_S
 from axistwin.links.plug import CHUNK, FEW, FULL, INSTANT_CHUNK, Plug
 

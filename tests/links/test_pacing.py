@@ -4,9 +4,9 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.links.manual_pacer import ManualPacer
-from axistwin.links.pacing import BLOCK_S, Pacer, read_speed
-from axistwin.sim.clock import Clock
+from axistwin.links import ManualPacer, Pacer, read_speed
+from axistwin.links.pacing import BLOCK_S
+from axistwin.sim import Clock
 from axistwin.units import MOST_NS, MS, S
 
 from .fake_loop import Loop

@@ -11,7 +11,7 @@ import serial
 
 from axistwin.errors import LinkError
 from axistwin.links.plug import CHUNK, FULL
-from axistwin.sim.frames import UartFormat
+from axistwin.sim import UartFormat
 
 from .serving import HOST_TIMEOUT_S, dial, receive
 

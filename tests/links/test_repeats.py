@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.links.pacing import Pacer
+from axistwin.links import Pacer
 from axistwin.links.plug import Plug
-from axistwin.sessions.recorded_port import RecordedPort
-from axistwin.sim.frames import UartFormat
-from axistwin.sim.serial_port import Flow
+from axistwin.sessions import RecordedPort
+from axistwin.sim import Flow, UartFormat
 
 from ..sessions.test_recorded_port import perform
 from .fake_loop import Loop

@@ -7,8 +7,8 @@ import tty
 import pytest
 
 from axistwin.errors import LinkError
-from axistwin.links.serialdev import SerialDevice
-from axistwin.sim.frames import UartFormat
+from axistwin.links import SerialDevice
+from axistwin.sim import UartFormat
 
 from .serving import Served, dial, receive
 

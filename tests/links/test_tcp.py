@@ -8,8 +8,7 @@ import pytest
 from axistwin.errors import LinkError, UsageError
 from axistwin.links.plug import CHUNK, FULL
 from axistwin.links.tcp import STALLED
-from axistwin.sim.frames import LineError
-from axistwin.sim.serial_port import Flow
+from axistwin.sim import Flow, LineError
 
 from .serving import Served, ask, dial, receive
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.motion.profile import MOST_BLOCK, Profile, Segment
+from axistwin.motion import Profile, Segment
+from axistwin.motion.profile import MOST_BLOCK
 
 S = 10**9
 

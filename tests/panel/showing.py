@@ -11,9 +11,8 @@ from nicegui import Client
 from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.panel import Common, Look, People
-from axistwin.sessions.session import Session
 
 
 def bench_of(*models, **options):

@@ -5,9 +5,9 @@ import gc
 import weakref
 from functools import partial
 
+from axistwin import Session
 from axistwin.panel import AT_A_TIME, Common, Look, Memory, People, release
 from axistwin.panel.page import Visits, page, views
-from axistwin.sessions.session import Session
 
 from .showing import bench_of, show, stage
 

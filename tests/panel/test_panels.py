@@ -4,9 +4,8 @@ import asyncio
 
 import httpx
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.panel import Address, Panel
-from axistwin.sessions.session import Session
 
 from .showing import stage
 

@@ -3,10 +3,10 @@
 import asyncio
 from functools import partial
 
+from axistwin import Session
 from axistwin.panel import Common, Look, People, people
 from axistwin.panel import page as page_module
 from axistwin.panel.page import Visits, page
-from axistwin.sessions.session import Session
 
 from .showing import bench_of, stage
 

@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from axistwin import Bench
+from axistwin import Bench, tracing
 from axistwin.errors import UsageError
 from axistwin.panel.scope import (
     AUTO,
@@ -33,9 +33,7 @@ from axistwin.panel.scope import (
     searched,
     value_at,
 )
-from axistwin.traces.reading import read
-from axistwin.traces.signals import COUNT, LEVEL
-from axistwin.traces.trace import tracing
+from axistwin.traces import COUNT, LEVEL, read
 from axistwin.units import MS, S
 
 SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says")

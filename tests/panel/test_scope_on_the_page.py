@@ -4,10 +4,10 @@ import json
 
 import pytest
 
+from axistwin import Session
 from axistwin.panel import Common, Look, People
 from axistwin.panel.scope import Screen
 from axistwin.panel.views.scope import Scopes, scope
-from axistwin.sessions.session import Session
 from axistwin.units import S
 
 from .showing import bench_of, show, show_to

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 from nicegui.elements.scene import Scene
 
-from axistwin.motion.profile import Profile, Segment
+from axistwin.motion import Profile, Segment
 from axistwin.panel.drawings.table import PIECE, PIECES
 from axistwin.panel.views.machines import machines
 

@@ -2,10 +2,9 @@
 
 import re
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.bench import endpoints
 from axistwin.panel import KEPT, Printer, Talk
-from axistwin.sessions.session import Session
 
 COLOURS = re.compile(r"\x1b\[\d*m")
 

@@ -1,7 +1,7 @@
 """Terminals on the page: switches, sliders, the joystick, control lines; all acts pass through the session."""
 
 from axistwin.panel.views.pins import pins
-from axistwin.sim.pins import connect
+from axistwin.sim import connect
 
 from .showing import bench_of, show
 

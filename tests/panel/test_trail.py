@@ -5,10 +5,9 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin import Bench
-from axistwin.motion.profile import Profile, Segment
+from axistwin import Bench, Session
+from axistwin.motion import Profile, Segment
 from axistwin.panel.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
-from axistwin.sessions.session import Session
 
 TRAVEL = {"limits": (-1000, 9000)}
 HALF = Fraction(1, 2)
@@ -34,32 +33,32 @@ def trail_of(controller):
     return Trail(controller, ("X", "Y"))
 
 
-def square(bench, go, look=lambda: None):
+def square(bench, go, update=lambda: None):
     """Move 100 along X, 50 along Y, and back along X, with an update after each."""
     for axis, rate, direction in (("X", 100, +1), ("Y", 50, +1), ("X", 100, -1)):
         go(axis, (rate, Fraction(1)), direction=direction)
         bench.run(1.5)
-        look()
+        update()
 
 
 CORNERS = [(0, 0), (100, 0), (100, 50), (0, 50)]
 
 
-def test_a_path_of_strokes_has_their_ends_as_corners_however_often_one_looks(moving):
+def test_a_path_of_moves_has_their_ends_as_corners_after_any_number_of_updates(moving):
     bench, controller, go = moving
     once, often = trail_of(controller), trail_of(controller)
-    square(bench, go, look=often.look)
-    once.look()
+    square(bench, go, update=often.update)
+    once.update()
     assert list(once.points) == list(often.points) == CORNERS
 
 
-def test_in_the_middle_of_a_stroke_it_ends_where_the_table_is(moving):
+def test_in_the_middle_of_a_move_the_path_ends_at_the_table(moving):
     bench, controller, go = moving
     trail = trail_of(controller)
     go("X", (100, Fraction(1)))
     for _ in range(5):
         bench.run(0.1)
-        trail.look()
+        trail.update()
     assert list(trail.points) == [(0, 0), (50, 0)]
     assert trail.here == (50, 0)
 
@@ -70,7 +69,7 @@ def test_two_axes_at_one_rate_make_a_straight_line(moving):
     go("X", (160, Fraction(1)))
     go("Y", (80, Fraction(1)), direction=-1)
     bench.run(2)
-    trail.look()
+    trail.update()
     assert list(trail.points) == [(0, 0), (160, -80)]
 
 
@@ -81,7 +80,7 @@ def test_a_ramp_of_one_of_them_makes_a_curve(moving):
     go("X", (80, Fraction(1)))
     go("Y", (40, HALF), (120, HALF))
     bench.run(2)
-    trail.look()
+    trail.update()
     assert list(trail.points) == [(0, 0), (40, 20), (80, 80)]
 
 
@@ -90,22 +89,22 @@ def test_a_motor_that_loses_pulses_stays_behind(moving):
     trail = trail_of(controller)
     go("X", (100, Fraction(1)))
     bench.run(1.5)
-    trail.look()
+    trail.update()
     controller.axes["Y"].jam()
     go("Y", (100, Fraction(1)))
     bench.run(1.5)
-    trail.look()
+    trail.update()
     assert list(trail.points) == [(0, 0), (100, 0)]
 
 
-def test_of_many_strokes_only_the_latest_are_drawn(moving):
+def test_of_many_moves_only_the_latest_are_drawn(moving):
     bench, controller, go = moving
     trail = trail_of(controller)
     for number in range(MOST_MOVES + 50):
         go("X", (1000, Fraction(1, 100)))
         go("Y", (1000, Fraction(1, 100)), direction=+1 if number % 2 else -1)
         bench.run(0.02)
-    trail.look()
+    trail.update()
     x = controller.axes["X"].position
     assert trail.points[-1] == (x, 0)
     assert trail.points[0] == (x - 10 * MOST_MOVES, 0)
@@ -118,7 +117,7 @@ def test_it_is_bounded(moving):
     for number in range(POINTS + 100):
         go("XY"[number % 2], (1000, Fraction(1, 1000)))
         bench.run(0.002)
-        trail.look()
+        trail.update()
     assert len(trail.points) == POINTS
     assert trail.points[-1] == trail.here
     assert trail.begun == POINTS + 101

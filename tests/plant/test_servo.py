@@ -6,7 +6,7 @@ from math import inf, pi
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
+from axistwin.plant import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
 
 
 def test_the_data_sheets_are_those_of_such_motors():

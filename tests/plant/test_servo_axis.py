@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.plant.axes import servo_axis
-from axistwin.plant.counts import Samples
-from axistwin.plant.servo import FRAME23
-from axistwin.plant.servo_axis import FAR, ServoAxis
-from axistwin.plant.switches import PositionSwitch, in_series
-from axistwin.sim.clock import Clock
-from axistwin.sim.pins import UserPin
+from axistwin.plant import FRAME23, PositionSwitch, Samples, ServoAxis, in_series, servo_axis
+from axistwin.plant.servo_axis import FAR
+from axistwin.sim import Clock, UserPin
 
 MS = 10**6
 
@@ -30,9 +26,9 @@ class Motor:
         return min(self.axis.clock.now // MS, len(self.positions))
 
     def catch_up(self):
-        self.look()
+        self.refresh()
 
-    def look(self):
+    def refresh(self):
         first, self.told = self.told, self.now
         if self.told > first:
             part = self.positions[first : self.told]
@@ -130,7 +126,7 @@ def test_a_long_past_is_forgotten_and_that_is_told(clock):
         axis.catch_up()
     assert axis.forgotten
     assert len(axis.pulse_times(900 * MS)) == 101
-    with pytest.raises(UsageError, match=r"counts before 0.8 s are no longer kept.*history=40"):
+    with pytest.raises(UsageError, match=r"counts before 0.8 s are no longer stored.*history=40"):
         axis.pulse_times()
 
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from axistwin import Bench, Scene
+from axistwin import Bench, Scene, tracing
 from axistwin.cli import main
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
-from axistwin.traces.reading import read
-from axistwin.traces.trace import tracing
+from axistwin.traces import read
 
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
@@ -65,11 +64,11 @@ SIGNALS = b"axistwin.signals"
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda t: t.replace_schema_metadata(None), "the metadata have no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"{"}), "the metadata have no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"[" * 9999}), "the metadata have no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"[]"}), "the metadata have no list of signals"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "the metadata have no list of signals"),
+        (lambda t: t.replace_schema_metadata(None), "the metadata contain no list of signals"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b"{"}), "the metadata contain no list of signals"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b"[" * 9999}), "the metadata contain no list of signals"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b"[]"}), "the metadata contain no list of signals"),
+        (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "the metadata contain no list of signals"),
         (lambda t: t.drop_columns(["integer"]), "column integer is missing, expected int64"),
         (lambda t: t.drop_columns(["time_ns"]), "column time_ns is missing, expected int64"),
         (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "column time_ns has rows without a value"),

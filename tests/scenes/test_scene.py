@@ -148,7 +148,7 @@ WRONG = {
         "1:1: unknown key 'controler': did you mean 'controller'? (and 1",
     ),
     "no model": ("[[controller]]", "1:1: 'model' is missing: add model = …"),
-    "an unknown model": (controllers("if9"), "2:1: no model 'if9': choose one of if1, if2"),
+    "an unknown model": (controllers("if9"), "2:1: no model 'if9': expected one of if1, if2"),
     "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
     "a key like no other": (controllers("if1", more="zzz = 1"), "3:1: unknown key 'zzz': there are model, name, line"),
     "a line format": (
@@ -174,7 +174,10 @@ WRONG = {
         controllers("if1", more="axes.X.limits = [2, 1]"),
         "3:1: controller.axes.X.limits: expected the",
     ),
-    "a home switch": (controllers("if1", more="axes.X.home = [0, 9]"), "3:1: if1 has no home input: leave out `home`"),
+    "a home switch": (
+        controllers("if1", more="axes.X.home = [0, 9]"),
+        "3:1: if1 has no home input: expected no option `home`",
+    ),
     "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
     "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
     "two of a name": (controllers("if1", "if1"), "4:1: there is a controller 'if1' already: expected a name"),
@@ -236,7 +239,7 @@ WRONG = {
     ),
     "a motor without a number": (
         controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),
-        "3:1: controller.axes.X.motor: the torques of the curve are 0 N·m or more",
+        "3:1: controller.axes.X.motor: invalid torque curve: expected torques of 0 N·m or more",
     ),
     "a wire into an output": (
         controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
@@ -265,11 +268,11 @@ WRONG = {
     "an address twice": (
         controllers("if1", more="ports = ['tcp://:5001']\n")
         + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
-        "8:1: bus://localhost:5001 is used already as tcp://:5001: expected another port",
+        "8:1: bus://localhost:5001 is already in use as tcp://:5001: expected another port",
     ),
     "a link twice": (
         controllers("if1", more="ports = ['pty:/tmp/x', 'pty:/tmp/x']"),
-        "3:24: pty:/tmp/x is used already as pty:/tmp/x: expected another port",
+        "3:24: pty:/tmp/x is already in use as pty:/tmp/x: expected another port",
     ),
     "a board on a line": (
         controllers("1811", more="ports = ['tcp://:5001']"),

@@ -166,7 +166,7 @@ def test_a_master_on_another_axis(scene):
         ('[[fault]]\nkind = "lose"\nduration = inf\n', "5:1: duration=inf: expected seconds, 0 or more"),
         ('[[fault]]\nkind = "push"\non = "X"\nduration = 1\ncounts = 3\n', "5:1: axis X has no encoder: add one with"),
         ('[[fault]]\nkind = "encoder_dead"\non = "X"\n', "5:1: axis X has no encoder: add one with"),
-        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is no motor: expected a SmartMotor"),
+        ('[[fault]]\nkind = "overheat"\n', "4:1: if1 is not a motor: expected a SmartMotor"),
         ('[[fault]]\nkind = "break"\nduration = 1\n', "5:1: fault break ends at once: leave out `duration`"),
         ('[[fault]]\nkind = "lose"\nname = "a"\n' * 2, "8:1: there is a fault 'a' already: mend it, or choose another"),
         (SHAFT + "{ limit = [0, 1] }", "5:16: axis shaft has no option 'limit': it takes limits, motor, load"),

@@ -6,9 +6,7 @@ from collections.abc import Awaitable, Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
-from axistwin import Bench
-from axistwin.sessions.session import Session
-from axistwin.traces.trace import tracing
+from axistwin import Bench, Session, tracing
 
 TURN_S = 1e-6
 """What a turn of the loop takes at least."""

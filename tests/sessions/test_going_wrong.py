@@ -4,8 +4,7 @@ import asyncio
 
 import pytest
 
-from axistwin import Scene
-from axistwin.sessions.session import Session
+from axistwin import Scene, Session
 
 from .driving import drive
 

@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.bench.acts import Do, Say
-from axistwin.sessions.journal import Cursor, Journal, Moment
+from axistwin.bench import Do, Say
+from axistwin.sessions import Cursor, Journal, Moment
 from axistwin.units import MS
 
 POLL = Say(b"R\r", controller="if1")

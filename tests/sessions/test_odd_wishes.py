@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.cli.main import axistwin
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.sessions.session import Session
 
 from .driving import Traced, drive, rows
 
@@ -75,7 +74,7 @@ def test_a_fault_begun_together_with_something_else_is_mended_by_its_name_later(
     drive(main())
 
 
-@pytest.mark.parametrize(("said", "why"), [(b"", "a command is wanted"), (b"\x84" * 17, "at most 16 bytes")])
+@pytest.mark.parametrize(("said", "why"), [(b"", "the command is missing"), (b"\x84" * 17, "at most 16 bytes")])
 def test_to_a_board_only_commands_are_said(said, why):
     session = Session(two)
     with pytest.raises(AxistwinError, match=why):

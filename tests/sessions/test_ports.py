@@ -2,9 +2,9 @@
 
 import asyncio
 
-from axistwin import Bench
-from axistwin.links.urls import parse
-from axistwin.sessions.session import DRAIN_EVERY, Session
+from axistwin import Bench, Session
+from axistwin.links import parse
+from axistwin.sessions import DRAIN_EVERY
 
 HOST_TIMEOUT_S = 10
 

@@ -14,10 +14,9 @@ from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.cli.main import axistwin
 from axistwin.errors import AxistwinError
-from axistwin.sessions.session import Session
 
 from .driving import Traced, do_all, drive, rows, upto
 

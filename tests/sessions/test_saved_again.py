@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from axistwin import Bench, Scene
+from axistwin import Bench, Scene, Session
 from axistwin.cli.main import axistwin
 from axistwin.scenes.hosting import rank_of
-from axistwin.sessions.session import Session
 
 from .driving import Traced, drive, rows
 

@@ -6,11 +6,9 @@ import logging
 
 import pytest
 
-from axistwin import Bench
+from axistwin import Bench, Session
 from axistwin.errors import ProgramError, UsageError
-from axistwin.sessions.session import Session
-from axistwin.sim.frames import UartFormat
-from axistwin.sim.serial_port import Flow
+from axistwin.sim import Flow, UartFormat
 from axistwin.units import MS
 
 from .driving import drive, until

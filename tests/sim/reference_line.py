@@ -6,7 +6,7 @@ It is slow and simple; `axistwin.sim.serial` must give the same characters at th
 from dataclasses import dataclass
 from fractions import Fraction
 
-from axistwin.sim.frames import LineError
+from axistwin.sim import LineError
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,7 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sim.clock import Clock
-from axistwin.sim.pins import Pin, UserPin, connect
+from axistwin.sim import Clock, Pin, UserPin, connect
 
 
 @pytest.fixture

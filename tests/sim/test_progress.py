@@ -1,6 +1,6 @@
 """Who is told that a line of a program begins."""
 
-from axistwin.sim.progress import Progress
+from axistwin.sim import Progress
 
 
 def test_everybody_is_told_what_he_wants_to_know():

@@ -3,8 +3,7 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.sim.clock import Clock
-from axistwin.sim.registers import DATA, NOBODY_DRIVES, RegisterPort
+from axistwin.sim import DATA, NOBODY_DRIVES, Clock, RegisterPort
 
 
 @pytest.fixture

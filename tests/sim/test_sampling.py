@@ -5,11 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.errors import UsageError
-from axistwin.sim.clock import Clock
-from axistwin.sim.frames import FASTEST_BAUD, Break, UartFormat
-from axistwin.sim.levels import Levels, Space
-from axistwin.sim.serial import MANY, Uart
-from axistwin.sim.wirings import Pair, join
+from axistwin.sim import FASTEST_BAUD, Break, Clock, Levels, Pair, Space, Uart, UartFormat, join
+from axistwin.sim.serial import MANY
 
 from . import reference_line as reference
 

@@ -9,7 +9,7 @@ from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_la
 from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
 from axistwin.controllers.smartmotor.kernel.trajectory import next_velocity
 from axistwin.controllers.smartmotor.language.program import Program
-from axistwin.plant.servo import ServoLoad
+from axistwin.plant import ServoLoad
 
 from .talking import SAMPLE_S
 

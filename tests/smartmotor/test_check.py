@@ -76,26 +76,26 @@ WRONG = {
     "KGON": "1:1 error: KGON has been removed in 4.76: KG acts whenever it is not 0, KG=0 F switches it off",
     "MFRATIO": "1:1 error: MFRATIO has been removed in 4.76: set the ratio with MFMUL= and MFDIV=, then MFR",
     # words of Class 5
-    "PT=100": "1:1 error: PT= is a word of Class 5, which sets Bs here: 4.76 has P=100",
-    "PRT=a+1": "1:1 error: PRT= is a word of Class 5, which sets Bs here: 4.76 has D=a+1",
+    "PT=100": "1:1 error: PT= is a word of Class 5, which sets Bs here: 4.76 uses P=100",
+    "PRT=a+1": "1:1 error: PRT= is a word of Class 5, which sets Bs here: 4.76 uses D=a+1",
     "VT=5": (
-        "1:1 error: VT= is a word of Class 5, which sets Bs here: 4.76 has V=5 "
+        "1:1 error: VT= is a word of Class 5, which sets Bs here: 4.76 uses V=5 "
         "(its number is for 8000 samples/s, here there are 4069)"
     ),
     "DT=5": (
-        "1:1 error: DT= is a word of Class 5, which sets Bs here: 4.76 has A=5 "
+        "1:1 error: DT= is a word of Class 5, which sets Bs here: 4.76 uses A=5 "
         "(one acceleration for both ramps; its number is for 8000 samples/s, here there are 4069)"
     ),
-    "EIGN(2)": "1:1 error: EIGN(2) is a word of Class 5, which sets Bs here: 4.76 has UCI",
-    "EIGN(W,0)": "1:1 error: EIGN(W,0) is a word of Class 5, which sets Bs here: 4.76 has UCI UDI",
-    "MV(1)": "1:1 error: MV(1) is a word of Class 5, which sets Bs here: 4.76 has MV",
+    "EIGN(2)": "1:1 error: EIGN(2) is a word of Class 5, which sets Bs here: 4.76 uses UCI",
+    "EIGN(W,0)": "1:1 error: EIGN(W,0) is a word of Class 5, which sets Bs here: 4.76 uses UCI UDI",
+    "MV(1)": "1:1 error: MV(1) is a word of Class 5, which sets Bs here: 4.76 uses MV",
     "OUT(1)=a": (
-        "1:1 error: OUT(1)= is a word of Class 5, which sets Bs here: 4.76 has UB=a (UBO makes the pin an output)"
+        "1:1 error: OUT(1)= is a word of Class 5, which sets Bs here: 4.76 uses UB=a (UBO makes the pin an output)"
     ),
-    "a=PA": "1:3 error: PA is a word of Class 5, which sets Bs here: 4.76 has @P",
+    "a=PA": "1:3 error: PA is a word of Class 5, which sets Bs here: 4.76 uses @P",
     # blocks
     "IF a": "1:1 error: IF: ENDIF is missing",
-    "a=1 LOOP": "1:5 error: LOOP: there is no WHILE before it",
+    "a=1 LOOP": "1:5 error: LOOP: no WHILE before this statement",
     # values
     "E=40000": "1:3 error: 40000 is out of range: error 0…32000 counts",
     "F=256": "1:3 error: 256 is out of range: functions 0…255",
@@ -207,7 +207,7 @@ def test_the_program_that_a_host_loads():
 def test_a_command_that_is_never_ended():
     sent = tuple(Sent(byte, 1, column) for column, byte in enumerate(b"RP\rRV", 1))
     found = check([Session(sent)])
-    assert [(d.column, d.message) for d in found] == [(4, "this command is never ended: a space or <CR> is missing")]
+    assert [(d.column, d.message) for d in found] == [(4, "this command has no end: a space or <CR> is missing")]
 
 
 @pytest.mark.parametrize("text", ["PT=5", "ADT=5", "AT=5", "EL=5", "EIGN(0)", "EIGN(3)", "EILN", "EISM(6)", "EOBK(6)",

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.controllers.smartmotor.kernel import machine, state
-from axistwin.plant.servo import FRAME17
+from axistwin.plant import FRAME17
 
 from .rig import Rig
 from .scenarios import clock, points, start_cam, turn_through, turn_to

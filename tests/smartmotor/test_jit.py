@@ -67,7 +67,9 @@ def test_a_numba_that_does_not_work_is_told_in_one_line(afresh):
     assert jit.available()
     afresh.setitem(sys.modules, "numba", None)
     jit._numba.cache_clear()
-    with pytest.raises(UsageError, match=r"^numba cannot be loaded \(.*\): mend it, or set AXISTWIN_JIT=off$"):
+    with pytest.raises(
+        UsageError, match=r"^numba cannot be loaded \(.*\): repair the installation, or set AXISTWIN_JIT=off$"
+    ):
         jit.best(inner)
 
 

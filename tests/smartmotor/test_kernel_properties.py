@@ -25,7 +25,7 @@ MOST = 400
 
 def moving(mode, velocity, **values):
     """The kernel of an ideal motor in the middle of a move, at 0."""
-    motor = ReferenceMotor(Program("END"), values={"WATCH_INDEX": 0}, error_limit=2**31)
+    motor = ReferenceMotor(Program("END"), values={"OBSERVE_INDEX": 0}, error_limit=2**31)
     motor.runner.state = "stopped"
     motor.trajectory = Trajectory(mode, 0, velocity, **values)
     motor.flags["Bt"] = 1
@@ -113,7 +113,7 @@ def test_expressions_have_the_value_of_the_reference_or_none(random):
     ],
 )  # fmt: skip
 def test_both_give_up_where_they_should(text, flag):
-    motor = ReferenceMotor(Program(f"b={text}"), values={"WATCH_INDEX": 0})
+    motor = ReferenceMotor(Program(f"b={text}"), values={"OBSERVE_INDEX": 0})
     motor.memory["b"] = 5
     with pytest.raises(Abandoned) as reason:
         expression(text)(motor)

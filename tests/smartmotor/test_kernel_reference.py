@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.kernel import interpreter, jit, state
-from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
+from axistwin.plant import SERVO_MOTORS, ServoLoad
 
 from .reference import inventing
 from .reference.bridge import CALLS, POINTS, REASONS, Kernel, shown
@@ -42,7 +42,7 @@ def invented(random, text="END"):
     motor = ReferenceMotor(Program(text), data, load, random.random() < 0.8, random.choice([1, 1, 2, 5]))
     motor.runner.left = motor.per_sample
     motor.values |= {name: random.choice([0, 1, -1, random.randint(-(2**31), 2**31 - 1)]) for name in PARAMETERS}
-    motor.values |= {f"U{pin}A": random.randrange(1024) for pin in "ABCDEFG"} | {"WATCH_INDEX": random.randrange(2)}
+    motor.values |= {f"U{pin}A": random.randrange(1024) for pin in "ABCDEFG"} | {"OBSERVE_INDEX": random.randrange(2)}
     motor.sample_number, motor.clock_zero = random.choice([0, random.randrange(2**40)]), random.randrange(1000)
     motor.machine.shaft = random.randint(-5000, 5000)
     index = motor.index

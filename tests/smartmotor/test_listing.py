@@ -6,10 +6,9 @@ from random import Random
 
 import pytest
 
-from axistwin import Bench
+from axistwin import Bench, tracing
 from axistwin.bench import Controller
 from axistwin.controllers.smartmotor.kernel import state
-from axistwin.traces.trace import tracing
 
 from .reference.inventing import program as invented
 from .talking import SAMPLE_NS, advance, ask, load, ready, send, wired

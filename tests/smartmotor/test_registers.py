@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin import Bench
-from axistwin.traces.trace import tracing
+from axistwin import Bench, tracing
 
 from .talking import ready, send
 

@@ -66,7 +66,7 @@ def test_a_list_may_have_more_characters_than_a_command(bench, motor):
 
 
 def test_a_list_without_its_period_is_no_list(bench, motor):
-    """The line's end and a word that is no number end it; nothing is stored, and nothing after it is lost."""
+    """The line's end and a word that is not a number end it; nothing is stored, and nothing after it is lost."""
     assert send(bench, motor, "aw[0] 1 2\rRaw[0] RBs") == b"0\r1\r"
     assert send(bench, motor, "ZS aw[0] 1 2 a=7 Ra Raw[0] RBs") == b"7\r0\r1\r"
 

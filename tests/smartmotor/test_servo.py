@@ -7,7 +7,7 @@ import pytest
 
 from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
 from axistwin.errors import UsageError
-from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
+from axistwin.plant import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 
 from .rig import Rig, tune
 from .talking import SAMPLE_S

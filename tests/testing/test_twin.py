@@ -7,8 +7,8 @@ import pytest
 import serial
 
 import axistwin
-from axistwin.conversations.conversation import load
-from axistwin.conversations.player import play
+from axistwin import play
+from axistwin.conversations import load
 from axistwin.errors import LinkError, UsageError
 
 HOST_TIMEOUT_S = 20

@@ -293,7 +293,7 @@ def test_a_full_disk_ends_the_trace_and_nothing_else(tmp_path, monkeypatch, kind
 def test_no_room_at_all(tmp_path, monkeypatch):
     Disk(0, monkeypatch)
     told = []
-    with tracing(workshop(), tmp_path / "a.csv", tell=told.append) as trace:
+    with tracing(workshop(), tmp_path / "a.csv", report=told.append) as trace:
         trace.catch_up()
     assert told == ["the trace a.csv ends here, at 0.000000 s: No space left on device"]
 
@@ -351,7 +351,7 @@ def test_what_is_no_trace(tmp_path, name, data):
         ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "not a change of a signal"),
         ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "not a change of a signal"),
         ("csv", "# end_ns: ", "# end_ns: x", "is not a time in ns"),
-        ("csv", "if1.input1", "if1.\udce4", "no text in UTF-8"),
+        ("csv", "if1.input1", "if1.\udce4", "not a text in UTF-8"),
         ("vcd", "\n#0\n", "\n#abc\n", "is not a time in ns"),
         ("vcd", "\n#0\n", "\n#99999999999999999999\n", "is not a time in ns"),
         ("vcd", "$timescale 1 ns", "$timescale 10 ps", "the time scale is 10 ps"),

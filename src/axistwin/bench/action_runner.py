@@ -1,4 +1,4 @@
-"""Performs the actions of a conversation on a bench: data from a host, and actions of people after `!`.
+"""Performs the actions of a conversation on a bench: data from a host, and actions of persons after `!`.
 
 On a bus, `>` sends whole commands through an attendant: a host that does the handshakes and takes the messages.  The
 attendant stops when the registers are accessed directly (`! write 0 33 00`), as a board has one host at a time.
@@ -20,7 +20,7 @@ Load = Callable[[str, str], Callable[[], object]]
 
 def no_programs(who: str, file: str) -> Callable[[], object]:
     """Refuse to load a program.  Raises UsageError."""
-    raise UsageError(f"{file} cannot be loaded into {who} here: expected a scene that loads it")
+    raise UsageError(f"{file} cannot be loaded into {who} here: expected a scene that loads the file")
 
 
 class ActionRunner:

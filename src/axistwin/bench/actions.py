@@ -1,7 +1,6 @@
-"""Actions on a controller, and questions to it, by the names that conversations use.
-
-They concern pins and axes; of a SmartMotor also voltages, ambient temperature and external encoder (`master`); and the
-host's end of a line, which leads to one controller or is shared by several motors.
+"""Actions on a controller, and queries of its values, by the names of conversations.  Actions and queries concern
+pins, axes and the host's end of a line, which one controller or several motors use.  A SmartMotor also has voltages,
+an ambient temperature and an external encoder (`master`).
 """
 
 import re
@@ -232,14 +231,14 @@ def _motor_action(controller: Controller, target: str, value: str) -> Callable[[
 
 
 def _sitting(controller: Controller, sits: re.Match[str]) -> Callable[[], object]:
-    """`master on table.X times 3/2`: it is put on the shaft of an axis."""
+    """Return the action `master on table.X times 3/2`: the encoder is mounted on an axis."""
     assert controller.bench is not None, "a controller that is talked to stands on a bench"
     name, _, axis = sits["axis"].rpartition(".")
     if name not in controller.bench.controllers or axis not in controller.bench[name].axes:
-        raise ProgramError(f"no axis {sits['axis']!r} here: write the controller and its axis, like table.X")
+        raise ProgramError(f"no axis {sits['axis']!r} here: expected the controller and its axis, e.g. table.X")
     above, below = int(sits["above"] or 1), int(sits["below"] or 1)
     if below == 0:
-        raise ProgramError(f"{above}/0 is no ratio: write one like 3/2")
+        raise ProgramError(f"{above}/0 is not a ratio: expected e.g. 3/2")
     return partial(controller.master.follow, controller.bench[name].axes[axis], Fraction(above, below))
 
 
@@ -342,7 +341,7 @@ def agrees(value: Value, wanted: str) -> bool:
     if isinstance(value, bool):
         return value is _level(wanted)
     number = _number(wanted)
-    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any value has
+    with localcontext(prec=3 * MOST_CHARACTERS):  # more digits than any value
         return round(Decimal(value), _decimals(number)) == number
 
 
@@ -372,7 +371,7 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
     """Return a duration in seconds that a bench can run."""
     seconds = _real(text)
     if above_zero and seconds <= 0:
-        raise ProgramError(f"{text} is not above zero")
+        raise ProgramError(f"{text} is out of range: expected a number above zero")
     try:
         to_ns(seconds)
     except UsageError as error:
@@ -389,18 +388,18 @@ def _count(text: str, most: int = MOST_COUNTS) -> int:
 
 
 def _number(text: str) -> Decimal:
-    with _told():
+    with _placing_errors():
         return decimal(text)
 
 
 def _real(text: str) -> float:
-    with _told():
+    with _placing_errors():
         return real(text)
 
 
 @contextmanager
-def _told() -> Iterator[None]:
-    """Turn an error in a number into an error in its line."""
+def _placing_errors() -> Iterator[None]:
+    """Turn an error in a number into an error in the number's line."""
     try:
         yield
     except NumberError as error:

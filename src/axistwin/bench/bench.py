@@ -94,10 +94,10 @@ class Bench:
         return self[name].serial
 
     def when(self, sentence: str, happens: Callable[[], None], here: str = "") -> Callable[[], object]:
-        """Call `happens` each time an event occurs, in that nanosecond: "table.X passes 1000", "motor raises Be".
+        """Call `happens` at each occurrence of an event, in that nanosecond: "table.X passes 1000", "motor raises Be".
 
-        The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its name.
-        Return an unsubscribe function.  Raises UsageError for an invalid sentence.
+        The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its
+        name.  Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
         from axistwin.fault_injection import triggers  # lazy import: most benches have no triggers
 
@@ -159,7 +159,7 @@ class Bench:
         if type(history) is not int or history < 2:
             raise UsageError(f"history={history!r}: expected a number of moves, 2 or more")
         if line is not None and made.line is None:
-            raise UsageError(f"{made.model} has no serial port: leave out `line`")
+            raise UsageError(f"{made.model} has no serial port: expected no option `line`")
         axes = {axis: made.make_axis(self.clock, axis, given, history) for axis, given in for_axes.items()}
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
@@ -197,12 +197,14 @@ class Bench:
     ) -> SerialPort:
         """Connect one channel of each motor to a shared line."""
         if not motors:
-            raise UsageError(f"{kind}() joins motors: name at least one")
+            raise UsageError(f"{kind}() joins motors: expected at least one")
         for motor in motors:
             if self.controllers.get(motor.name) is not motor:
-                raise UsageError(f"{motor.name} is not on this bench: {kind}() joins motors of one bench")
+                raise UsageError(f"{motor.name} is not on this bench: expected motors of one bench")
             if channel in motor._lines or motors.count(motor) > 1:
-                raise UsageError(f"{motor.name} is on {motor._lines.get(channel, 'this line')!r} already: name it once")
+                raise UsageError(
+                    f"{motor.name} is on {motor._lines.get(channel, 'this line')!r} already: expected each motor once"
+                )
         name = name or self._free_name(kind)
         self._check_name(name)
         plug = motors[0]._plug

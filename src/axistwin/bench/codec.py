@@ -114,7 +114,7 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
         return _MEANT[escape["letter"]]
     except KeyError:
         raise ProgramError(
-            rf"{escape.group()} means nothing: there are \r, \n, \\ and \xNN (two hex digits)",
+            rf"{escape.group()} is not an escape sequence: expected \r, \n, \\ and \xNN (two hex digits)",
             column=at + 1,
             code=rules.NO_ESCAPE.code,
             width=len(escape.group()),

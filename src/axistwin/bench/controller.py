@@ -56,21 +56,23 @@ class Controller:
 
     @property
     def serial(self) -> SerialPort:
-        """The host's end of its serial port.  Raises UsageError if it has no port of its own."""
+        """The host's end of the serial port.  Raises UsageError if the controller has no port of its own."""
         if self._plug is None:
             raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
         if "serial" in self._lines:
             raise UsageError(
-                f"{self.name} is in the daisy chain {self._lines['serial']!r}: talk to the port that `chain` returned"
+                f"{self.name} is in the daisy chain {self._lines['serial']!r}: use the port that `chain` returned"
             )
         return self._plug.port
 
     @property
     def rs485(self) -> SerialPort:
-        """The host's end of its second channel, a pair of wires.  Raises UsageError if it has no such channel."""
+        """The host's end of the second channel, a pair of wires.  Raises UsageError if the controller has no such
+        channel.
+        """
         if "rs485" in self._lines:
             raise UsageError(
-                f"{self.name} is on the shared line {self._lines['rs485']!r}: talk to the port that `rs485` returned"
+                f"{self.name} is on the shared line {self._lines['rs485']!r}: use the port that `rs485` returned"
             )
         if self._second is None:
             raise UsageError(f"{self.name} has no second serial channel: that is for SmartMotors")
@@ -79,7 +81,7 @@ class Controller:
 
     @property
     def bus(self) -> RegisterPort:
-        """Its registers as the host accesses them on the bus.  Raises UsageError if it has no registers."""
+        """The registers as the host accesses them on the bus.  Raises UsageError if the controller has no registers."""
         if self._abilities.bus is None:
             raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
         return self._abilities.bus
@@ -94,7 +96,7 @@ class Controller:
 
     @cached_property
     def terminals(self) -> Mapping[str, Pin]:
-        """All terminals with a level: its pins, the control lines at its plug, its interrupt on the bus."""
+        """All terminals with a level: pins, control lines at the plug, the interrupt on the bus."""
         if self._abilities.bus is not None:
             return {**self.pins, "interrupt": self._abilities.bus.interrupt_line}
         if self._abilities.handshake is None:
@@ -117,15 +119,15 @@ class Controller:
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
         """Call `follower` with all changes of these registers, also when the controller computes ahead of the clock.
 
-        Changes may be reported with delay.  Return an unsubscribe function; None: the registers change only at events,
-        and can be read then.
+        Changes may be reported with delay.  Return an unsubscribe function; None: the registers change only at
+        events, when they can be read.
         """
         follow = self._abilities.follow
         return None if follow is None else follow(names, follower)
 
     @property
     def programs(self) -> Mapping[str, Listing]:
-        """Its stored programs or sequences by name, each with the line that is running now."""
+        """Stored programs or sequences by name, each with the line that is running now."""
         return self._abilities.programs()
 
     def subscribe_lines(self, watcher: LineWatcher, only: Line | None = None) -> Callable[[], None]:
@@ -138,7 +140,7 @@ class Controller:
 
     @property
     def ambient(self) -> float:
-        """Temperature around its motor, in °C.  Raises UsageError if it is no SmartMotor."""
+        """Temperature around the motor, in °C.  Raises UsageError for other controllers than a SmartMotor."""
         return self._motor("is no motor and has no `ambient`").ambient
 
     @ambient.setter
@@ -147,12 +149,12 @@ class Controller:
 
     @property
     def master(self) -> Master:
-        """The external encoder wired to its pins A and B.  Raises UsageError if it has no such input."""
+        """The external encoder wired to pins A and B.  Raises UsageError if the controller has no such input."""
         return self._motor("is no motor and has no `master`").master
 
     @property
     def hint(self) -> str:
-        """A status hint: why the controller does not move, and the remedy, in one line; empty if there is none."""
+        """A status hint: why the controller does not move, and the remedy, in one line; empty if nothing is wrong."""
         return self._abilities.hint()
 
     def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
@@ -183,7 +185,7 @@ class Controller:
         self.power(True)
 
     def _switch(self, on: bool) -> None:
-        """Turn the switch.  Who turns it again because of what changes meanwhile does so when it has been turned."""
+        """Switch the power.  If subscribers switch the power again meanwhile, that change follows after this one."""
         self._turns.append(on)
         if len(self._turns) > 1:
             return

@@ -99,7 +99,7 @@ class ManualAction:
 
 @dataclass(frozen=True, slots=True)
 class SettingChanged:
-    """The host's end of a line has been set up otherwise: `! act value` does it in a conversation."""
+    """The host's end of a line has new settings; `! act value` makes the change in a conversation."""
 
     time_ns: int
     controller: str

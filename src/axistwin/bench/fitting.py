@@ -66,7 +66,7 @@ def fit_switches(
             plus.append(PositionSwitch(axis, None, last))
         if options[name].get("home") is not None:
             if made.home_pin is None:
-                raise UsageError(f"{made.model} has no home input: leave out `home` of axis {name}")
+                raise UsageError(f"{made.model} has no home input: expected no option `home` of axis {name}")
             in_series([PositionSwitch(axis, *options[name]["home"])], device.pins[made.home_pin])
     if made.limit_pins and minus:
         in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)

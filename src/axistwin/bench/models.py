@@ -19,7 +19,7 @@ def product(model: str) -> Product:
     try:
         family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}")
     except KeyError:
-        raise UsageError(f"no model {model!r}: choose one of {', '.join(FAMILIES)}") from None
+        raise UsageError(f"no model {model!r}: expected one of {', '.join(FAMILIES)}") from None
     found: Product = family.PRODUCTS[model.lower()]
     return found
 

@@ -28,7 +28,7 @@ def read_options(options: Iterable[str]) -> dict[str, Any]:
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise UsageError(f"--option {option}: {part} has a value already")
+                raise UsageError(f"--option {option}: {part} already has a value")
         place[last] = _value(text)
     return found
 

@@ -52,7 +52,7 @@ RULES = (
     ),
     MISSING_KEY := Rule(
         "SC103", "a key is missing", E, SCENES,
-        "This table needs the key.",
+        "The key is required in this table.",
         '[[controller]]\nname = "left"', ".toml",
     ),
     VALUE := Rule(

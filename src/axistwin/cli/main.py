@@ -19,7 +19,7 @@ from axistwin.version import VERSION
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its name, the folder of its module (whose attribute of that name it is), its summary."""
+    """A command: name, folder of its module (the function has the name of the command), summary."""
 
     name: str
     folder: str

@@ -1,1 +1,1 @@
-"""Ring 4: one package per family; families do not import one another."""
+"""One package per controller family; families do not import one another."""

@@ -77,7 +77,7 @@ class Diagnostic:
     code: str = ""
     end_line: int = 0
     end_column: int = 0
-    """The column after the last one concerned; 0: only the beginning is known."""
+    """Column after the diagnosed text; 0: only the beginning is known."""
     fix: Fix | None = field(default=None, compare=False)
 
     @property
@@ -107,7 +107,7 @@ def diagnose(
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
-    """Return the edit that replaces these characters; none if they are not all on one line."""
+    """Return the edit that replaces these characters, or None if they are not all on one line."""
     first, last = characters[0], characters[-1]
     if first.line != last.line:
         return ()
@@ -126,7 +126,7 @@ def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
 
 
 def fixing(title: str, edits: Iterable[Edit], sure: bool = True) -> Fix | None:
-    """Return a fix; None if there are no edits."""
+    """Return a fix, or None if there are no edits."""
     listed = tuple(edits)
     return Fix(title, listed, sure) if listed else None
 

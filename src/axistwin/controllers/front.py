@@ -1,7 +1,6 @@
 """The front panel of a controller as data: lamps, words and readings, in groups.
 
-A display finds the level of a terminal or the value of a register by name, and needs no other knowledge of the
-controller.
+A display reads terminals and registers by name, and depends on nothing else in the controller.
 """
 
 from collections.abc import Iterator, Mapping

@@ -39,13 +39,13 @@ class Register:
 
     read: Callable[[], int | str]
     also: tuple[str, ...] = ()
-    """Other names, such as the command that reports it."""
+    """Other names, such as the command that reports the register."""
     text: bool = False
     """True for a text, False for a number."""
     costly: bool = False
-    """True if it is expensive to record; it is then recorded only on request by its full name."""
+    """True for a register that is expensive to record, and is recorded only by its full name."""
     restless: bool = False
-    """True if it changes between events, so that it can be read but not followed."""
+    """True for a register that changes between events, and can be read but not followed."""
 
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
@@ -95,7 +95,7 @@ class Abilities:
     rs485: Uart | None = None
     """A second serial channel, on a pair of wires."""
     bus: RegisterPort | None = None
-    """Its two registers, if it is in a slot of a bus."""
+    """The two registers of a board on a bus."""
     alarms: Alarms | None = None
     """Subscriptions to its fault flags."""
     registers: Callable[[], Mapping[str, Register]] = dict
@@ -113,13 +113,13 @@ class Abilities:
     The callback may read the bench but must not change it.  Returns an unsubscribe function.
     """
     hint: Callable[[], str] = lambda: ""
-    """Returns a status hint in one line: why it does not move, and the remedy; empty if there is none."""
+    """Returns a status hint in one line: why the device does not move, and the remedy; empty if the device can move."""
     subscribe_hint: Callable[[Callable[[str], None]], Callable[[], None]] = lambda watcher: lambda: None
     """Calls `watcher(line)` when there is a new hint.  Returns an unsubscribe function."""
     busy: Callable[[], bool] = lambda: False
-    """Returns True while it works on a host's request; new requests may have to wait."""
+    """Returns True while the device works on a host's request; new requests may have to wait."""
     procedures: Callable[[], Sequence[Process]] = tuple
-    """Returns its procedures in progress: its power cannot go off in the middle of a procedure's step."""
+    """Returns the procedures in progress: the power cannot go off within a step of a procedure."""
 
 
 class Device(Protocol):
@@ -127,11 +127,11 @@ class Device(Protocol):
 
     @property
     def pins(self) -> dict[str, Pin]:
-        """Its terminals by name."""
+        """Terminals of the controller, by name."""
 
     @property
     def abilities(self) -> Abilities:
-        """Its optional parts."""
+        """Optional abilities of the device."""
 
     def power(self, on: bool) -> None:
         """Switch the power on or off."""
@@ -166,7 +166,7 @@ class Language(Protocol):
 
 
 class BusHost(Protocol):
-    """A host that sends commands to a board and takes its messages, with all handshakes."""
+    """Host program of a board: sends commands, receives messages, and does all handshakes."""
 
     @property
     def pending(self) -> int:
@@ -179,7 +179,7 @@ class BusHost(Protocol):
         """Call `callback` with each message.  Return an unsubscribe function."""
 
     def close(self) -> None:
-        """End all use of the registers."""
+        """Stop using the registers."""
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,7 @@ class Product:
     brake_pin: str | None = None
     """The pin that is high while the static brake must hold the shaft."""
     language: Language | None = None
-    """The text form of its commands, if they are not characters on a line."""
+    """Text form of commands, if the device does not use characters on a line."""
     note: Callable[[], str] = lambda: ""
     """Returns a hint about this installation in one line; usually empty."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
@@ -229,10 +229,10 @@ class Product:
     orders: Callable[[str], tuple[Order, ...]] = lambda program: ()
     """Returns the host's requests that run or stop a stored program; the argument is one of `programs`."""
     programs: tuple[str, ...] = ()
-    """Names of the programs that it can store; several names each end in a number."""
+    """Names of the programs that the device can store; several names each end in a number."""
     most_lines: int | None = None
     """Maximum number of lines in a program, if the manual specifies it."""
     attend: Callable[[RegisterPort], BusHost] | None = None
-    """Makes a host for its registers, if it is on a bus."""
+    """Makes a host for the registers of a board on a bus."""
     joystick: JoystickInputs | None = None
     front: tuple[Group, ...] = ()

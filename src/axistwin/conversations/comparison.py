@@ -83,9 +83,9 @@ class Comparison:
 
 
 def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIENCE_S) -> Comparison:
-    """Play a conversation to its end in spite of differences.
+    """Play a conversation to the end, even after differences.
 
-    Raises ProgramError if the conversation names something that the bench does not have.
+    Raises ProgramError if the bench lacks something that the conversation names.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
@@ -100,7 +100,8 @@ def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIEN
 def recorded_times(acts: Iterable[Act]) -> Iterator[int | None]:
     """Yield the recorded end time of each act; None where the recording does not give the time.
 
-    A `= clock` line after an answer gives the time.  After an answer without one, times are unknown until the next.
+    A `= clock` line after an answer gives the time.  After an answer without such a line, times are unknown until
+    the next one.
     """
     acts = tuple(acts)
     now_ns: int | None = 0
@@ -230,8 +231,8 @@ class _Comparer(Player):
     def _expect_line(self, act: Expect) -> None:
         """Find the next change of a control line to the expected level since the last act of the host.
 
-        A recording samples the lines only now and then, so it may have missed changes before that act.  A line that
-        already has the level is right, but the time of its change in the hardware is unknown.
+        A recording samples the lines at intervals, and may miss changes before that act.  If the line already has
+        the level, the line is right, but the time of the hardware's change is unknown.
         """
         name, wanted = self._endpoint(act), f"{act.subject} {act.value}"
         changes, deadline_ns = self._levels[name, act.subject], self._deadline_ns(act)

@@ -109,7 +109,7 @@ def load_text(path: Path) -> str:
     """Read a text file named by the user.  Raises UsageError if the file is missing, ProgramError if it is not text."""
     try:
         if path.exists() and not path.is_file():
-            raise UsageError(f"{path} cannot be read: it is not a file")
+            raise UsageError(f"{path} cannot be read: not a file")
         if path.stat().st_size > MOST_BYTES:
             raise UsageError(f"{path} cannot be read: the file is larger than {MOST_BYTES >> 20} MiB")
         return path.read_text(encoding="utf-8")

@@ -1,7 +1,7 @@
 """Play a conversation with the controllers on a bench, in virtual time, up to the first difference.
 
 Time passes only in `+`, and in `<` until its last character has been received.  So a `<` needs no time of its own,
-and a `= clock` after it checks the exact time.
+and a following `= clock` checks the exact time.
 """
 
 from collections.abc import Callable
@@ -68,7 +68,7 @@ Played = Callable[[], object]
 def play(conversation: Conversation, bench: Bench) -> Difference | None:
     """Play a conversation; return the first difference, or None.
 
-    Raises ProgramError, before anything is done, if the conversation names something that the bench does not have.
+    Raises ProgramError, before any act, if the bench lacks something that the conversation names.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:
@@ -122,12 +122,12 @@ class Player:
                 read_value: Callable[[], Value] = lambda: Decimal(self.bench.now) / S  # noqa: E731
                 if act.subject != "clock":
                     read_value = question(self._controller(act), act.subject)
-                agrees(read_value(), act.value)  # raises now if the expected value is impossible
+                agrees(read_value(), act.value)  # raises if the expected value is impossible
                 return lambda: self._expect(act, read_value())
         raise AssertionError(act)
 
     def _controller_name(self, act: Do) -> str:
-        """Return the name of the controller that the action concerns; a fault may name its controller itself."""
+        """Return the name of the controller of the action; a fault may name its controller itself."""
         if act.controller in self.received or (act.target in FAULT_ACTS and len(self.bench.controllers) != 1):
             return act.controller
         return self._controller(act).name
@@ -143,7 +143,7 @@ class Player:
         if act.controller:
             if act.controller not in self.received:
                 raise ProgramError(
-                    f"no controller {act.controller!r} to talk to: expected one of {', '.join(self.received)}"
+                    f"no controller {act.controller!r} on the bench: expected one of {', '.join(self.received)}"
                 )
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:

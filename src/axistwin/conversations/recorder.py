@@ -86,7 +86,7 @@ class Recorder:
         """Record an event."""
         match event:
             case Received():
-                self._heard(event)
+                self._received(event)
             case Sent():
                 self._record_act(
                     event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller))
@@ -105,7 +105,7 @@ class Recorder:
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
-        """Record the present value of something that is observed from now on, such as a control line."""
+        """Record the present value of a subject that is observed from now on, such as a control line."""
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
@@ -141,7 +141,7 @@ class Recorder:
         """True if the reply ends in CR or LF; only LF can follow."""
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
-    def _heard(self, event: Received) -> None:
+    def _received(self, event: Received) -> None:
         """Collect characters into one message, up to its terminator."""
         silent_ns = event.time_ns - self._last_ns
         ended = event.controller not in self._formats  # on a bus each message is whole
@@ -285,7 +285,7 @@ def recording_to(
 ) -> Iterator[Recorder]:
     """Record into the file at `path`, act by act.  Raises UsageError if the file cannot be written.
 
-    A caller that is paced to real time calls the recorder's `catch_up` now and then, to write the last reply.
+    A caller that is paced to real time calls the recorder's `catch_up` at intervals, to write the last reply.
     """
     file = TalkFile(path)
     try:

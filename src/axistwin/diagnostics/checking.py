@@ -1,6 +1,6 @@
 """Find the errors in any text that axistwin reads, for `axistwin check` and the language server.
 
-The checker of a family finds them.  This module converts programs of every kind to characters with places.
+The checkers of the families find the errors.  This module converts programs of every kind to characters with places.
 """
 
 import re
@@ -86,7 +86,7 @@ def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
 
 
 def load(program: Path) -> str:
-    """Return the text of a program.  In a motor's source `?` replaces other than ASCII characters.
+    """Return the text of a program.  In a motor's source `?` replaces non-ASCII characters.
 
     Raises UsageError or ProgramError.
     """

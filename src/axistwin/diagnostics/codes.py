@@ -31,7 +31,9 @@ def suffix_of(rule: Rule) -> str:
 
 
 def select(code: str) -> list[Rule]:
-    """Return the rules whose code begins with `code`, such as `DP` or `SM3`; empty: all.  Raises UsageError if none."""
+    """Return the rules whose code begins with `code`, such as `DP` or `SM3`; empty: all.  Raises UsageError if no
+    code matches.
+    """
     listed = {rule.code: rule for table in tables().values() for rule in table}
     found = [rule for each, rule in listed.items() if each.startswith(code.upper())]
     if not found:

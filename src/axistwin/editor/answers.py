@@ -85,7 +85,7 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 
 def _docstring(handler: Callable[..., Any]) -> str:
-    """Return the docstring of a command's own handler; a handler shared by commands has no text here."""
+    """Return the docstring of a command's own handler; "" if several commands share the handler."""
     if isinstance(handler, partial):
         return ""
     return " ".join((inspect.getdoc(handler) or "").split())

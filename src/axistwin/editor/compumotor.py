@@ -41,7 +41,7 @@ class Commands:
         return Hover(explain(command, self._parameter(command, text, here)), offset + begin, offset + end)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that the board accepts here, or the values of a parameter that has few."""
+        """Return the commands that the board accepts here, or the values of a parameter with few values."""
         text = lines[line - 1][:at]
         if ";" in text or text.lstrip().startswith(("+", "!")):
             return []

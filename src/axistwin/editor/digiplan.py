@@ -8,7 +8,7 @@ from axistwin.controllers.digiplan.language import Accept, Instruction, Message,
 from axistwin.editor.answers import Hover, Item, Symbol, explain, item
 
 NUMBER_CHARACTERS = frozenset("0123456789+-, ")
-MISPLACED = (rules.UNKNOWN, rules.LOST_NUMBER, rules.ALONE, rules.SETUP, rules.CANNOT_STAND, rules.NOT_IN_THIS_KIND,
+MISPLACED = (rules.UNKNOWN, rules.LOST_NUMBER, rules.ALONE, rules.SETUP, rules.MISPLACED, rules.NOT_IN_THIS_KIND,
              rules.ORDER, rules.TWICE)  # fmt: skip
 """Rules broken by a character at a wrong place."""
 OPERANDS = ("", "1", "+1", "1,1")

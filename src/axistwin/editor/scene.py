@@ -161,7 +161,7 @@ def _description(node: dict[str, Any]) -> str:
 
 
 def _values(lines: list[str], key: str, node: dict[str, Any], typed: str) -> Iterator[str]:
-    """Yield the values of a key that has few, quoted unless the user has typed the quote."""
+    """Yield the values of a key with few values, quoted unless the user has typed the quote."""
     quote = "" if typed.startswith(('"', "'")) else '"'
     if key == "model":
         yield from (f"{quote}{model}{quote}" for model in FAMILIES)

@@ -63,7 +63,7 @@ class Text:
 
     @property
     def editing(self) -> Editing | None:
-        """The language support for this kind of text; None if there is none or the text is too long."""
+        """The language support for this kind of text; None if unsupported, or if the text is too long."""
         if self.too_long:
             return None
         match self.path.suffix.lower():

@@ -35,7 +35,7 @@ class Source:
 
     @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
-        """Line and column of each label; the first place of a label used twice."""
+        """Line and column of each label; for a repeated label, the first place."""
         found: dict[int, tuple[int, int]] = {}
         for statement, place in zip(self.program.statements, self.program.places, strict=True):
             if word(statement) == "Cn":

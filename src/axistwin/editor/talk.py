@@ -31,7 +31,7 @@ class Conversations:
     """`.talk` files."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the data in the family's terms, of a pin or an axis, or of the mark."""
+        """Return the meaning of data, a pin, an axis, or the character at the beginning of the line."""
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None

@@ -131,7 +131,7 @@ class Fault:
 
 
 class Faults:
-    """All faults of one bench, including finished ones until another fault takes their name."""
+    """All faults of one bench.  A finished fault is kept until another fault takes its name."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -198,7 +198,7 @@ class Faults:
         return do
 
     def trigger(self, when: str | None, here: str = "") -> triggers.Arm | None:
-        """Return the trigger that a fault waits for; None: no trigger.  Raises UsageError for an invalid sentence."""
+        """Return the trigger that a fault waits for, or None.  Raises UsageError for an invalid sentence."""
         return None if when is None else triggers.read(when, self.world, here)
 
     def spot(self, kind: Kind, on: str, here: str = "") -> Spot:
@@ -218,7 +218,7 @@ class Faults:
     def mend(self, name: str) -> None:
         """End the fault of this name, or all faults of this kind, or with "all" every fault.
 
-        Raises UsageError if there is none.
+        Raises UsageError if no such fault exists.
         """
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":

@@ -26,7 +26,7 @@ def double(case: Case) -> Mend:
 
 
 def flip(case: Case) -> Mend:
-    """Invert data bits: those in the mask, or with mask 0 a random one of eight."""
+    """Invert data bits: those in the mask, or with mask 0 a random bit of the eight."""
     mask = case.values["mask"]
     if mask:
         return _some(case, disturbance.flip(mask))

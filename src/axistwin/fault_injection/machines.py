@@ -71,7 +71,7 @@ class Bounce:
 
 
 def bounce(case: Case) -> Mend:
-    """Follow each change of level by several opposite ones."""
+    """Follow each change of level by several changes to and fro."""
     return Bounce(case).end
 
 
@@ -208,7 +208,7 @@ def overheat(case: Case) -> Mend:
 
 
 def supply_dip(case: Case) -> Mend:
-    """Lower the supply.  A SmartMotor gets less voltage, and resets if it is too low; other controllers reset."""
+    """Lower the supply.  A SmartMotor resets if the voltage is too low; other controllers reset in any case."""
     axis = next((axis for axis in case.spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     return power_cut(case) if axis is None else axis.sag(case.values["left"])
 
@@ -235,7 +235,7 @@ def check_motor(spot: Spot) -> None:
 def _servo(spot: Spot) -> ServoAxis:
     axis = next((axis for axis in spot.machine.axes.values() if isinstance(axis, ServoAxis)), None)
     if axis is None:
-        raise UsageError(f"{spot.name} is no motor: expected a SmartMotor")
+        raise UsageError(f"{spot.name} is not a motor: expected a SmartMotor")
     return axis
 
 

@@ -40,7 +40,7 @@ class Machine(Protocol):
 
     @property
     def alarms(self) -> Alarms | None:
-        """Fault flags of the controller; None: there are none."""
+        """Fault flags of the controller; None: the controller has no fault flags."""
 
     @property
     def programs(self) -> Mapping[str, Listing]:

@@ -28,7 +28,7 @@ def read(text: str, faults: Faults, here: str = "") -> Callable[[], Fault]:
     """Return a function that adds the fault in this text; `here`: the default controller.  Raises UsageError."""
     words = _split(text)
     if not words:
-        raise UsageError("no fault named: expected a kind of fault, e.g. lose 3")
+        raise UsageError("the fault is missing: expected a kind of fault, e.g. lose 3")
     kind = kind_of(words[0])
     named, bare = _sorted(words[1:])
     if "on" not in named and bare:
@@ -96,7 +96,7 @@ def _in_order(kind: Kind, bare: list[str], named: dict[str, Any]) -> dict[str, s
     """Assign bare values, in order, to the parameters that have no value yet."""
     free = [parameter.name for parameter in kind.parameters if parameter.name not in named]
     if len(bare) > len(free):
-        raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is neither its place nor one of its values")
+        raise UsageError(f"fault {kind.name}: {bare[len(free)]!r} is not a place or a value of this fault")
     return dict(zip(free, bare, strict=False))
 
 

@@ -10,7 +10,7 @@ r"""Triggers: events that a fault may wait for, as sentences.
     board runs 3:2              command 2 of sequence 3
     cable begins                another fault, by its name; ends
 
-The controller's name may be left out where it is clear.
+The controller's name may be left out if only one is possible.
 """
 
 import re

@@ -69,7 +69,7 @@ class Slot(SingleClient["Master"]):
 
     @property
     def full(self) -> bool:
-        """True while no requests are read from the client: the gate is closed, or the client does not read."""
+        """True while no requests are read from the client, because the gate is closed or the client does not read."""
         return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:

@@ -41,7 +41,7 @@ class HostThread:
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
-        """Wait for the function.  Returns its result, or raises its exception."""
+        """Wait for the function.  Returns the result, or raises the exception."""
         self._thread.join()
         if self._error is not None:
             raise self._error

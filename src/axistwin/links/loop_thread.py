@@ -23,9 +23,9 @@ class LoopThread:
         self._thread.start()
 
     def run(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run a coroutine in the thread.  Returns its result, or raises its error.
+        """Run a coroutine in the thread.
 
-        Raises UsageError if called from the thread itself, or after `stop`.
+        Returns the result, or raises the error.  Raises UsageError in the thread itself, or after `stop`.
         """
         inside = threading.current_thread() is self._thread
         if inside or self._loop.is_closed():

@@ -1,7 +1,7 @@
 """The clock of a served bench, controlled by a test: `advance` and `run_until`.
 
 With a `ManualPacer` virtual time passes in these calls only.  Before time passes, the clock receives all that hosts
-have sent, and blocks until every host thread (`Twin.start`) waits for something.  Every run is therefore the same, on
+have sent, and blocks until every host thread (`Twin.start`) is blocked.  Every run is therefore the same, on
 fast and slow computers: the computing time of a host takes no virtual time.
 """
 
@@ -49,7 +49,7 @@ class ServedClock:
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
         """Wait until `condition()` is true (returns True), or for `timeout` seconds of real time (returns False).
 
-        An exception in `condition()` is raised here.
+        An exception of `condition()` is raised.
         """
         over = threading.Event()
         raised: list[Exception] = []
@@ -74,7 +74,9 @@ class ServedClock:
         return found
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Wait for a host, `timeout` seconds at most.  Returns the result of its function, or raises its exception."""
+        """Wait for a host, `timeout` seconds at most.  Returns the result of the host's function, or raises the
+        exception.
+        """
         host.join(timeout)
         if not host.done:
             raise LinkError(f"the host has not finished within {timeout:g} s: give a longer timeout")
@@ -134,7 +136,7 @@ class ManualClock(ServedClock):
             return bool(condition())
 
     def wait_for(self, host: HostThread, timeout: float) -> Any:
-        """Advance until a host has finished.  Returns the result of its function, or raises its exception.
+        """Advance until a host has finished.  Returns the result of the host's function, or raises the exception.
 
         Raises LinkError if the host waits and nothing is sent or received for `timeout` virtual seconds.
         """
@@ -167,7 +169,7 @@ class ManualClock(ServedClock):
         return self._loop.do(lambda: self._manual_pacer.advance(end_ns, condition))
 
     def _run_hosts(self) -> None:
-        """Receive what hosts send until every host thread waits for something."""
+        """Receive the data of hosts until every host thread is blocked."""
         self._hosts = [host for host in self._hosts if not host.done]
         seen, quiet_polls = (-1, -1), 0
         while quiet_polls < POLLS:

@@ -41,7 +41,7 @@ class ManualPacer(Pacer):
         self.flush()
 
     async def receive_all(self) -> int:
-        """Receive all that hosts have sent by now.  Returns the number of inputs so far."""
+        """Receive all data that hosts have sent so far.  Returns the number of inputs so far."""
         idle = 0
         while idle < IDLE_TURNS:
             before = self.arrivals

@@ -20,7 +20,7 @@ FULL = 512
 CHUNK = 512
 """Largest number of characters read from a client at once."""
 INSTANT_CHUNK = 32
-"""The same on an instant line, where the controller processes a chunk at once while other clients wait."""
+"""The same number on an instant line, where a chunk is processed at once while other clients wait."""
 FEW = 64
 """While the bench is behind the wall clock, nothing is read from a client with more characters waiting."""
 

@@ -93,7 +93,7 @@ class PtyPort:
 
     def _readable(self) -> None:
         try:
-            packet = os.read(self._master, 1 + self.plug.chunk)  # the first byte is the packet's type
+            packet = os.read(self._master, 1 + self.plug.chunk)  # the first byte is the type of the packet
         except BlockingIOError:
             return
         except OSError as error:
@@ -119,7 +119,9 @@ class PtyPort:
             self.plug.send(data)
 
     def _connect(self) -> bool:
-        """True if this client is connected.  A refused client is not tried again until the client closes the device."""
+        """True if this client is connected.  A refused client is not tried again before the client closes the
+        device.
+        """
         if self.plug.client is self:
             return True
         if self._refused:

@@ -190,7 +190,7 @@ def settings_of(fmt: UartFormat) -> dict[str, Any]:
 
 
 def control_lines(device: "serial.Serial") -> Lines | None:
-    """Return the control lines of the device; None if it has none, such as a pty."""
+    """Return the control lines of the device, or None if the device has no control lines (a pty)."""
     try:
         device.dtr = device.dtr
     except OSError:

@@ -40,7 +40,7 @@ class Server:
 
     `speed`: times real time; None: as fast as possible.  `flow`: the host's flow control, on transports without one.
     `reset`: True power-cycles the controller for each new client; a function is called with its name instead.  `pacer`:
-    replaces the default pacer.  `access`: gives the ports for clients; None: the ports of the bench itself.
+    replaces the default pacer.  `access`: returns the ports for clients; None: the ports of the bench itself.
     """
 
     def __init__(

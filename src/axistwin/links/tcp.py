@@ -102,7 +102,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Called by the plug
 
     def hung_up(self) -> bool:
-        """True if the client has disconnected, or is not being read from, so that a disconnection cannot be seen."""
+        """True if the client has disconnected, or is not being read from, so that a disconnection would not be
+        noticed.
+        """
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
         poll = select.poll()

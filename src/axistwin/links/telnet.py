@@ -98,7 +98,7 @@ class Parser:
 
 
 def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
-    """Return the item that begins with this IAC, and the index of its end; None if it is incomplete."""
+    """Return the item that begins with this IAC, and the index of the item's end; None if the item is incomplete."""
     if len(data) < iac + 2:
         return None
     code = data[iac + 1]

@@ -1,1 +1,5 @@
-"""Ring 2: commanded motions as data: profiles, ramps, pulse trains."""
+"""Commanded motions as data: profiles, ramps, pulse trains."""
+
+from axistwin.motion.profile import Profile, Segment
+
+__all__ = ["Profile", "Segment"]

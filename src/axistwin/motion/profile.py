@@ -142,7 +142,7 @@ class Profile:
         return profile
 
     def scaled(self, ratio: Fraction) -> "Profile":
-        """Return the profile with all rates times `ratio`, as a rate multiplier makes it; the durations stay."""
+        """Return the profile with all rates multiplied by `ratio`, as by a rate multiplier; the durations stay."""
         return Profile(Segment(segment.rate * ratio, segment.seconds) for segment in self.segments)
 
     def fill_pulse_times(self, first: int, offset_ns: int, out: "NDArray[np.int64]") -> None:

@@ -1,4 +1,4 @@
-"""Quantised ramps, as hardware of finite resolution makes them: a new level at fixed intervals, a multiple of a unit.
+"""Quantised ramps of hardware with finite resolution: a new level at fixed intervals, a multiple of a unit.
 
 rate  top ┐       ┌────────┐          the ideal rate rises by `increment` every `interval`;
           │    ┌──┘        └──┐       the level is the ideal rate rounded to a multiple of `unit`,

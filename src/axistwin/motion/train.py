@@ -79,7 +79,7 @@ class Train:
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:
             raise UsageError(
-                f"pulses before {to_seconds(first):g} s are no longer kept: ask from there on, "
+                f"pulses before {to_seconds(first):g} s are no longer stored: begin at that time, "
                 f"or add the controller with history={2 * len(self.moves)}"
             )
         return self.moves[max(0, bisect_right(starts, time_ns) - 1)]

@@ -70,10 +70,10 @@ class Gate:
         await self.app(scope, receive, answer)
 
     def _foreign(self, headers: Headers) -> str:
-        """Return the reason why a request is from another page; "" if it is not."""
+        """Return the reason why a request is from another page; "" if the request is from this page."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if self._token is None and not is_loopback(_name(host)):
-            return f"this panel is for this machine only, and not called {host!r}"
+            return f"this panel accepts requests from this machine only, not for {host!r}"
         if origin is not None and origin.partition("://")[2] != host:
             return f"no requests from {origin}"
         elsewhere = headers.get("sec-fetch-site") in ("cross-site", "same-site")
@@ -89,7 +89,7 @@ class Gate:
         known = (cookies.get(_cookie(scope)), self._shown(scope))
         if any(given is not None and secrets.compare_digest(given.encode(), self._token.encode()) for given in known):
             return ""
-        return "this panel wants its token: open the address that axistwin serve has printed"
+        return "the panel requires a token: open the address that axistwin serve has printed"
 
     def _shown(self, scope: Scope) -> str | None:
         """Return the token in the address."""

@@ -19,7 +19,7 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return a view whose defects are logged, once until it works again; the page's other views continue."""
+    """Return a view whose defects are logged, once until the view works again; other views of the page continue."""
     failing = False
 
     def refresh() -> None:
@@ -93,7 +93,7 @@ class Look:
         return self.people.driver is self.person
 
     def touch(self, act: Callable[[], object], *, now: bool = False) -> bool:
-        """Perform an act on the session if this person drives; an error is shown.
+        """Perform an act on the session if this user drives; an error is shown.
 
         During a step or a `go_to`, the act waits for its end, unless `now`.  Returns True if the act is accepted.
         """
@@ -120,7 +120,7 @@ class Look:
     def move(
         self, begin: Callable[[], Awaitable[object]], done: Callable[[object], None] = lambda _: None
     ) -> Awaitable[None] | None:
-        """Begin a step or a `go_to` if this person drives, and call `done` with its result; an error is shown."""
+        """Begin a step or a `go_to` if this user drives, and call `done` with the result; an error is shown."""
         return self._move(self.acts.move(begin), done) if self._may() else None
 
     async def _move(self, move: Awaitable[object], done: Callable[[object], None]) -> None:

@@ -30,7 +30,7 @@ class Memory:
     def keep(self) -> None:
         """Exclude all present objects from garbage collection.
 
-        A bench that has been replaced is freed before: only a full collection finds it.
+        Before that, a full collection frees a replaced bench.
         """
         bench = self._session.bench
         if self._kept is None or self._kept() is not bench:

@@ -46,7 +46,7 @@ DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {
 async def page(enter: Callable[[], Look]) -> None:
     """Build the page for one visit.  `enter`: called when a browser has connected; returns its `Look`.
 
-    Before that, the page is empty: a program that only fetches the address is no user, and costs little.  The views are
+    Before that, the page is empty, so that a program that only fetches the address costs little.  The views are
     built in pieces, one page at a time, and the bench runs between two pieces.
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
@@ -108,7 +108,7 @@ class Visits:
             self._forget(oldest)
             elements = list(oldest.layout.descendants())
             oldest.layout.clear()
-            oldest.outbox.message_history.clear()  # it will be loaded again
+            oldest.outbox.message_history.clear()  # the page will be loaded again
             _released(elements)
 
     def _forget(self, client: Client) -> None:
@@ -205,7 +205,9 @@ def _machine(look: Look, name: str) -> Iterator[Refresh]:
 
 
 class _Frames:
-    """The frames of one page.  A slow browser receives fewer frames, each with the latest state; a hidden one none."""
+    """The frames of one page.  A slow browser receives fewer frames, each with the latest state; a hidden browser
+    receives none.
+    """
 
     def __init__(self, client: Client, look: Look, made: list[Refresh]) -> None:
         self._client, self._look, self._made = client, look, made
@@ -219,10 +221,10 @@ class _Frames:
     async def show(self) -> None:
         """Draw frame by frame until the page is closed."""
         loop, client = asyncio.get_running_loop(), self._client
-        ends = self._look.people.subscribe(partial(_tell, client)), self._look.acts.subscribe(self._news.set)
+        ends = self._look.people.subscribe(partial(_notify, client)), self._look.acts.subscribe(self._news.set)
         try:
             with client:
-                await self._drawn(State.BUSY)  # terminals have their sizes after that
+                await self._drawn(State.BUSY)  # terminals have their sizes after this frame
             while not client.is_deleted:
                 began_s = loop.time()
                 with client:
@@ -243,7 +245,7 @@ class _Frames:
         await self._drawn(State.BUSY if self._news.is_set() or before != now else now[1])
 
     async def _refresh(self) -> None:
-        """Update all views, with a turn for the event loop in between if they take long."""
+        """Update all views; the event loop runs in between if the updates take long."""
         session, began_s = self._look.session, perf_counter()
         for view in self._made:
             if perf_counter() - began_s > TURN_S:
@@ -287,6 +289,6 @@ class _Frames:
             self._news.set()
 
 
-def _tell(client: Client, words: str) -> None:
+def _notify(client: Client, words: str) -> None:
     with client:
         ui.notify(words)

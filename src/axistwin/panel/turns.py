@@ -34,7 +34,7 @@ async def in_turns(compute: Callable[[], T]) -> T:
 
 
 def breathe() -> None:
-    """End a piece here if it has lasted long enough; no effect outside `in_turns`."""
+    """End a piece here if the piece has lasted long enough; no effect outside `in_turns`."""
     work: _Work[object] | None = getattr(_here, "work", None)
     if work is not None:
         work.breathe()
@@ -69,7 +69,7 @@ class _Work(Generic[T]):
         return self._found[0]
 
     def breathe(self) -> None:
-        """End a piece if it has lasted long enough; called in the computation's thread."""
+        """End a piece if the piece has lasted long enough; called in the computation's thread."""
         if perf_counter() - self._began_s < TURN_S or self._over:
             return
         self._stop.release()

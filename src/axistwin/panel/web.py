@@ -25,7 +25,7 @@ from axistwin.sessions.session import Session
 RECONNECT_S = 30.0
 """Time after which a page that has lost its connection is deleted."""
 GOODBYE_S = 1
-LOOK_S = 0.01
+POLL_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
 
 
@@ -67,7 +67,7 @@ class Panel:
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Start the server.  Returns the address, with the token if there is one.  Raises LinkError."""
+        """Start the server.  Returns the address, with the token, if any.  Raises LinkError."""
         sock = _listening(self.address)  # first: a rejected address leaves NiceGUI unchanged
         server = self._server = _Server(
             uvicorn.Config(
@@ -80,7 +80,7 @@ class Panel:
         )
         self._task = asyncio.create_task(server.serve(sockets=[sock]))
         while not server.started and not self._task.done():
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(POLL_S)
         host, port = sock.getsockname()[:2]
         rehearse(Look(self.common, People(), Person("", "nobody")), Request(NOWHERE))
         self.common(Memory).keep()

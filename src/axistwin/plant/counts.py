@@ -98,7 +98,7 @@ class CountHistory:
 
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:
             raise UsageError(
-                f"counts before {to_seconds(self.forgotten_ns):g} s are no longer kept: ask from there on, "
+                f"counts before {to_seconds(self.forgotten_ns):g} s are no longer stored: begin at that time, "
                 f"or add the controller with history={advice}"
             )
         found = [stretch.times() for stretch in self._stretches if stretch.begin_ns < stop_ns]

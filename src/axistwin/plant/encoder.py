@@ -18,9 +18,11 @@ class EncoderData:
 
     def __post_init__(self) -> None:
         if self.counts_per_rev == 0 or self.pulses_per_rev <= 0 or self.backlash < 0:
-            raise ValueError("an encoder has counts and pulses per revolution, and no negative backlash")
+            raise ValueError(
+                "invalid encoder: expected counts and pulses per revolution above 0, and a backlash of 0 or more"
+            )
         if not 1 <= self.index_counts < max(2, abs(self.counts_per_rev)):
-            raise ValueError("the index mark of an encoder lasts at least a count, and less than a revolution")
+            raise ValueError("invalid index mark: expected a width of at least 1 count, and less than a revolution")
 
 
 class Encoder:
@@ -43,7 +45,7 @@ class Encoder:
         return self._count(self._load)
 
     def begin(self) -> None:
-        """Begin a monotonic motion of the shaft."""
+        """Follow a monotonic motion of the shaft to `position` (in pulses).  Return the count there."""
         self._began = self._load
 
     def count_at(self, position: int) -> int:

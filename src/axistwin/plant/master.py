@@ -39,8 +39,8 @@ class Followed(Protocol):
     def follows(self) -> "Followed | None":
         """The axis that the axis's own master encoder is mounted on, if any."""
 
-    def subscribe_edges(self, edges: Sequence[int], look: Callable[[], None]) -> Callable[[], None]:
-        """Call `look()` when the axis crosses an edge; edge n lies between position n-1 and n."""
+    def subscribe_edges(self, edges: Sequence[int], callback: Callable[[], None]) -> Callable[[], None]:
+        """Call `callback()` when the axis crosses an edge; edge n lies between position n-1 and n."""
 
     def positions_at(self, times_ns: Sequence[int]) -> Sequence[int]:
         """Return the predicted positions at these times, in order, without further changes."""

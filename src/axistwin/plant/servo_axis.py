@@ -1,4 +1,4 @@
-"""The axis of a servo motor: a shaft with an encoder, which exists whether the motor has power or not.
+"""The axis of a servo motor: a shaft with an encoder, which exists with and without power.
 
 A *source* calculates the shaft's motion: the motor's processor with the physics, sample by sample and ahead of the
 clock.  All reads and changes therefore go through the source.  The machine's own state survives a loss of power and is
@@ -36,7 +36,7 @@ IDEAL_COUNTS_PER_REV = 2000
 class Source(Protocol):
     """The calculation of a shaft's motion.  All values are those of the last sample by now."""
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """`publish` all samples up to now, without a change of state or plans."""
 
     def catch_up(self) -> None:
@@ -79,10 +79,10 @@ class AtRest:
     def __init__(self, axis: "ServoAxis") -> None:
         self._axis = axis
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Do nothing: a shaft at rest has no samples and no predictions."""
 
-    catch_up = replan = look
+    catch_up = replan = refresh
 
     def position(self) -> int:
         """The position at which the shaft was left."""
@@ -91,7 +91,7 @@ class AtRest:
     setpoint = position
 
     def commanded(self) -> int:
-        """0: there is no trajectory."""
+        """0, because no trajectory exists."""
         return 0
 
     def velocity(self) -> float:
@@ -117,7 +117,7 @@ class AtRest:
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Do nothing: without a processor there is no count."""
+        """Do nothing: without a processor, no count exists."""
 
 
 class EncoderView:
@@ -166,7 +166,7 @@ class ServoAxis:
         """The first and last position within the limit switches; None: no switches."""
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
-        """The state of the physics.  It belongs to the machine; the source fills it."""
+        """State of the physics, which belongs to the machine and is filled by the source."""
         self.shaft = 0
         """The position while the source is `AtRest`."""
         self.counts_of, self.counts_out_of = 1, 1
@@ -196,7 +196,7 @@ class ServoAxis:
     # What the motor's processor does
 
     def connect(self, source: Source) -> None:
-        """Connect a source, which continues from `shaft` and `f`."""
+        """Connect a source, which continues from the present state in `shaft` and `f`."""
         self._source = source
 
     def disconnect(self) -> None:
@@ -396,7 +396,7 @@ class ServoAxis:
 
     def catch_up(self) -> None:
         """Publish all samples up to now, without any change."""
-        self._source.look()
+        self._source.refresh()
 
     @property
     def forgotten(self) -> bool:

@@ -49,7 +49,7 @@ class EncoderView:
 
     @property
     def at_index(self) -> bool:
-        """True while its channel Z is active."""
+        """True while the encoder's channel Z is active."""
         _ = self.count
         return self._encoder.at_index
 
@@ -149,7 +149,7 @@ class StepperAxis:
 
     @property
     def encoder_count(self) -> int | None:
-        """Encoder counts after quadrature; None: there is no encoder."""
+        """Encoder counts after quadrature, or None without an encoder."""
         return self._encoder.count if self._encoder else None
 
     def wire_index(self, pin: SensedPin) -> None:
@@ -183,7 +183,7 @@ class StepperAxis:
 
     @property
     def predictable(self) -> bool:
-        """True if positions are predictable up to the next move; with lost steps they are read instead."""
+        """True if positions are predictable up to the next move; lost steps make positions unpredictable."""
         return not self._slips
 
     @property
@@ -250,7 +250,7 @@ class StepperAxis:
 
     @property
     def encoder(self) -> EncoderView:
-        """The encoder, if the axis has the option `encoder`; it is a table with `counts_per_rev`."""
+        """The encoder, if the axis has the option `encoder`, a table with `counts_per_rev`."""
         if self._encoder is None:
             ways = f'{self.name}={{"encoder": {{}}}}, in a scene axes.{self.name}.encoder = {{}}'
             raise UsageError(f"axis {self.name} has no encoder: add one with {ways}")
@@ -337,7 +337,7 @@ class StepperAxis:
 
     @property
     def _held(self) -> bool:
-        """True if the rotor stays where it is, in step or not: it is blocked, or has no torque."""
+        """True if the rotor stays in place, in step or not: the rotor is blocked, or has no torque."""
         return self.jammed or not self.strength
 
     def _fall_in(self) -> None:
@@ -387,7 +387,7 @@ class StepperAxis:
 
 
 class _EdgeSubscription:
-    """Calls `callback` whenever the axis crosses an edge, predicted from its present profile; the edges may move."""
+    """Calls `callback` whenever the axis crosses an edge, predicted from the axis's present profile."""
 
     def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], callback: Callable[[], None]) -> None:
         self._axis, self._edges, self._callback = axis, edges, callback

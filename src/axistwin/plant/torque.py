@@ -23,7 +23,7 @@ class Load:
 
     def __post_init__(self) -> None:
         if not (0 <= self.torque < inf and 0 <= self.inertia < inf):
-            raise ValueError("a load has a friction torque and an inertia of 0 or more")
+            raise ValueError("invalid load: expected a friction torque and an inertia of 0 or more")
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class StepperMotor:
     def __post_init__(self) -> None:
         rates = [rate for rate, _ in self.torque]
         if not rates or rates != sorted(set(rates)):
-            raise ValueError("the torque curve needs points with rising rates")
+            raise ValueError("invalid torque curve: expected points with rising rates")
         if not all(0 <= torque < inf for _, torque in self.torque):
-            raise ValueError("the torques of the curve are 0 N·m or more")
+            raise ValueError("invalid torque curve: expected torques of 0 N·m or more")
         if not (0 <= self.inertia < inf and self.pull_in >= 0):
-            raise ValueError("a motor has an inertia and a pull-in rate of 0 or more")
+            raise ValueError("invalid motor: expected an inertia and a pull-in rate of 0 or more")
         if self.pulses_per_rev <= 0 or self.rotor_teeth <= 0:
-            raise ValueError("a motor has pulses per revolution and rotor teeth")
+            raise ValueError("invalid motor: expected pulses per revolution and rotor teeth above 0")
 
     @property
     def pulses_per_tooth(self) -> int:

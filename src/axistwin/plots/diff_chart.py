@@ -15,7 +15,7 @@ BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
 
 
 def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:
-    """Return a chart around the first difference that includes the first differences of the other drawn signals."""
+    """Return a chart around the first difference, with the first differences of the other drawn signals."""
     drawn = found.differences[:MOST]
     begin_ns, last_ns = drawn[0].time_ns, drawn[-1].time_ns
     around_ns = max(BEFORE_NS, (last_ns - begin_ns) // 4)

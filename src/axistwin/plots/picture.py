@@ -145,7 +145,7 @@ class _Picture:
         )  # fmt: skip
 
     def _packed(self) -> Iterator[tuple[float, float, int | None, str]]:
-        """Yield each fault with begin, end, level of its name (None: no space) and name."""
+        """Yield each fault with begin, end, level of the name (None: no space) and name."""
         chart, free_ns = self.chart, [float(self.chart.from_ns)] * FAULT_LEVELS
         for fault in chart.faults:
             begin_ns = max(fault.begin_ns, chart.from_ns)
@@ -172,7 +172,7 @@ class _Picture:
         _dress(row, panel.label)
 
     def _draw_lanes(self, row: "Axes") -> None:
-        """Draw one lane per terminal: a line that is up while the level is high; texts in boxes."""
+        """Draw a lane per terminal: a line that is up while the level is high; texts in boxes."""
         names = [*self.chart.lanes, *self.chart.states]
         places = {name: len(names) - 1 - n for n, name in enumerate(names)}
         for name, full in self.chart.lanes.items():

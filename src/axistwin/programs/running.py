@@ -38,7 +38,9 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Program:
-    """A loaded program.  `perform(bench, until_ns)` runs it, to its end if None; `options`: those the model needs."""
+    """A loaded program.  `perform(bench, until_ns)` runs the program, to the end if None; `options`: options of the
+    model for the program.
+    """
 
     perform: Callable[[Bench, int | None], Outcome]
     options: tuple[str, ...] = ()

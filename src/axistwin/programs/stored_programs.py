@@ -37,14 +37,12 @@ def load_source(path: Path) -> bytes:
     try:
         text = data.decode(next((code for mark, code in MARKS.items() if data.startswith(mark)), "latin-1"))
     except UnicodeDecodeError as error:
-        raise UsageError(
-            f"{path} cannot be read: it begins like {error.encoding} but is not: save the file as text"
-        ) from None
+        raise UsageError(f"{path} cannot be read: invalid {error.encoding}: save the file as text") from None
     return as_sent(text)
 
 
 def as_sent(text: str) -> bytes:
-    """Return a source text as bytes to send: lines end in LF, other than ASCII characters (in comments) become `?`."""
+    """Return a source text as bytes to send: lines end in LF, non-ASCII characters (in comments) become `?`."""
     lines = _line_end.split(text.partition(END_OF_FILE)[0])
     if not lines[-1]:
         lines.pop()  # the empty text after the last line end
@@ -89,7 +87,7 @@ def store(source: bytes, file: str, motor: Controller) -> None:
 
 
 def run(source: bytes, file: str, motor: Controller) -> None:
-    """Cycle the power of a motor in any state, load a source and run it.
+    """Cycle the power of a motor in any state, load a source and run the program.
 
     The host returns to its default line format.  Raises ProgramError if the motor refuses the program.
     """
@@ -103,7 +101,7 @@ def run(source: bytes, file: str, motor: Controller) -> None:
 
 
 def only_motor(bench: Bench, file: str) -> Controller:
-    """Return the only motor on the bench.  Raises ProgramError if there are none or several."""
+    """Return the only motor on the bench.  Raises ProgramError for none or several."""
     found = [controller for controller in bench.controllers.values() if motor_of(controller) is not None]
     if len(found) != 1:
         raise ProgramError(

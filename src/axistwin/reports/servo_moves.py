@@ -134,7 +134,7 @@ class ServoMoves:
         return self.moves[-1]
 
     def _close(self) -> None:
-        """End the last move; drop the move if it was only jitter."""
+        """End the last move; drop the move if the change was only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:

@@ -22,7 +22,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
             raise source.error(path, f"{text}: {whose}: expected e.g. {wanted}")
         place = _place(url)
         if place in taken:
-            raise source.error(path, f"{text} is used already as {taken[place]}: expected another port")
+            raise source.error(path, f"{text} is already in use as {taken[place]}: expected another port")
         if place:
             taken[place] = text
 
@@ -41,7 +41,7 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the resource that only one port can use; empty if the system chooses a free one."""
+    """Return the resource that only one port can use; empty if the system chooses a free resource."""
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()

@@ -44,7 +44,7 @@ def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
 
 
 def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tuple[Pin, WireTable]]) -> None:
-    """Raise UsageError if a terminal is at the end of two wires, under any name, or if wires form a loop."""
+    """Raise UsageError if a terminal is at the end of two wires (under any name), or if wires form a loop."""
     if target in laid:
         other = laid[target][1]
         same = "" if other.to == wire.to else f" is the same terminal as {other.to}, which"
@@ -207,7 +207,7 @@ class Builder:
         return [name for name in named if name is not None]
 
     def _check_fault_order(self, names: Sequence[str], tables: Sequence[FaultTerms]) -> None:
-        """Raise SceneError if faults wait for one another in a circle, so that none could begin."""
+        """Raise SceneError if faults wait for one another in a circle, so that no fault could begin."""
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, name in enumerate(names):
             if is_in_loop(name, waits_for):

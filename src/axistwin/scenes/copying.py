@@ -32,7 +32,7 @@ class Files:
         self.texts: dict[str, str] = {}
 
     def add(self, name: str, text: str) -> str:
-        """Add a text; return its name, which is a new one if the name has another text."""
+        """Add a text; return its name, which is a new name if another text has that name."""
         path = Path(name)
         stem = path.with_suffix("")
         names = (name if n == 1 else f"{stem}-{n}{path.suffix}" for n in range(1, len(self.texts) + 2))
@@ -121,7 +121,7 @@ class Copy:
         return file if _local(Path(file)) == str(Path(file)) else self._copied(source, Path(file))
 
     def _kept(self, name: str, directory: Path) -> str:
-        """Copy a controller's kept state as it was at the start; return its directory."""
+        """Copy the state directory of a controller as at the start; return the copy's name."""
         store = self.bench[name].store
         local = _local(directory)
         if isinstance(store, FileStore) and store.found is not None:

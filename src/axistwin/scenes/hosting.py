@@ -1,8 +1,8 @@
 """Hosts that run in the virtual time of a scene, each at its own controller.
 
-A host sends the lines of an `.if1` or `.181x` file: a line when its controller has finished the one before, or after a
-`+2.5` line when that time has passed.  Other controllers may be moving, so a host observes its own controller only.  A
-host with a conversation (`.talk`) performs the host's acts at their times.
+A host sends the lines of an `.if1` or `.181x` file: a line when the controller has finished the previous line, or
+after a `+2.5` line when that time has passed.  Other controllers may be moving, so a host observes only its own
+controller.  A host with a conversation (`.talk`) performs the host's acts at their times.
 """
 
 import re
@@ -160,7 +160,7 @@ class _ConversationHost:
     def _check(self, name: str) -> None:
         if name not in endpoints.names(self.bench):
             raise UsageError(
-                f"no controller {name!r} to talk to: expected one of {', '.join(endpoints.names(self.bench))}"
+                f"no controller {name!r} on the bench: expected one of {', '.join(endpoints.names(self.bench))}"
             )
 
     def _listen(self, name: str) -> None:
@@ -203,7 +203,7 @@ class _ConversationHost:
         return event
 
     def _hear(self, act: Hear) -> Procedure:
-        """Wait until the expected number of characters has come, or for the patience without any."""
+        """Wait until the expected number of characters has been received, or for the patience without any character."""
         heard, wanted, clock = self._received[self._endpoint(act)], len(act.data), self.bench.clock
         known = -1
         while known < len(heard) < wanted:

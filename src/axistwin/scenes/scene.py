@@ -90,7 +90,7 @@ class Scene:
 
     @property
     def programs(self) -> dict[str, str]:
-        """Texts of the programs that were used, by path, for those in the scene's folder or below."""
+        """Texts of the programs that were used, by path, for programs in the scene's folder or below."""
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}

@@ -71,7 +71,7 @@ class Source:
         return []
 
     def _validated(self) -> SceneFile:
-        # As JSON, because there `strict` takes a list for a pair and a whole number for a float, and nothing else.
+        # As JSON: there `strict` accepts a list for a pair and a whole number for a float.
         contents = SceneFile.model_validate_json(json.dumps(self.data, default=str), strict=True)
         try:
             check_values(self.data)
@@ -97,7 +97,7 @@ class Source:
         return str(self.file), *toml_places.place_of(path, self.places)
 
     def _not_toml(self, message: str) -> SceneError:
-        """Return the error for a message of `tomllib`, which gives the place in words or none at the end."""
+        """Return the error for a message of `tomllib`, whose place is in words or missing."""
         what, _, _ = message.partition(" (at ")
         found = re.search(r"line (\d+), column (\d+)", message)
         end = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
@@ -119,7 +119,7 @@ class Source:
     def placing_errors_at_key(self, path: toml_places.Path, *tables: tuple[str, Mapping[str, Any]]) -> Iterator[None]:
         """Place a UsageError at the deepest key that its message names.
 
-        `tables`: the keys to search, each table with its key below `path`; empty key: `path` itself.
+        `tables`: the tables to search, each with its key below `path`; empty key: `path` itself.
         """
         try:
             yield

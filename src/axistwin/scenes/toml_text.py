@@ -9,7 +9,7 @@ from axistwin.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:
-    """Return a document with one line per key; a list of tables has one line per table."""
+    """Return a document with one line per key; each table of a list has one line."""
     lines = []
     for key, value in table.items():
         if isinstance(value, list) and value:

@@ -1,4 +1,4 @@
-"""Breakpoints: sentences (see `fault_injection/triggers.py`) that stop the bench when they come true."""
+"""Breakpoints: sentences (see `fault_injection/triggers.py`) that stop the bench when the described event happens."""
 
 from collections.abc import Callable
 from logging import getLogger
@@ -43,7 +43,9 @@ class Break:
             unsubscribe()
 
     def resume(self, bench: Bench) -> None:
-        """Resume on this bench, which may be a new one.  If the sentence does not fit, the breakpoint goes off."""
+        """Resume on this bench, which may be a new one.  If the sentence does not fit, the breakpoint is switched
+        off.
+        """
         self._bench = bench
         try:
             self.on = self._on

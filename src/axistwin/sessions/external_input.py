@@ -86,7 +86,7 @@ class ExternalInput:
         self._mute(True)
 
     def unmute(self) -> None:
-        """Admit hosts, and update them with what has changed meanwhile."""
+        """Admit hosts, and update hosts with the changes made meanwhile."""
         self.pacer.sync()
         self._mute(False)
         if self._server is not None:

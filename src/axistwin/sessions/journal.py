@@ -57,7 +57,7 @@ class Journal:
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:
-        """Append an act of this time and this pass of the clock.  Returns False if the journal is full."""
+        """Append an act at this time and in this pass of the clock.  Returns False if the journal is full."""
         if self.full_ns is None and self.bytes > self._max_bytes:
             self.full_ns = time_ns
         if self.full_ns is not None:

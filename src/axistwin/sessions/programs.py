@@ -15,7 +15,8 @@ OFF_S = 0.1
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:
-    """Return the name under which the program is stored: its own, or a numbered one if another text has that name.
+    """Return the name under which the program is stored: its own name, or a numbered name if another text has that
+    name.
 
     Raises ProgramError with file, line and column; UsageError.
     """

@@ -47,7 +47,7 @@ class MutableLine(Pin):
         return self._line.level
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting.  At the end, a level that differs from that at the beginning is reported."""
+        """Begin or end muting.  At the end, a level that differs from the level at the beginning is reported."""
         if on is self._muted:
             return
         self._muted = on
@@ -110,7 +110,7 @@ class RecordedPort:
         self._unsubscribe = port.subscribe_received(self._received)
 
     def attach(self, port: SerialPort) -> None:
-        """Lead to the port of another bench, without changing that port."""
+        """Connect to the port of another bench, without changing that port."""
         self._unsubscribe()
         self.present = port
         self._unsubscribe = port.subscribe_received(self._received)
@@ -118,7 +118,7 @@ class RecordedPort:
         self.rts_line.attach(port.rts_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting.  At the end, what the host has set after the present time is set again."""
+        """Begin or end muting.  At the end, settings that the host made after the present time are set again."""
         self._muted = on
         if not on:
             now_ns = self.present.clock.now
@@ -172,7 +172,7 @@ class RecordedBus:
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Lead to the registers of another bench, without changing them."""
+        """Connect to the registers of another bench, without changing these."""
         self.present = bus
         self.interrupt_line.attach(bus.interrupt_line)
 

@@ -1,4 +1,4 @@
-"""A session saved as a scene that repeats it: acts of users as a script, acts of hosts as conversations.
+"""A session saved as a scene that repeats the session: acts of users as a script, acts of hosts as conversations.
 
 All acts of one nanosecond go into one file, to keep their order.  Acts of users on one controller go into the script.
 All others go into the conversation of the endpoint that a host has used; a serial line is preferred to a bus.
@@ -31,7 +31,7 @@ def files(
     """Return the texts of the scene and its files, by name.  Raises UsageError for acts that no scene can contain."""
     found = Files()
     if scene is not None:
-        found.texts.update(scene.programs)  # these keep their names, as the scene's script may load them
+        found.texts.update(scene.programs)  # file names that the scene's script may load stay the same
     renamed = {name: found.add(name, text) for name, text in programs.items()}
     headers = (header[1] for text in found.texts.values() if (header := _HEADER.search(text)))
     before = max(map(rank_of, headers), default=0)  # number of consecutive sessions saved in these conversations

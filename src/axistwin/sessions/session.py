@@ -52,8 +52,8 @@ class State(Enum):
 class Session:
     """Controls one bench, which `build` creates.
 
-    `speed`: times real time; None: as fast as possible.  `scene`: the scene that `build` builds, for `save`.  `served`:
-    the scene was built without its hosts of controllers that have ports.  `run` needs a running event loop.
+    `speed`: times real time; None: as fast as possible.  `scene`: the scene of `build`, for `save`.  `served`: the
+    scene was built without hosts for controllers with ports.  `run` needs a running event loop.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class Session:
         """
         if endpoints.at_a_bus(self.bench, name):
             codec = endpoints.codec_at(self.bench, name)
-            codec.read(codec.show(data))  # the form in which it is recorded; raises if invalid
+            codec.read(codec.show(data))  # in the recorded form; raises if invalid
         else:
             self.bench.port(name)  # raises for an unknown name
         self._do(Say(data, controller=name))
@@ -195,7 +195,8 @@ class Session:
         self._halt("")
 
     async def step(self, kind: str) -> bool:
-        """Advance to the next event of a kind, and pause.  Returns False if none follows within 60 virtual seconds.
+        """Advance to the next event of a kind, and pause.  Returns False if no such event follows within 60 virtual
+        seconds.
 
         "event": a change of a pin, a character, a message, a fault, or the start or end of a motion.  "move": the start
         or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
@@ -210,7 +211,7 @@ class Session:
             return observer.seen
 
     def add_break(self, sentence: str) -> Break:
-        """Add a breakpoint that stops the bench when `sentence` comes true, e.g. "table.X passes 1000".
+        """Add a breakpoint that stops the bench at the event described by `sentence`, e.g. "table.X passes 1000".
 
         Raises UsageError.
         """
@@ -224,7 +225,7 @@ class Session:
         self.breaks[:] = [each for each in self.breaks if each is not which]
 
     def run_until(self, sentence: str) -> None:
-        """Run until `sentence` comes true or a breakpoint stops the bench.  Raises UsageError."""
+        """Run until the event of `sentence` happens or a breakpoint stops the bench.  Raises UsageError."""
         self._check_free()
         self._set_target(Break(sentence, self.bench, self._hit, once=True))
         self.run()
@@ -305,7 +306,7 @@ class Session:
         for controller in self.bench.controllers.values():
             if isinstance(controller.store, FileStore):
                 controller.store.put_back()
-        bench = self._build()  # if this fails, the session is unchanged
+        bench = self._build()  # if this raises, the session is unchanged
         self.input.mute()
         self.bench = bench
         for attach in self._attached:

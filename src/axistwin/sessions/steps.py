@@ -46,7 +46,7 @@ class StepObserver:
         self._seen = True
 
     def _movements(self) -> list[tuple[bool, int]]:
-        """Return for each axis if it moves, and for a stepper the start time of its present move."""
+        """Return for each axis True if the axis moves, and for a stepper the start time of the present move."""
         return [
             (axis.moving, 0 if isinstance(axis, ServoAxis) else axis.train.move.start_ns)
             for controller in self.bench.controllers.values()

@@ -19,7 +19,7 @@ MOST_TORQUE = 1000.0
 
 
 def check_counts(counts: object, act: str) -> None:
-    """Raises UsageError if a person cannot move anything by so many counts."""
+    """Raises UsageError if a person cannot move a part by this number of counts."""
     if type(counts) is not int:
         raise UsageError(f"{act}({counts!r}): give a whole number of counts")
     if abs(counts) > MOST_COUNTS:
@@ -27,7 +27,7 @@ def check_counts(counts: object, act: str) -> None:
 
 
 def check_torque(newton_metres: float) -> None:
-    """Raises UsageError if a person cannot load a shaft like that."""
+    """Raises UsageError if a person cannot apply this torque to a shaft."""
     if not -MOST_TORQUE <= newton_metres <= MOST_TORQUE:
         raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
 

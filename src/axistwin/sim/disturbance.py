@@ -46,7 +46,7 @@ class Disturbance:
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
-        """Apply the disturbance to a character, if it strikes."""
+        """Apply the disturbance to a character, if `strikes()` is True."""
         if self.left == 0 or not self.strikes():
             return
         self.effect(passage)

@@ -34,7 +34,7 @@ class LineError(Flag):
 
 
 SOUND = LineError.NONE
-"""The errors of a good character; a name, because a look-up in the enumeration is slow in the inner loop."""
+"""The errors of a good character; named here, because access to the enumeration is slow in the inner loop."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The level of a wire over time, exactly and in integers.
 
-A wire is at mark, except during its *spaces*.  An instant is `number / per` nanoseconds: the bits of a sender at
-B baud begin at whole multiples of 1/B ns, and two instants are compared by multiplying crosswise.
+A wire is at mark, except during its *spaces*.  An instant is `number / per` nanoseconds: the bits of a sender at B
+baud begin at whole multiples of 1/B ns.  Two instants are compared by cross-multiplication.
 
 mark  ──┐     ┌──┐        ┌──
 space   └─────┘  └────────┘
@@ -57,7 +57,7 @@ class Levels:
             spaces[-1].end = min(spaces[-1].end, now_ns * spaces[-1].per)
 
     def low(self, at: int, per: int) -> bool:
-        """True if the wire is at space at `at/per` ns.  Spaces that end by then are forgotten."""
+        """True if the wire is at space at `at/per` ns.  Earlier spaces are discarded."""
         self.forget(at, per)
         spaces = self._spaces
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
@@ -65,7 +65,7 @@ class Levels:
     def sample(self, at: int, step: int, per: int, count: int) -> int:
         """Return the levels at `at/per`, `(at + step)/per`, … ns, the first as bit 0.
 
-        Spaces that end by the last but one sample are forgotten; a receiver may sample the newer ones once more.
+        Spaces before the last but one sample are discarded; a receiver may sample the newer spaces once more.
         """
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:
@@ -73,7 +73,7 @@ class Levels:
             first = max(0, (space.begin * per - since + width - 1) // width)  # round up: the samples inside the space
             if first >= count:
                 break
-            last = min(count, (space.end * per - since + width - 1) // width)  # a break may go on for hours
+            last = min(count, (space.end * per - since + width - 1) // width)  # a break may last for hours
             if last > first:
                 levels &= ~((1 << last) - (1 << first))
             forgotten += last <= count - 2
@@ -86,13 +86,13 @@ class Levels:
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:
-        """Forget all spaces that end by `at/per` ns."""
+        """Discard all spaces that end by `at/per` ns."""
         spaces = self._spaces
         while spaces and spaces[0].end * per <= at * spaces[0].per:
             spaces.popleft()
 
     def free(self, now_ns: int) -> bool:
-        """True if the wire stays at mark from now on: no frame on it holds space later."""
+        """True if the wire stays at mark from now on: no frame on the wire has a later space."""
         return not self._spaces or self._spaces[-1].end <= now_ns * self._spaces[-1].per
 
     def falls(self, since: int, per: int) -> Iterable[Space]:

@@ -122,7 +122,7 @@ class Pin:
         self._update(before)
 
     def flash(self, half_period_ns: int) -> None:
-        """Let the output stage flash, beginning high.  There are no events without subscribers."""
+        """Make the output stage flash, beginning high.  Without subscribers, no events occur."""
         before, self._flash_ns, self._flash_from = self.level, half_period_ns, self.clock.now
         self._update(before)
         if self._changes:
@@ -187,7 +187,7 @@ class Pin:
 
 
 class CalculatedPin(Pin):
-    """An output whose level follows from the motion: `read` returns it, and there is no event for each pulse."""
+    """An output whose level follows from the motion: `read` returns the level, and pulses cause no events."""
 
     silent = True
 
@@ -264,7 +264,7 @@ class SensedPin(Pin):
 
 
 class UserPin(Pin):
-    """A TTL terminal with a 5 kΩ pull-up: open, it is high at 5 V.  Its voltage may be read, too.
+    """A TTL terminal with a 5 kΩ pull-up: open, it is high at 5 V.  The voltage can be read, too.
 
     Priority, highest first: a defect (`hold`), a test lead (`drive`), the output stage (`output`), external wiring
     (`set`), the pull-up resistor.
@@ -359,7 +359,7 @@ class UserPin(Pin):
         self._find_volts(level, before)
 
     def _find_volts(self, level: bool, before: float) -> None:
-        """Compute the voltage, and notify subscribers if it or the level differs from `before`."""
+        """Compute the voltage; notify subscribers if the voltage or the level differs from `before`."""
         held = _volts(self._holds[-1].level) if self._holds else None
         stated = (volts for volts in (held, self._lead, self._stage, self._wired) if volts is not None)
         self._volts = next(stated, PULLED_UP_VOLTS)

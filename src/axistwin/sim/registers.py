@@ -129,11 +129,11 @@ class RegisterPort:
         """Call `callback(message)` with each message that is ready for the host.  Return an unsubscribe function."""
         return self._messages.subscribe(callback)
 
-    def told(self, command: bytes) -> None:
+    def report_command(self, command: bytes) -> None:
         """Report that the host has handed over this command (called by the device)."""
         self._commands.emit(command)
 
-    def said(self, message: bytes) -> None:
+    def report_message(self, message: bytes) -> None:
         """Report that this message is ready for the host (called by the device)."""
         self._messages.emit(message)
 

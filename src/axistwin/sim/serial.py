@@ -272,9 +272,9 @@ class Line:
             reading.space.unread, self._reading = True, None
 
     def _find_start_bit(self) -> None:
-        """Find the next falling edge; it is known already, as frames are put on the wire as a whole.
+        """Find the next falling edge, which is fixed already, as frames are put on the wire as a whole.
 
-        A receiver without a format first measures how long the line is low (automatic baud rate).
+        A receiver without a format first measures the duration of the low level (automatic baud rate).
         """
         for space in self._levels.falls(*self._idle):
             fmt = self._format(self._levels, space)

@@ -78,7 +78,7 @@ class DropPending:
 
 @dataclass(frozen=True, slots=True)
 class SetInstant:
-    """Make the line take no time, or take its time again."""
+    """Make the line take no time, or its real time."""
 
     on: bool
 
@@ -177,9 +177,8 @@ class SerialPort:
 
     @property
     def control_lines(self) -> dict[str, Pin]:
-        """The device's control lines by the device's names: its outputs `dtr` and `rts`, its inputs `dsr` and `cts`.
-
-        Each input is the host's output that is wired to it.
+        """The device's control lines by the device's names: outputs `dtr` and `rts`, inputs `dsr` and `cts`.  The
+        level of an input is that of the host's output wired to the input.
         """
         own, host = {"dtr": self.dtr_line, "rts": self.rts_line}, self.host
         return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
@@ -253,7 +252,8 @@ class SerialPort:
         return self._writes.subscribe(callback)
 
     def subscribe_settings(self, callback: Callable[[Setting], None]) -> Callable[[], None]:
-        """Call `callback(setting)` before each `Setting` that changes something, unless the bench itself makes it.
+        """Call `callback(setting)` before each `Setting` that changes something, unless the bench itself made the
+        change.
 
         Return an unsubscribe function.
         """

@@ -1,4 +1,4 @@
-"""Connections of serial ends: two ends to each other, several in a ring, or several on one pair of wires.
+"""Connections of serial ends: two ends, several ends in a ring, or several ends on one pair of wires.
 
 A `Wiring` connects the host's end: `direct` to a device, through a `daisy_chain`, or to a `shared_pair`.
 """

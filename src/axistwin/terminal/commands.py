@@ -35,20 +35,20 @@ class End(Protocol):
         """Transmit."""
 
     async def run_until_quiet(self) -> None:
-        """Wait until the controller is idle, as far as this end can detect that."""
+        """Wait until the controller is idle, as far as this end can detect."""
 
     async def wait(self, seconds: float) -> None:
-        """Let that much time pass at the far end."""
+        """Wait for that duration at the controller's end."""
 
 
 class LocalCommands:
-    """Executes the terminal's own commands; those for pins, axes and time need a `virtual` controller."""
+    """Executes the terminal's own commands; commands for pins, axes and time need a `virtual` controller."""
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
 
     def knows(self, line: bytes) -> bool:
-        """Return True for such a command.  An IF1 sequence also begins with a colon, but is upper case."""
+        """Return True for the terminal's own commands.  An IF1 sequence also begins with a colon, but is upper case."""
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
 
     async def obey(self, line: str) -> bool:
@@ -58,7 +58,7 @@ class LocalCommands:
         try:
             return await self._obey(found[1], (found[2] or "").strip())
         except AxistwinError as error:
-            self.screen.tell(f"{error}")
+            self.screen.show(f"{error}")
             return True
 
     async def _obey(self, name: str, words: str) -> bool:
@@ -66,13 +66,13 @@ class LocalCommands:
             case "quit":
                 return False
             case "help":
-                self.screen.tell(*HELP.splitlines())
+                self.screen.show(*HELP.splitlines())
             case "wait":
                 await self.end.wait(_seconds(words))
             case "pins":
-                self.screen.tell(*columns(_pins(self._virtual_end())))
+                self.screen.show(*columns(_pins(self._virtual_end())))
             case "axes":
-                self.screen.tell(*columns(_axes(self._virtual_end())))
+                self.screen.show(*columns(_axes(self._virtual_end())))
             case "drive":
                 self._drive(*words.partition(" ")[::2])
             case "speed":

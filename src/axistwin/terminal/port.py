@@ -17,13 +17,13 @@ QUIET_S = 0.3
 
 
 class PortEnd:
-    """Connection to a port.  `hear` receives its data; `lost` receives the error if the port fails."""
+    """Connection to a port.  `receive` gets the data; `lost` gets the error if the port fails."""
 
     def __init__(
-        self, target: str, line: str | None, hear: Callable[[bytes], None], lost: Callable[[LinkError], None]
+        self, target: str, line: str | None, receive: Callable[[bytes], None], lost: Callable[[LinkError], None]
     ) -> None:
         self._loop = asyncio.get_running_loop()
-        self._target, self._hear, self._failed = target, hear, lost
+        self._target, self._receive, self._failed = target, receive, lost
         self._port = _open(target, line)
         self._closing = False
         self._last_s = self._loop.time()
@@ -68,7 +68,7 @@ class PortEnd:
 
     def _take(self, data: bytes) -> None:
         self._last_s = self._loop.time()
-        self._hear(data)
+        self._receive(data)
 
 
 def _open(target: str, line: str | None) -> serial.Serial:

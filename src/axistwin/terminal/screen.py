@@ -51,18 +51,18 @@ class Screen:
             self._fresh()
             self._write(f"{PROMPT}{line}\n")
 
-    def said(self, data: bytes) -> None:
+    def show_sent(self, data: bytes) -> None:
         """Show data that the host has sent by itself."""
         self._fresh()
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 
-    def tell(self, *lines: str) -> None:
+    def show(self, *lines: str) -> None:
         """Show lines of the terminal itself."""
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()
 
-    def heard(self, data: bytes) -> None:
+    def show_received(self, data: bytes) -> None:
         """Show characters from the controller."""
         for byte in data:
             if self._line is Line.ENDED and byte != LF:

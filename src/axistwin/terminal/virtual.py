@@ -1,4 +1,4 @@
-"""A virtual controller at the far end of a terminal: a session paced to the wall clock."""
+"""A virtual controller at the other end of a terminal: a session paced to the wall clock."""
 
 import asyncio
 from abc import ABC, abstractmethod
@@ -69,15 +69,15 @@ class VirtualEnd(ABC):
 
 
 class SerialEnd(VirtualEnd):
-    """A controller with a serial port.  `hear` receives its data."""
+    """A controller with a serial port.  `receive` gets the data."""
 
-    def __init__(self, session: Session, hear: Callable[[bytes], None]) -> None:
-        self._hear = hear
+    def __init__(self, session: Session, receive: Callable[[bytes], None]) -> None:
+        self._receive = receive
         super().__init__(session)
         self.do("flow", Flow.DTR.value)
 
     def _subscribe(self) -> Callable[[], object]:
-        return self.controller.serial.subscribe_received(lambda byte, _: self._hear(bytes([byte])))
+        return self.controller.serial.subscribe_received(lambda byte, _: self._receive(bytes([byte])))
 
     def send(self, data: bytes) -> None:
         """Transmit, as fast as the line and the controller's DTR allow."""
@@ -87,19 +87,19 @@ class SerialEnd(VirtualEnd):
 class BoardEnd(VirtualEnd):
     """A board on a bus: a line is a command in hex or by name; messages are shown in hex and by name."""
 
-    def __init__(self, session: Session, tell: Callable[[str], None]) -> None:
-        self._tell = tell
+    def __init__(self, session: Session, print_line: Callable[[str], None]) -> None:
+        self._print_line = print_line
         super().__init__(session)
         self._codec = codec_of(self.controller.product)
 
     def _subscribe(self) -> Callable[[], object]:
-        return self.controller.bus.subscribe_received(self._heard)
+        return self.controller.bus.subscribe_received(self._received)
 
     def send(self, data: bytes) -> None:
         """Queue a command for the board.  Raises ProgramError for an unknown command."""
         if text := data.decode("utf-8", "replace").partition(";")[0].strip():
             self.session.say(self.controller.name, self._codec.read(text))
 
-    def _heard(self, message: bytes) -> None:
+    def _received(self, message: bytes) -> None:
         shown = self._codec.show(message.rstrip(b"\0") or message[:1])
-        self._tell(f"< {shown}   {self._codec.words(message, by_host=False)}")
+        self._print_line(f"< {shown}   {self._codec.words(message, by_host=False)}")

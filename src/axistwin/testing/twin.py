@@ -4,7 +4,7 @@
 
     with axistwin.serve("if1", speed="manual") as twin:
         host = serial.serial_for_url(twin.ports["if1"], timeout=5)
-        twin.advance(1.5)               # it has just been switched on
+        twin.advance(1.5)               # the controller has just been switched on
         host.write(b"(")
         twin.advance(0.1)
         assert host.read(2) == b"U\\r"
@@ -78,10 +78,10 @@ class HostCall:
         return self._thread.done
 
     def result(self, timeout: float = HOST_TIMEOUT_S) -> Any:
-        """Wait for the function.  Returns its result, or raises its exception.
+        """Wait for the function.  Returns the result, or raises the exception.
 
-        With `speed="manual"` virtual time passes while the function waits.  Raises LinkError if the function is still
-        waiting after `timeout` (virtual) seconds without any communication.
+        With `speed="manual"` virtual time passes while the function waits.  Raises LinkError after `timeout`
+        (virtual) seconds without any communication.
         """
         return self._clock.wait_for(self._thread, timeout)
 
@@ -153,7 +153,7 @@ class Twin:
         self._service.loop.stop()
 
     def advance(self, seconds: float) -> None:
-        """With `speed="manual"`: advance virtual time.  All that hosts have sent before is received first."""
+        """With `speed="manual"`: advance virtual time, after all data that hosts have sent is received."""
         self.clock.advance(seconds)
 
     def run_until(self, condition: Callable[[], object], timeout: float) -> bool:
@@ -166,7 +166,7 @@ class Twin:
     def start(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> HostCall:
         """Call a host's function in a separate thread; `result` of the returned call waits for it.
 
-        With `speed="manual"`, virtual time passes only while the function waits for something.
+        With `speed="manual"`, virtual time passes only while the function is blocked.
         """
         thread = HostThread(function, arguments, keywords)
         self.clock.add(thread)
@@ -241,7 +241,7 @@ def _bench(
         bench.add(what, **options)
         return bench, []
     if options:
-        raise UsageError(f"invalid options {', '.join(options)}: only a model takes options; write them into the scene")
+        raise UsageError(f"invalid options {', '.join(options)}: options are for a model; set these in the scene")
     if isinstance(what, Bench):
         return what, []
     from axistwin.scenes.scene import Scene  # lazy import: imports pydantic

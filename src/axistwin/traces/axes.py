@@ -1,7 +1,7 @@
 """Signals of axes, as changes.
 
 The pulses of a stepper are calculated from its pulse train when they are written.  A servo axis reports its samples,
-which are kept here until then.
+which are stored until they are written.
 """
 
 from collections.abc import Iterator, Mapping
@@ -75,7 +75,9 @@ class StepperTrace:
     def _velocities(
         self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """Yield the rate at the begin of each segment and at the end of a move; of several at one time, the last."""
+        """Yield the rate at the begin of each segment and at the end of a move; of several rates at one time, the
+        last.
+        """
         changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():
@@ -143,7 +145,7 @@ class StepperTrace:
 
 
 def _rates(move: Move) -> Iterator[tuple[int, float]]:
-    """Yield the times and values of a move's rates, in pulses per second; 0 at its end."""
+    """Yield the times and values of a move's rates, in pulses per second; 0 at the end of the move."""
     profile, direction = move.profile, move.direction
     for start, rate in zip(profile.starts, profile.rates, strict=False):
         yield move.start_ns + start * S // profile.ticks, direction * (rate / profile.per_rate)

@@ -208,7 +208,9 @@ SINKS: Mapping[str, MakeSink] = {".csv": CsvSink, WAVES: VcdSink, ".parquet": _p
 
 
 def sink_for(path: Path) -> MakeSink:
-    """Return the writer for this kind of file.  Raises UsageError or MissingExtraError if there is none."""
+    """Return the writer for this kind of file.  Raises UsageError for an unknown kind, MissingExtraError for a
+    missing extra.
+    """
     if path.suffix not in SINKS:
         *others, last = SINKS
         raise UsageError(

@@ -124,7 +124,7 @@ def _reduce(signals: Sequence[_Changes]) -> None:
 
 
 def _extremes(values: "NDArray[Any]") -> "NDArray[np.int64]":
-    """Return half of the places: of every four, those of the least and the greatest value; and the first place."""
+    """Return half of the places: of every four, the places of the least and the greatest value; and the first place."""
     import numpy as np
 
     whole = len(values) // 4 * 4

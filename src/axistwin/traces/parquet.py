@@ -2,9 +2,9 @@
 
 As in CSV there are no rows for step pulses.  The last row, `end`, gives the end of the trace.
 
-Parquet has its table of contents at the end; without the table a file is unreadable.  So each row group is written
-together with a new table, over the old one, and the file is complete even if the program is killed.  The last group is
-rewritten until it is full.
+Parquet has its table of contents at the end; without the table a file is unreadable.  Each row group is therefore
+written together with a new table, over the old table, and the file is complete even if the program is killed.  The
+last group is rewritten until it is full.
 """
 
 import io

@@ -13,7 +13,7 @@ from axistwin.errors import ProgramError, TraceError, UsageError
 from axistwin.numbers import NumberError, clipped, real, shortened, whole
 from axistwin.traces.files import ALL_BITS
 from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, choose
-from axistwin.traces.signals import Signal as Known
+from axistwin.traces.signals import Signal as SignalName
 
 if TYPE_CHECKING:
     import numpy as np
@@ -66,7 +66,7 @@ class Trace:
 
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
         """Return the signals matched by patterns.  Raises UsageError for a pattern without a match."""
-        known = {Known(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
+        known = {SignalName(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
         names = (known[signal] for signal in choose(list(known), patterns))
         return {name: self.tracks[name] for name in names}
 
@@ -81,7 +81,7 @@ def read(path: Path) -> Trace:
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        raise TraceError(f"{path}: not a trace: no text in UTF-8") from None
+        raise TraceError(f"{path}: not a trace: not a text in UTF-8") from None
 
 
 def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_ns: int | None) -> Trace:
@@ -319,7 +319,7 @@ def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:
     except (ValueError, RecursionError):
         kinds = None
     if not isinstance(kinds, dict) or not all(kind in KINDS for kind in kinds.values()):
-        raise TraceError(f"{path}: not written by axistwin: the metadata have no list of signals")
+        raise TraceError(f"{path}: not written by axistwin: the metadata contain no list of signals")
     return kinds
 
 

@@ -44,7 +44,7 @@ _log = logging.getLogger("axistwin.trace")
 class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     """Trace a bench into `path` within this context.
 
-    `patterns` select the signals; `tell` receives a message if the trace ends early.
+    `patterns` select the signals; `report` receives a message if the trace ends early.
 
     Raises UsageError for a pattern without a match, or if the file cannot be written.
     """
@@ -54,16 +54,16 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         bench: Bench,
         path: Path,
         patterns: Sequence[str] = (DEFAULT,),
-        tell: Callable[[str], object] = _log.warning,
+        report: Callable[[str], object] = _log.warning,
     ) -> None:
-        self.bench, self.path, self._tell = bench, path, tell
+        self.bench, self.path, self._report = bench, path, report
         self._make = sink_for(path)
         self._flushed_s = 0.0
         self._chosen = supported(path, choose(catalogue(bench), patterns))
 
     def __enter__(self) -> Self:
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{self.path} cannot be written: it is not a file")
+            raise UsageError(f"{self.path} cannot be written: not a file")
         try:
             self._output = Output(self.path)
         except OSError as error:
@@ -108,7 +108,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._tracer.sink = None
         self._stack.close()
         ends_s = to_seconds(self._tracer.written_ns)
-        self._tell(f"the trace {self.path.name} ends here, at {ends_s:.6f} s: {error.strerror}")
+        self._report(f"the trace {self.path.name} ends here, at {ends_s:.6f} s: {error.strerror}")
 
 
 class Tracer:
@@ -156,7 +156,7 @@ class Tracer:
         self._stack.close()
 
     def catch_up(self, *, for_others: bool = True) -> None:
-        """Write the changes before now, and flush them for other programs if asked."""
+        """Write the changes before now, and flush the file for other programs on request."""
         self._write(self.bench.now)
         if self.sink is not None and for_others:
             self.sink.flush()
@@ -271,7 +271,9 @@ class Tracer:
         self._moves += 1
 
     def _after_events(self) -> None:
-        """Called at the end of each nanosecond with events: poll registers, write if enough has collected."""
+        """Called at the end of each nanosecond with events: poll registers, and write if enough changes are
+        collected.
+        """
         self._poll_registers()
         enough = self._waiting.count >= CHUNK or self._moves >= self._most_moves
         for rows in self._rows:

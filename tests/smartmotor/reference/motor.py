@@ -215,7 +215,7 @@ class ReferenceMotor:
         why = {"go"} if self.go.poll(self.pins["G"]) else set()
         if not self.window[0] <= self.shaft <= self.window[1]:
             why.add("switch")
-        if self.index.look(self) and self.values["WATCH_INDEX"]:
+        if self.index.look(self) and self.values["OBSERVE_INDEX"]:
             why.add("index")
         if self.brake_read:
             self.brake_read = False

@@ -67,7 +67,7 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
         return 0
     made, files = _targets(arguments)
     checked = [_check(file, made, fix, quiet=form != "text") for file in files]
-    _tell(checked, made, form)
+    _print(checked, made, form)
     worst = [each for one in checked for each in one.found if strict or each.severity is Severity.ERROR]
     return 1 if worst else 0
 
@@ -114,7 +114,7 @@ def _fix(file: Path, target: Product, quiet: bool) -> Checked:
     return Checked(file, better, left, target.model)
 
 
-def _tell(checked: Sequence[Checked], made: Product | None, form: str) -> None:
+def _print(checked: Sequence[Checked], made: Product | None, form: str) -> None:
     if form == "json":
         click.echo(as_json(checked, made.model if made is not None else checked[0].model or None))
         return

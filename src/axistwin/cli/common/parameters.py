@@ -14,7 +14,9 @@ MOST_S = 1e9
 
 
 class Number(click.FloatRange):
-    """A finite number within limits; unlike its base class it refuses nan and numbers of thousands of digits."""
+    """A finite number within limits.  Unlike the base class, this type refuses nan and numbers of thousands of
+    digits.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the text as a number."""

@@ -16,7 +16,7 @@ def bench_for(target: str, options: Iterable[str] = (), state: Path | None = Non
         bench.add(target, state=state, **read_options(options))
         return bench
     if options or state:
-        raise UsageError("--option and --state are for a MODEL: set them in the scene")
+        raise UsageError("--option and --state are for a MODEL: set these in the scene")
     from axistwin.scenes.scene import Scene  # lazy import: pydantic
 
     made: Bench = Scene.load(Path(target)).build()

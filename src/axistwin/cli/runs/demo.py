@@ -1,4 +1,4 @@
-"""`axistwin demo`: a short session with each kind of controller: what was said, what moved, and a picture.
+"""`axistwin demo`: a short session with each kind of controller: messages, moves, and a picture.
 
 The sessions are also an example: they control the hardware only through `from axistwin import Bench`.
 """
@@ -41,7 +41,7 @@ NEXT = (
 )
 def demo(plot: Path) -> None:
     """Show axistwin at work: an IF1 moves three motors, an IF2 survives a power cut, an 1811 moves by opcodes, a
-    SmartMotor runs into a limit switch and is held fast.
+    SmartMotor runs into a limit switch and its shaft is held.
 
     Everything is computed in virtual time, as fast as possible.  A picture of the IF1's moves is written to the current
     directory, or to the file given by --plot.
@@ -78,7 +78,7 @@ def three_motors(if1: "_Session") -> None:
     _chapter("An IF1 is switched on, and detects the baud rate of its host")
     if1.wait(1.5)
     if1.say("(", "its first bits tell the baud rate", end="")
-    if1.hear("it was 9600")
+    if1.receive("it was 9600")
     if1.say("U61", "8 data bits, 2 stop bits, no parity")
     if1.wait(1.2)
 
@@ -91,10 +91,10 @@ def three_motors(if1: "_Session") -> None:
     if1.ask("E", "it is busy")
     if1.ask("N", "at speed it counts by 256 steps")
     if1.come_to_rest()
-    if1.look("X", "Y")
+    if1.show_positions("X", "Y")
     if1.say("X-2000/Y1000@3000$", "a straight line: Y at half the speed")
     if1.come_to_rest()
-    if1.look("X", "Y")
+    if1.show_positions("X", "Y")
 
     _chapter("It waits for a button, and drills two holes")
     if1.say(":H1Z400@2000S1:P0,20:Z-R1:=1,1:$", "input 1: down, drill, 200 ms, up; once more")
@@ -103,7 +103,7 @@ def three_motors(if1: "_Session") -> None:
     if1.ask("O", "step 1 is being executed")
     if1.wait(1.6)
     if1.press("input1", False)
-    if1.look("Z")
+    if1.show_positions("Z")
 
     _chapter("It runs X into a limit switch, and away from it")
     if1.say("X@4000G$", "no distance: a run without end")
@@ -112,7 +112,7 @@ def three_motors(if1: "_Session") -> None:
     steps = if1.ask("N", "steps since the run began")
     if1.say(f"X-{steps}$", "as many the other way")
     if1.come_to_rest()
-    if1.look("X")
+    if1.show_positions("X")
 
 
 def power_cut() -> None:
@@ -122,7 +122,7 @@ def power_cut() -> None:
     _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")
     if2.wait(1.5)
     if2.say("(", "", end="")
-    if2.hear("")
+    if2.receive("")
     if2.say("U61")
     if2.wait(1.2)
     if2.say("@2000", "2000 steps/s")
@@ -135,10 +135,10 @@ def power_cut() -> None:
     if2.explain("its battery has kept the sequence")
     if2.press("input1", True)
     if2.come_to_rest()
-    if2.look("X")
+    if2.show_positions("X")
     if2.press("input1", False)
     if2.come_to_rest()
-    if2.look("X")
+    if2.show_positions("X")
     if2.ask("E", "locked: it accepts report requests only")
 
 
@@ -153,7 +153,7 @@ def two_registers() -> None:
     board.wait(1.0)
     board.ask("80", "pulses issued so far")
     board.come_to_rest()
-    board.look("motor")
+    board.show_positions("motor")
     board.ask("83", "C3 50 hex are 50,000 pulses from absolute zero")
 
 
@@ -172,13 +172,13 @@ def motor_with_a_language() -> None:
     motor.say("MV G", "without end: the switch at 9000 stops it")
     motor.come_to_rest()
     motor.ask("RMODE", "B: its windings are shorted, which brakes it")
-    motor.look("shaft")
+    motor.show_positions("shaft")
     motor.say("ZS MP P=0 G", "the fault is cleared; away from the switch")
     motor.wait(0.2)
     motor.jam()
     motor.wait(0.5)
     motor.ask("RBe", "position error too large: the motor is off")
-    motor.look("shaft")
+    motor.show_positions("shaft")
 
 
 class _Session:
@@ -186,30 +186,30 @@ class _Session:
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         self.bench, self.controller = bench, controller
-        self.heard = b""
+        self.received = b""
 
     def say(self, text: str, note: str = "", end: str = "\r") -> None:
         """Transmit as the host."""
         data = (text + end).encode()
-        self._tell(">", "".join(map(word, data)), note)
+        self._print(">", "".join(map(word, data)), note)
         self.controller.serial.write(data)
         self.bench.run(0.002 + 0.00115 * len(data))  # transmission time at 9600 baud
 
-    def hear(self, note: str) -> None:
+    def receive(self, note: str) -> None:
         """Wait for an answer as the host."""
-        self.heard = b""
+        self.received = b""
         self.bench.run_until(self._answered, 2.0)
-        self._tell("<", "".join(map(word, self.heard)), note)
+        self._print("<", "".join(map(word, self.received)), note)
 
     def _answered(self) -> bool:
-        self.heard += self.controller.serial.read()
-        return self.heard.endswith(b"\r")
+        self.received += self.controller.serial.read()
+        return self.received.endswith(b"\r")
 
     def ask(self, question: str, note: str) -> str:
         """Send a question and return the answer."""
         self.say(question)
-        self.hear(note)
-        return self.heard.decode().strip()
+        self.receive(note)
+        return self.received.decode().strip()
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
@@ -218,7 +218,7 @@ class _Session:
     def press(self, button: str, down: bool) -> None:
         """Press or release a button at the machine."""
         self.controller.pins[button].drive(down)
-        self._tell(
+        self._print(
             "!", f"{button} {'high' if down else 'low'}", "the button is pressed" if down else "the button is released"
         )
         self.bench.run(0.01)
@@ -226,7 +226,7 @@ class _Session:
     def power(self, on: bool) -> None:
         """Switch the power."""
         self.controller.power(on)
-        self._tell("!", f"power {'on' if on else 'off'}", "")
+        self._print("!", f"power {'on' if on else 'off'}", "")
 
     def come_to_rest(self) -> None:
         """Wait until all axes are at rest."""
@@ -234,12 +234,12 @@ class _Session:
         self.bench.run_until(lambda: not any(axis.velocity for axis in axes), 60.0)
         self.bench.run(0.01)
 
-    def look(self, *names: str) -> None:
+    def show_positions(self, *names: str) -> None:
         """Print the positions of axes."""
         positions = (f"{name} {self.controller.axes[name].position}" for name in names)
-        self._tell("=", ", ".join(positions), "")
+        self._print("=", ", ".join(positions), "")
 
-    def _tell(self, mark: str, what: str, note: str) -> None:
+    def _print(self, mark: str, what: str, note: str) -> None:
         time = click.style(f"{self.bench.seconds:9.3f} s", dim=True)
         said = f"  {time}  {click.style(f'{mark} {what}', fg=COLOURS[mark])}"
         if len(what) > WIDTH:
@@ -255,7 +255,7 @@ class _Session:
 
 
 class _MotorSession(_Session):
-    """The same for a servo motor, whose rest is polled, because it has no single pulses."""
+    """A session for a servo motor, whose rest is polled, because a servo has no single pulses."""
 
     def come_to_rest(self) -> None:
         """Wait until the trajectory has ended and the shaft is at rest."""
@@ -265,7 +265,7 @@ class _MotorSession(_Session):
     def jam(self) -> None:
         """Hold the shaft so that it cannot turn."""
         self.controller.axes["shaft"].jam()
-        self._tell("!", "shaft.jam on", "the shaft is held")
+        self._print("!", "shaft.jam on", "the shaft is held")
 
 
 class _BoardSession(_Session):
@@ -274,25 +274,25 @@ class _BoardSession(_Session):
     def say(self, text: str, note: str = "", end: str = "") -> None:
         """Write a command string as the host, and set CB bit 4."""
         bus = self.controller.bus
-        self._tell(">", text + end, note)
+        self._print(">", text + end, note)
         for byte in bytes.fromhex(text):
             bus.write(0, byte)
         bus.write(1, 0x10)
         self.bench.run_until(lambda: bus.read(1) & 0x10, 1.0)
 
-    def hear(self, note: str) -> None:
+    def receive(self, note: str) -> None:
         """Wait for SB bit 3, read a message, and set CB bit 7."""
         bus = self.controller.bus
         self.bench.run_until(lambda: bus.read(1) & 0x08, 1.0)
-        self.heard = bytes(bus.read(0) for _ in range(16))
+        self.received = bytes(bus.read(0) for _ in range(16))
         bus.write(1, 0x80)
-        self._tell("<", self.heard.hex(" ").upper(), note)
+        self._print("<", self.received.hex(" ").upper(), note)
 
     def ask(self, question: str, note: str) -> str:
         """Send a request; return its message in hex."""
         self.say(question)
-        self.hear(note)
-        return self.heard.hex()
+        self.receive(note)
+        return self.received.hex()
 
 
 def _chapter(title: str) -> None:

@@ -1,4 +1,4 @@
-"""`axistwin run`: run a program or a conversation at full speed; print what was said and what moved."""
+"""`axistwin run`: run a program or a conversation at full speed; print messages and moves."""
 
 import json
 import logging
@@ -58,7 +58,7 @@ def run(
 
     PROGRAM is a conversation (.talk), IF1/IF2 command lines as typed at a terminal (.if1), commands for an 1810 or 1811
     in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  Before
-    command lines the initialisation is done.  A line is sent when the one before has ended; `;` starts a comment,
+    command lines the initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
     `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller differs from the conversation.
 
     \b
@@ -74,7 +74,7 @@ def run(
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
     """
     if program is None and not target.endswith(".toml"):
-        raise UsageError(f"the PROGRAM for the {target} is missing: only a scene runs without one")
+        raise UsageError(f"the PROGRAM for the {target} is missing: only a scene runs without a PROGRAM")
     loaded = running.scene_program() if program is None else running.load(program, target)
     what = target if program is None else program.name
     if plot is not None:

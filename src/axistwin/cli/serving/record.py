@@ -66,7 +66,7 @@ def record(
     """Relay between a host and a real controller, and record a conversation with times.
 
     The controller is on a serial device, or on a URL of pyserial.  The host connects to the port that is printed.
-    Everything is passed on at once and recorded until interrupted.  `axistwin replay` then compares a virtual
+    All data is passed on at once and recorded until interrupted.  `axistwin replay` then compares a virtual
     controller with the recording.
 
     For controllers on RS232 or RS485.  An 1810 or 1811 is on the bus of its computer, where no relay is possible; see

@@ -75,7 +75,7 @@ def table(comparison: Comparison, *, brief: bool = False) -> Iterator[str]:
     yield f"{'line':>6}  {'hardware ms':>12}  {'twin ms':>12}  {'later by ms':>12}"
     for act in acts:
         times = (act.hardware_ns, act.twin_ns, act.later_ns)
-        yield f"{act.line or 'end':>6}  {'  '.join(_ms(ns) for ns in times)}  {_said(act)}"
+        yield f"{act.line or 'end':>6}  {'  '.join(_ms(ns) for ns in times)}  {_reply_text(act)}"
         if not act.same:
             yield from _difference(act)
 
@@ -84,7 +84,7 @@ def _ms(ns: int | None) -> str:
     return f"{'-' if ns is None else f'{ns / MS:.3f}':>12}"
 
 
-def _said(act: Compared) -> str:
+def _reply_text(act: Compared) -> str:
     """Return the act of the host and the reply: `> E\\r  < C\\r`."""
     words = act.expected if act.same else "differs"
     return "  ".join(_short(text) for text in (act.after, f"< {words}" if act.same else words) if text)

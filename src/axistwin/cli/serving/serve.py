@@ -114,7 +114,7 @@ def serve(
     headers = None
     if what.endswith(".toml"):
         if state or line or options or second:
-            raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set them in the scene")
+            raise UsageError("--state, --line, --rs485 and --option are for a MODEL: set these in the scene")
         served = what_is.scene(what, given, alone=panel is not None)
     else:
         served = what_is.model(what, given, second, {"state": state, "line": line, **read_options(options)})
@@ -126,9 +126,9 @@ def serve(
         wanted = served.ports(bench)
         _prepare(bench, times)
         if shown is None:
-            _tell_hints(bench)
+            _log_hints(bench)
         else:
-            shown.session.each_bench(_tell_hints)
+            shown.session.each_bench(_log_hints)
         files.write(_recording(bench, record, headers), _tracing(bench, trace, signals))
         if shown is None:
             server = Server(bench, speed=times, flow=Flow(flow), reset=reset_on_connect)
@@ -139,7 +139,7 @@ def serve(
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
-    """Return the panel if the user asked for one.  Raises UsageError."""
+    """Return the panel if the user requested a panel.  Raises UsageError."""
     if panel is None:
         if token is not None:
             raise UsageError("--panel-token needs a panel: expected also --panel, e.g. --panel 8080")
@@ -235,7 +235,7 @@ def _prepare(bench: Bench, speed: float | None) -> None:
             logging.getLogger("axistwin").warning("%s", note)
 
 
-def _tell_hints(bench: Bench) -> None:
+def _log_hints(bench: Bench) -> None:
     """Log each status hint of a controller."""
     for name, controller in bench.controllers.items():
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))

@@ -1,4 +1,4 @@
-"""Limit how much of the same trouble is logged: a client that sends nonsense for ever must not fill a disk."""
+"""Limit repeated log records: a client that sends nonsense for ever must not fill a disk."""
 
 import logging
 from collections import Counter
@@ -9,9 +9,10 @@ OURS = "axistwin"
 
 
 class Sparing(logging.Filter):
-    """Pass the first records of each logger in full, then only counts: of 16, 32, 64, … records in all, one line each.
+    """Pass the first records of each logger in full, then only counts at 16, 32, 64, … records, one line each.
 
-    Records with a traceback are limited, and all records of libraries.  One-line records of axistwin itself are not.
+    Records with a traceback are limited, and all records of libraries.  One-line records of axistwin itself are not
+    limited.
     """
 
     def __init__(self) -> None:
@@ -19,7 +20,7 @@ class Sparing(logging.Filter):
         self._counted: Counter[str] = Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return False for a record that is only counted; shorten one that reports a count."""
+        """Return False for a record that is only counted; shorten a record that reports a count."""
         if record.name.partition(".")[0] == OURS and not record.exc_info:
             return True
         self._counted[record.name] += 1

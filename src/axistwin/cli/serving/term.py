@@ -66,7 +66,7 @@ def term(
 
     A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are shown by
     name, too.  A virtual IF1 or IF2 is initialised first.  Lines from a pipe are sent one by one, each when the
-    controller has finished the one before.
+    controller has finished the previous line.
 
     \b
     Examples:
@@ -108,7 +108,7 @@ async def _virtual(build: Callable[[], Bench], speed: float | None, end: bytes, 
     _greet(controller.product.title)
     if initialise and FAMILIES[controller.product.model] == "digiplan":
         _initialise(session.bench, controller, screen)
-    other = BoardEnd(session, screen.tell) if on_a_bus(controller) else SerialEnd(session, screen.heard)
+    other = BoardEnd(session, screen.show) if on_a_bus(controller) else SerialEnd(session, screen.show_received)
     try:
         return await _converse(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
     finally:
@@ -119,7 +119,7 @@ async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int
     from axistwin.terminal.port import PortEnd
 
     screen, lines = _screen(keyboard), Lines()
-    other = PortEnd(target, line, screen.heard, lines.put_nowait)
+    other = PortEnd(target, line, screen.show_received, lines.put_nowait)
     _greet(target)
     try:
         return await _converse(screen, LocalCommands(other, screen), _typed(lines), end, keyboard)
@@ -140,13 +140,13 @@ def _greet(what: str) -> None:
 def _initialise(bench: Bench, controller: Controller, screen: Screen) -> None:
     """Initialise the controller before the first line, in zero real time."""
     ends = (
-        controller.serial.subscribe_sent(screen.said),
-        controller.serial.subscribe_received(lambda byte, _: screen.heard(bytes([byte]))),
+        controller.serial.subscribe_sent(screen.show_sent),
+        controller.serial.subscribe_received(lambda byte, _: screen.show_received(bytes([byte]))),
     )
     try:
         command_lines.send_lines(bench, (), INITIALISED_NS)
     except ProgramError as error:
-        screen.tell(str(error))
+        screen.show(str(error))
     for end in ends:
         end()
 
@@ -166,7 +166,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
             try:
                 commands.end.send(_codes(keyboard, line) + end)
             except ProgramError as error:
-                screen.tell(error.message)
+                screen.show(error.message)
         if not screen.person:
             await commands.end.run_until_quiet()
         screen.prompt()

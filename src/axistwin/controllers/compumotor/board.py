@@ -1,7 +1,7 @@
 """The dispatcher of a board with its power on: command strings in, commands performed.
 
 Procedures run side by side: `_take` reads command strings from the IDB into the command queue, `_obey_all` performs
-them in order; a SINGULAR command and a sequence each run for their own time; the pulse generator runs by itself.
+them in order; a SINGULAR command and a sequence are processes of their own; so is the pulse generator.
 """
 
 from collections.abc import Callable, Mapping
@@ -67,7 +67,7 @@ class Board(State):
         return len(self._queue.items)
 
     def fail(self) -> None:
-        """Raise the board monitor alarm: LED on, outputs in high impedance; only a reset helps."""
+        """Raise the board monitor alarm: LED on, outputs in high impedance; only a reset clears the alarm."""
         self._die()
         for name in FLOATING:
             self.pins[name].set(self.options.high_impedance)
@@ -75,7 +75,7 @@ class Board(State):
         self.handshake.fail()
 
     def begin_test(self) -> None:
-        """Abandon everything and begin the test."""
+        """Stop everything and begin the test."""
         if self.alive:
             self.alive = False
             self.events.armed.clear()

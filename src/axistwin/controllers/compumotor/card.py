@@ -1,4 +1,4 @@
-"""The board in its slot: connectors and registers, which exist with and without power (appendix C)."""
+"""The board in its slot: the connectors and registers, which exist with and without power (appendix C)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
@@ -78,7 +78,7 @@ class Card:
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
-        """True while CW STEP (+1) or CCW STEP (-1) is active, which is low: open collectors let go without power."""
+        """True while CW STEP (+1) or CCW STEP (-1) is active, which is low; without power both are off."""
         return self._board is not None and self._board.steps(side)
 
     def _encoder_direction(self) -> bool:
@@ -142,7 +142,7 @@ class Card:
         }
 
     def _restart(self) -> None:
-        """Reset by CB bit 5 or by the bus is the same as power off and on."""
+        """Restart the board: a reset by CB bit 5 or by the bus has the effect of power off and on."""
         self.power(False)
         self.power(True)
 

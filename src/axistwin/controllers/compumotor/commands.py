@@ -212,7 +212,7 @@ COMMANDS_1811 = CommandSet(
 # fmt: on
 
 COMMANDS_1810 = COMMANDS_1811.without(*(c.code for c in COMMANDS_1811 if Accept.ENCODER in c.accepted))
-"""The 1810 runs the same software without the encoder: it ignores B5h and what moves by the encoder at once."""
+"""The 1810 runs the same software without the encoder, and ignores B5h and moves by the encoder."""
 
 
 def installed(commands: CommandSet, options: Options) -> CommandSet:

@@ -1,4 +1,4 @@
-"""The front of an 1810 or 1811: the status byte, the one lamp, the connectors, and the answer to 88h.
+"""The front of an 1810 or 1811: the status byte, the lamp, the connectors, and the answer to 88h.
 
 Chapters Programming: The Status Byte (C.2), Interrupts (D); Functional check; Specifications: Inputs and Outputs;
 appendix A, 88h.

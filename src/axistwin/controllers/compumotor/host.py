@@ -1,4 +1,4 @@
-"""A host that does the handshake of chapter Reading and writing: commands in, messages out, nothing else.
+"""A host that does the handshake of chapter Reading and writing: it only sends commands and receives messages.
 
 The host writes a command when SB bit 4 reports an IDB that is ready, and reads a message when SB bit 3 reports one.
 The host's own work takes no time.
@@ -47,7 +47,7 @@ class Host:
     def _changed(self) -> None:
         if not self._due:
             self._due = True
-            self.port.clock.call_later(0, self._serve)  # the board does one thing after the other
+            self.port.clock.call_later(0, self._serve)  # the board performs one command at a time
 
     def _serve(self) -> None:
         self._due = False

@@ -18,15 +18,15 @@ LONGEST = 16
 
 
 class Accept(Flag):
-    """The attributes of a command (chapter Command attributes): they alone decide which commands are performed."""
+    """The attributes of a command (chapter Command attributes), which decide when a command is performed."""
 
-    SINGULAR = auto()  # takes time, and only one can be in progress
+    SINGULAR = auto()  # takes time; only one at a time
     INDEXER = auto()  # valid in indexer mode
     STREAMING = auto()  # valid in the streaming modes
     SEQUENCE = auto()  # may be placed in a sequence buffer
-    DURING_SEQUENCE = auto()  # the host may give it while a sequence is being performed
-    DURING_STREAMING = auto()  # the host may give it while the streaming buffer is being performed
-    DEFINING = auto()  # acts also between D9 and D8
+    DURING_SEQUENCE = auto()  # valid from the host while a sequence is being performed
+    DURING_STREAMING = auto()  # valid from the host while the streaming buffer is being performed
+    DEFINING = auto()  # valid also between D9 and D8
     ENCODER = auto()  # 1811 only
 
 
@@ -71,7 +71,7 @@ class StreamedVelocity(Number):
 
 @dataclass(frozen=True)
 class Switch(Number):
-    """One byte: 00 or anything else."""
+    """One byte: off is 00, on is any other value."""
 
     def decode(self, data: bytes) -> bool:
         """True if the byte is not 00."""
@@ -80,7 +80,7 @@ class Switch(Number):
 
 @dataclass(frozen=True)
 class OneOf(Number):
-    """One byte with a few choices."""
+    """One byte with a list of valid values."""
 
     choices: tuple[int, ...] = ()
 
@@ -91,7 +91,7 @@ class OneOf(Number):
 
 @dataclass(frozen=True)
 class DontCare(Number):
-    """Required bytes without a meaning; a handler does not get them."""
+    """Required bytes without a meaning, which are not passed to the handler."""
 
 
 def _number(
@@ -126,7 +126,7 @@ class Opcode(Command):
 
     @property
     def syntax(self) -> str:
-        """The opcode in hex and the parameters, with their sizes where they are not one byte."""
+        """The opcode in hex and the parameters, with sizes other than one byte."""
         parts = (f.form if f.size == 1 else f"{f.form}[{f.size}]" for f in self.fields)
         return " ".join((f"{self.opcode:02X}", *parts))
 

@@ -1,4 +1,4 @@
-"""Differences between installed boards, and figures for which the manual gives only an "about"."""
+"""Differences between installed boards, and figures that the manual gives only as "about"."""
 
 from dataclasses import dataclass, fields
 from typing import Literal, get_args, get_type_hints
@@ -25,7 +25,7 @@ class Options:
     start_ms: float = 3.0
     """Before a calculated move begins; "within five milliseconds of receipt of the command"."""
     calculation_ms: float = 10.0
-    """To calculate ("crunch") a move: "less than half" of 30 ms, with what is above."""
+    """To calculate ("crunch") a move: "less than half" of 30 ms, together with the figures above."""
     step_ms: float = 1.0
     """The processor's own time for a command in a sequence."""
     next_message_ms: float = 1.0
@@ -37,38 +37,38 @@ class Options:
     trigger6_us: float = 400.0
     """From a rising edge to the function of trigger 6."""
     trigger1_hold_us: float = 0.0
-    """The time for which trigger 1 must stay high before it acts.  0: its response time.
+    """The time for which trigger 1 must stay high before it acts.  0: the response time.
 
     "Requires a hold time of 500 microseconds to be recognized"; yet "response will be within 200".
     """
     trigger6_hold_us: float = 0.0
     """The same for trigger 6: "1 millisecond", and "within 400 microseconds"."""
     home_ms: float = 3.0
-    """The time for which the home input must keep a level: "like TRIGGERS 2 through 5", whose worst case it is."""
+    """The time for which the home input must keep a level: "like TRIGGERS 2 through 5", at their worst case."""
     invert_z: bool = False
     """Jumper JU16: True if the encoder's channel Z is inverted."""
     invert_encoder: bool = False
     """Jumper JU17: True if the encoder's direction bit is inverted."""
     marker_ms: float = 3.0
-    """From a marker in the stream until its command has been carried out: "approximately two to four milliseconds"."""
+    """Time from a marker in the stream to the end of its command: "approximately two to four milliseconds"."""
     buffer_bytes: int = 600
     """Memory for sequences or streaming: "about 600 decimal bytes"."""
     command_queue: int = 16
     """Commands taken from the IDB and not yet obeyed; full: SB bit 4 stays clear."""
     message_queue: int = 64
-    """Messages waiting for the ODB; full: further ones are lost."""
+    """Number of messages that can wait for the ODB; further messages are lost."""
     interrupt_command: Literal["everywhere", "printed"] = "everywhere"
-    """The places of 01h: in sequences and markers too, or in neither, as its printed attributes say."""
+    """Places where 01h is valid: also in sequences and markers, or in neither, as printed."""
     encoder_commands: Literal["kept", "performed", "ignored"] = "kept"
     """The effect of 2Fh, 35h to 37h, 3Ah, D4h and D5h on an 1810.
 
-    "kept": the position and the definitions are kept, nothing moves by the missing encoder.
-    "performed": all of them as on an 1811 without an encoder.  "ignored": none of them.
+    "kept": positions and definitions are stored, but no move uses the missing encoder.
+    "performed": all commands as on an 1811 without an encoder. "ignored": no command.
     """
     stop_after_stream: Literal["ramp", "ignored"] = "ramp"
     """The effect of 70h on a motor that a stream has left at a velocity: a ramp as of the last move, or none."""
     high_impedance: bool = False
-    """The level of the outputs in high impedance, after a failure: what they are connected to pulls them there."""
+    """Level of the outputs in high impedance, after a failure; the connected circuit determines the level."""
     part_number: str = "94-003657-01A"
     """The answer to FDh: 94-, six digits, -, two digits, one or two letters."""
 

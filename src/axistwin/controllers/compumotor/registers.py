@@ -4,7 +4,7 @@ host                                  board
 write command bytes into the IDB
 set CB bit 4                          SB bit 4 clears; about 1 ms later the IDB has been read: SB bit 4 sets
                                       message into the ODB: SB bit 3 sets
-read the ODB, set CB bit 7            SB bit 3 clears; the next message, if there is one
+read the ODB, set CB bit 7            SB bit 3 clears; the next message, if any
 """
 
 from collections import deque
@@ -56,7 +56,7 @@ class Handshake:
         self._messages: deque[bytes] = deque()
         self._loading = False
         self._leaves: Event | None = None
-        self._told: Event = clock.event()
+        self._command_event: Event = clock.event()
         self._status = Status.MASKED
         self.on_reset: Callable[[], None] = lambda: None
         port.input.drain()
@@ -99,7 +99,7 @@ class Handshake:
         self._show()
 
     def _show(self) -> None:
-        """Interrupts are wire-ORed: while one is active, another makes no difference."""
+        """Update the interrupt line. Interrupts are wire-ORed: a second active one changes nothing."""
         active = bool(self._status & self._jumpers) and Status.MASKED not in self._status
         self.port.status = int(self._status | (Status.INTERRUPT if active else 0))
         self.port.interrupt_line.set(active)
@@ -115,14 +115,14 @@ class Handshake:
         if Control.MESSAGE_TAKEN in control:
             self._message_taken()
         if Control.COMMAND_READY in control and Status.INPUT_READY in self._status:
-            self.port.told(self.port.input.contents)
+            self.port.report_command(self.port.input.contents)
             self._change(Status.INPUT_READY, Status(0))
-            told, self._told = self._told, self.clock.event()
-            told.succeed()
+            reported, self._command_event = self._command_event, self.clock.event()
+            reported.succeed()
 
     def next_command(self, drain_ns: int) -> Procedure:
-        """Wait for the host to say that there is a command; returns what is in the IDB when it has been read."""
-        yield self._told
+        """Wait for a command announced by the host; return the contents of the IDB after the board has read them."""
+        yield self._command_event
         yield self.clock.timeout(drain_ns)
         return self.port.input.drain()
 
@@ -138,7 +138,7 @@ class Handshake:
         return self._leaves
 
     def send(self, message: bytes) -> None:
-        """Queue a message, filled up to sixteen bytes; if the queue is full it is lost."""
+        """Queue a message, filled up to sixteen bytes; a full queue loses the message."""
         if self.full:
             return
         self._messages.append(message.ljust(LONGEST, b"\0"))
@@ -146,7 +146,7 @@ class Handshake:
             self._load()
 
     def forget_messages(self) -> None:
-        """Messages that the host has not read are lost."""
+        """Discard messages that the host has not read."""
         self._messages.clear()
         self.port.output.drain()
         self._change(Status.MESSAGE_READY, Status(0))
@@ -159,7 +159,7 @@ class Handshake:
                 leaves, self._leaves = self._leaves, None
                 leaves.succeed()
             self.port.output.load(message)
-            self.port.said(message)
+            self.port.report_message(message)
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)
 
     def _message_taken(self) -> None:

@@ -18,8 +18,7 @@ DISTANCE_TIME = "53 01 04 00 00 00 00 00 02\n"
 RULES = (
     NO_COMMAND := Rule(
         "CM101", "no such command", E, LANGUAGE,
-        "This opcode means nothing to the board, or is an 1811's and the board an 1810.  `axistwin commands 1811` "
-        "lists them.",
+        "The board does not have this opcode, or only an 1811 does.  `axistwin commands 1811` lists all opcodes.",
         "02",
     ),
     TOO_LONG := Rule(
@@ -44,7 +43,7 @@ RULES = (
     ),
     NOTHING := Rule(
         "CM106", "a command that does nothing", W, LANGUAGE,
-        "The opcode is in the manual's list, and the board does nothing on it.",
+        "The opcode is in the manual's list, but has no effect.",
         "FE",
     ),
     UNKNOWN_NAME := Rule(
@@ -54,38 +53,38 @@ RULES = (
     ),
     WORD := Rule(
         "CM111", "a value that cannot be read", E, LANGUAGE,
-        "Behind a command's name stand its values: decimal, hex after 0x, ranges as two digits, switches as on or "
+        "After a command's name follow its values: decimal, hex after 0x, ranges as two digits, switches as on or "
         "off.  In hex every byte is two digits.",
         "set_user_bit 3",
     ),
     NUMBER_OF_VALUES := Rule(
         "CM112", "too few or too many values", E, LANGUAGE,
-        "Behind a command's name stand as many values as it has parameters; those that mean nothing are left out.",
+        "After a command's name follows one value per parameter; parameters without a meaning are left out.",
         "go_relative",
     ),
     NOT_IN_SEQUENCE := Rule(
-        "CM201", "a command that may not stand in a sequence", E, SEQUENCES,
+        "CM201", "a command that is not allowed in a sequence", E, SEQUENCES,
         "While a sequence is being defined (D9 … D8) this command is neither stored nor obeyed.",
         "D9 01\n70\nD8",
     ),
     ONLY_IN_SEQUENCE := Rule(
         "CM202", "a command for sequences only", E, SEQUENCES,
-        "Waits and repeats mean something between D9 and D8 only.",
+        "Waits and repeats are valid between D9 and D8 only.",
         "wait_seconds 2",
     ),
     ONLY_STREAMING := Rule(
         "CM203", "a command for the streaming modes", E, STREAM,
-        "It is ignored in indexer mode.  51, 52 or 53 enter a streaming mode.",
+        "The command is ignored in indexer mode.  51, 52 or 53 enter a streaming mode.",
         "E0" + " 00" * 12,
     ),
     NOT_STREAMING := Rule(
         "CM204", "a command that is not valid in a streaming mode", E, MODES,
-        "It is ignored while a streaming mode is in force.  50 goes back to indexer mode.",
+        "The command is ignored in a streaming mode.  50 returns to indexer mode.",
         STREAMING + "40 01",
     ),
     NESTED := Rule(
         "CM205", "a loop within a loop", E, SEQUENCES,
-        "20 and 21 do not nest: the inner one is ignored.",
+        "20 and 21 cannot be nested: the inner command is ignored.",
         "D9 01\nrepeat 3 2\nrepeat 1 2\n83\n83\nD8",
     ),
     LOOP_TOO_LONG := Rule(
@@ -95,12 +94,12 @@ RULES = (
     ),
     UNENDED := Rule(
         "CM207", "a sequence definition that never ends", W, SEQUENCES,
-        "All that follows goes into the sequence until D8 comes.",
+        "All further commands are stored in the sequence until D8.",
         "D9 01\n83",
     ),
     NOT_DEFINING := Rule(
         "CM208", "the end of no definition", W, SEQUENCES,
-        "D8 ends the definition of a sequence, and none has begun.",
+        "D8 ends the definition of a sequence, but no definition has begun.",
         "D8",
     ),
     NO_SEQUENCE := Rule(
@@ -110,12 +109,12 @@ RULES = (
     ),
     NO_SUCH_MOVE := Rule(
         "CM301", "a move number that is not kept", E, DEFINE,
-        "There are moves 1 to 50.",
+        "Valid are moves 1 to 50.",
         "define_relative_move 51 00 1 1 1",
     ),
     VELOCITY := Rule(
         "CM302", "a velocity beyond its range", E, "Positions and moves",
-        "Each velocity range has its highest rate; a move that is faster is not performed.",
+        "Each velocity range has its highest rate; a faster move is not performed.",
         "31 00 00 00 10 00 00 00 00 00 01",
     ),
     ACCELERATION := Rule(
@@ -129,7 +128,7 @@ RULES = (
         "40 07",
     ),
     NOT_GIVEN := Rule(
-        "CM305", "ignored, because something has not been given", E, "Positions and moves",
+        "CM305", "ignored, because a definition is missing", E, "Positions and moves",
         "Default moves need 31, a search for home needs 38, closed-loop moves need B0 to B4.",
         "33 00 00 00 01",
     ),
@@ -140,7 +139,7 @@ RULES = (
     ),
     NO_ENCODER := Rule(
         "CM307", "a closed-loop move of an 1810", W, DEFINE,
-        "An 1810 keeps the definition and performs nothing, for it has no encoder.  With the option "
+        "An 1810 stores the definition but does not perform the move, because it has no encoder.  With the option "
         "`encoder_commands=\"performed\"` it moves as if an encoder stayed at 0.",
         "; model: 1810\n> D4 01 00 00 00 61 A8 00 03 D0 90 00 00 00 0A\n> 40 01",
         suffix=".talk",
@@ -157,7 +156,7 @@ RULES = (
     ),
     BEYOND_CLOCK := Rule(
         "CM403", "more pulses than the clock gives", E, STREAM,
-        "In one update interval the base clock, divided, gives only so many pulses.",
+        "The base clock and the divisor limit the number of pulses in one update interval.",
         DISTANCE_TIME + "E3 01 7F FF" + " 00" * 12,
     ),
     NOT_MARKED := Rule(

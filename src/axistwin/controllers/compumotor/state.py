@@ -102,7 +102,7 @@ class State(ABC):
         """Raise the board monitor alarm."""
 
     def occupy(self, duration_ns: int) -> Event:
-        """Keep the processor busy: it obeys no commands meanwhile.  Return the event of the end."""
+        """Keep the processor busy, so that no commands are performed. Return the event of the end."""
         self.busy_until_ns = max(self.busy_until_ns, self.clock.now + duration_ns)
         return self.clock.timeout(duration_ns)
 
@@ -136,7 +136,7 @@ class State(ABC):
         self.events.happened(Happening.START, self.motion.begun)
 
     def blocked(self, sign: int) -> bool:
-        """True if no motion may begin in the + or - direction: its limit is active, or the motor is shut down."""
+        """True if motion in the + or - direction is blocked: the limit is active, or the motor is shut down."""
         return self.shutdown.on or self.limits.blocks(sign)
 
     @property
@@ -156,12 +156,12 @@ class State(ABC):
 
     @property
     def occupied(self) -> bool:
-        """True while the motor is moving, or the joystick enabled, which counts as such."""
+        """True while the motor is moving or the joystick is enabled."""
         return self.moving or self.joystick.enabled
 
     @property
     def step_level(self) -> bool:
-        """The level of STEP: that of STEP IN while the joystick is enabled; in high impedance after a failure."""
+        """The level of STEP: the level of STEP IN while the joystick is enabled; high impedance after a failure."""
         if self.handshake.failed:
             return self.options.high_impedance
         return self.pins["step_in"].level if self.joystick.enabled else self.pulses.step_level

@@ -34,14 +34,14 @@ INPUTS = ("input1", "input2", "input3")
 
 
 class NoBattery:
-    """Memory of the IF1, which keeps nothing."""
+    """Memory of the IF1, which is lost without power."""
 
     def load(self) -> bytes | None:
         """Return None: nothing is kept."""
         return None
 
     def save(self, contents: bytes) -> None:
-        """Keep nothing."""
+        """Do nothing: an IF1 has no battery."""
 
 
 class Card:
@@ -77,7 +77,7 @@ class Card:
         return CalculatedPin(self.clock, f"{axis.lower()}_clock", level)
 
     def _busy(self) -> bool:
-        """Moving, waiting for an input, pulsing an output, or calculating a ramp."""
+        """True while the interface moves, waits for an input, pulses an output, or calculates a ramp."""
         return self._interface is not None and (self._interface.work.busy or self._interface.muted)
 
     def _procedures(self) -> Sequence[Process]:
@@ -119,8 +119,8 @@ class Card:
     def registers(self) -> Mapping[str, Register]:
         """Return faults and status, named after the commands that report them; K without the motion bits, Q with them.
 
-        E is empty until there is a data format, since the command is not answered before.
-        `step` is the step of the sequence in progress, 0 if no sequence runs; O stays at the last step.
+        E is empty until the data format is set, as the command is not answered before.
+        `step` is the step of the sequence in progress, 0 if no sequence runs; O keeps the last step.
         """
 
         def figure(read: Callable[[Interface], int], *, restless: bool = False) -> Register:
@@ -146,7 +146,7 @@ def _wired(plug: ControlLines, cable: Cable) -> ControlLines:
     """Return the control lines at the interface: DSR and CTS depend on the cable."""
 
     def line(pin: Pin, source: str) -> Pin:
-        """Return DSR or CTS, connected to the plug, to an output of the interface, or to nothing (reset)."""
+        """Return DSR or CTS as connected: to the plug, to an output of the interface, or to nothing (reset)."""
         if source == "host":
             return pin
         line = Pin(pin.clock, pin.name)

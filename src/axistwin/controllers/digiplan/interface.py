@@ -85,7 +85,7 @@ class Interface(State):
         self.stage, self.hint = Stage.READY, ""
         self._break_in.enable(self.locked)
         self.faults.show()
-        self._begin_sequence()  # that the lock has kept
+        self._begin_sequence()  # the sequence that the lock has kept
 
     def _obey_until_broken_in(self) -> Procedure:
         """Obey until a `(` begins the initialisation again."""
@@ -98,7 +98,7 @@ class Interface(State):
                 self._text.clear()
                 self._eighth.clear()
                 self.work.cancel()
-                yield self.clock.timeout(0)  # the work ends meanwhile
+                yield self.clock.timeout(0)  # the work ends before the next character
                 return
             elif (procedure := self._process(character)) is not None:
                 yield from procedure
@@ -170,7 +170,7 @@ class Interface(State):
             self.transmitter.send_flow_control(stop=full)
 
     def _cancel_at_once(self) -> None:
-        """Obey a received `# <CR>`, also after a message that is held or an answer that cannot be sent."""
+        """Obey a received `# <CR>`, even while a message is held or an answer cannot be sent."""
         if self.work.turn is not None:
             self.buffer.drop_before_cancel()
             self.work.drop_held()
@@ -206,7 +206,7 @@ class Interface(State):
             return self.work.when_free(self._give_control_back())
         if not message.start:
             if self._in_range(message.steps[0]):
-                self.set_parameters(message.steps[0])  # kept for the next move
+                self.set_parameters(message.steps[0])  # the parameters are kept for the next move
         elif not (self.work.busy and self.options.busy == "ignore"):
             return self.work.when_free(self._start(message))
         return None
@@ -214,7 +214,7 @@ class Interface(State):
     def _carry_out_later(self, message: Message) -> Procedure:
         """Carry out a message after the held one has begun, unless a `#` drops both.
 
-        Status requests that come in after the message are answered meanwhile.
+        Status requests after the message are answered meanwhile.
         """
         while self.work.held is not None:
             turn = self.work.turn = self.work.turn or self.clock.event()
@@ -227,13 +227,13 @@ class Interface(State):
         yield from self._carry_out(message) or ()
 
     def _answer_requests(self) -> Procedure:
-        """Process the status requests in the buffer, and leave the other messages."""
+        """Process the status requests in the buffer, and keep the other messages there."""
         while request := self.buffer.take_message(self.frame.ends_message, _is_request):
             for character in request:
                 yield from self._process(character) or ()
 
     def _in_range(self, step: Step, *, moving: bool = False) -> bool:
-        """True if these settings, or the move to be begun, are possible; otherwise raise an out-of-range fault."""
+        """Return True if these settings, or the move to begin, are possible; otherwise raise an out-of-range fault."""
         parameters = self.parameters.after(step)
         speed_is_wrong = "speed" in step.settings and too_fast(parameters)
         if speed_is_wrong or (moving and out_of_range(parameters, step)):
@@ -260,7 +260,7 @@ class Interface(State):
         yield self._begun()
 
     def _start_sequence(self, message: Message) -> None:
-        if self.work.control is not None:  # the host may send moves now, but no sequence
+        if self.work.control is not None:  # the host may send moves, but no sequence
             self.faults.raise_line(LineFault.DATA)
             return
         if any(not self._in_range(step) for step in message.steps):
@@ -283,5 +283,5 @@ class Interface(State):
         yield self._begun()
 
     def _begun(self) -> Event:
-        """Return an event after which the work has begun, so that the next status request reports it."""
+        """Return an event of the time at which the work has begun, so that the next status request reports the work."""
         return self.clock.timeout(0)

@@ -31,7 +31,7 @@ class Accept(Flag):
     LOCKED = auto()  # also while locked
     REQUEST = auto()  # a status request, which is answered also while a message is held
     SETUP = auto()  # during initialisation only
-    WRITTEN = auto()  # a part of the notation of other commands
+    WRITTEN = auto()  # part of the notation of other commands
 
 
 class Order(IntEnum):
@@ -50,7 +50,7 @@ class Instruction(Command):
 
     @property
     def syntax(self) -> str:
-        """Notation: parts in brackets are optional."""
+        """Notation; parts in brackets are optional."""
         parts = "".join(part.form for part in self.parameters)
         return self.form or f"{self.code}{' ' if parts[:1].isalpha() else ''}{parts}"
 
@@ -111,7 +111,7 @@ class Lines(Written):
 
 @dataclass
 class Message:
-    """A parsed message: one command alone, one direct step, or the steps of a sequence."""
+    """A parsed message: a single command, a direct step, or the steps of a sequence."""
 
     text: str
     problems: list[Problem] = field(default_factory=list)
@@ -215,7 +215,7 @@ class _Reader:
             self._check_step(step)
 
     def _read_unknown(self, begin: int, end: int) -> None:
-        """Read characters that are no command, with the number after them; or a number that belongs to no command."""
+        """Read unknown characters, with the number after them; or a number without a command."""
         if self.text[begin] in NUMBER:
             self._skip_number(end)
             self._wrong(rules.LOST_NUMBER, self._lost_number(begin), begin, self.at)
@@ -237,7 +237,7 @@ class _Reader:
         return f"{message}: {before.code} ({before.name}) takes {takes}"
 
     def _skip_number(self, end: int) -> None:
-        """Skip the number of a wrong command, so that it is not a second problem."""
+        """Skip the number of a wrong command, so that the number is not a second problem."""
         while self.at < end and self.text[self.at] in NUMBER | SIGNS:
             self.at += 1
 
@@ -252,10 +252,10 @@ class _Reader:
         elif alone:
             self._must_be_alone(command, at)
         elif Accept.WRITTEN in command.accepted:
-            self._wrong(rules.CANNOT_STAND, f"{name} cannot stand here", at, chapter=command.chapter)
+            self._wrong(rules.MISPLACED, f"{name} cannot stand here", at, chapter=command.chapter)
         else:
             where = "in a sequence" if self.message.sequence else "in a direct message"
-            self._wrong(rules.NOT_IN_THIS_KIND, f"{name} may not stand {where}", at, chapter=command.chapter)
+            self._wrong(rules.NOT_IN_THIS_KIND, f"{name} is not allowed {where}", at, chapter=command.chapter)
         return False
 
     def _must_be_alone(self, command: Command, at: int, end: int = 0) -> None:
@@ -292,7 +292,7 @@ class _Reader:
                 self._wrong(rules.RANGE, message, *match.span(group), command.chapter)
         self.at = match.end()
         if self.at < end and self.text[self.at] in NUMBER:
-            return  # the command takes another number; the next call reports that
+            return  # this command takes another number; the next call reports the problem
         assert command.handler is not None
         if complaint := command.handler(step, *values):
             self._wrong(rules.TWICE, complaint, begin, self.at, command.chapter)
@@ -310,4 +310,4 @@ class _Reader:
 
 
 def written(step: Step) -> None:
-    """Part of the notation of other commands; the parser reads it together with them."""
+    """Part of the notation of other commands, which the parser reads together."""

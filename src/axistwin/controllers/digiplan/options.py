@@ -1,4 +1,4 @@
-"""Options of an installed IF1 or IF2, and figures of which the manual gives only a bound."""
+"""Options of an installed IF1 or IF2, and figures for which the manual gives only a bound."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -23,14 +23,14 @@ class Options:
 
     wiring: Wiring = "5-wire"
     """5-wire: the host's DTR on DSR, its RTS on CTS.  3-wire: DSR and CTS linked to the interface's own RTS.
-    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS.  3-wire unlinked: neither is connected, so that nothing
-    is transmitted.  The cables of appendix 3 are one of the first two."""
+    3-wire DSR-DTR: DSR linked to its own DTR, CTS to its RTS.  3-wire unlinked: not connected, so that nothing is
+    transmitted.  The cables of appendix 3 are "5-wire" or "3-wire"."""
     fault_output: bool = False
     """Link 3 in position b: output 5 follows the LED and cannot be programmed."""
     busy: Busy = "hold"
     """Treatment of a message with `$` during a move or sequence."""
     limits: Limits = "any motion"
-    """Motion that a limit switch stops: any motion but one that leaves the switch, or only motion towards it."""
+    """Motion that a limit switch stops: any motion except away from the switch, or only motion towards the switch."""
     unlock: Unlock = "lock format"
     """Format of `]`: baud rate, number of bits and parity of `[`, or any format that is set at that time."""
     self_test_s: float = 1.0

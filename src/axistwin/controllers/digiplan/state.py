@@ -57,7 +57,7 @@ class State(ABC):
         self.eighth: tuple[bool, ...] = ()
         """Bit 8 of each character of the message in progress, terminator included."""
         self.ignored: tuple[int, ...] = ()
-        """Characters that are ignored if they come next."""
+        """Characters that are ignored as the next character."""
         self.parameters = Parameters()
         self.sequence = ""
         self.step_number = 0
@@ -66,7 +66,7 @@ class State(ABC):
         """The step of the sequence in progress; 0: no sequence runs."""
         self.on_step: Callable[[int], None] = lambda number: None
         self.hint = ""
-        """Before READY: why characters from the host are dropped, and what helps."""
+        """Before READY: reason for dropping the host's characters, and the remedy."""
         self.on_hint: Callable[[str], None] = lambda hint: None
         self._ramp_before: Parameters | None = None
         """While a new ramp is still to be calculated: the parameters before the new ramp data."""
@@ -88,7 +88,7 @@ class State(ABC):
         """Erase parameters, sequence and lock."""
 
     def drop(self, hint: str) -> None:
-        """Drop a character of the host; report why, once for each reason."""
+        """Drop a character of the host; report the reason, once for each reason."""
         if hint != self.hint:
             self.hint = hint
             self.on_hint(hint)
@@ -119,14 +119,16 @@ class State(ABC):
 
     @property
     def in_force(self) -> Parameters:
-        """Parameters of a move that begins now: without ramp data whose ramp is still to be calculated."""
+        """Return the parameters of a move that begins now: without ramp data whose ramp is still being calculated."""
         before = self._ramp_before
         if before is None:
             return self.parameters
         return replace(self.parameters, **{name: getattr(before, name) for name in RAMP_SETTINGS})
 
     def calculate_ramp(self) -> None:
-        """Calculate a ramp: for up to a second no character is processed, answered or echoed; the buffer keeps them."""
+        """Calculate a ramp: for up to a second no character is processed, answered or echoed; the buffer keeps the
+        characters.
+        """
         self._ramp_before = None
         self._muted_until_ns = self.clock.now + to_ns(self.options.recalculation_s)
 
@@ -136,7 +138,7 @@ class State(ABC):
 
     @property
     def muted(self) -> bool:
-        """True while a ramp is calculated."""
+        """True while a ramp is being calculated."""
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:

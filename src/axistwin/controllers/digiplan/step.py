@@ -7,7 +7,7 @@ from axistwin.controllers.diagnostics import Rule
 
 
 class EndOfWork(Exception):  # noqa: N818  # no error of the program
-    """End of the work in progress: a move is refused, or a parameter is out of range."""
+    """Raised to end the work in progress: a move is refused, or a parameter is out of range."""
 
 
 class Fault(Enum):
@@ -27,7 +27,7 @@ class Problem:
     message: str
     chapter: str
     about: tuple[str, ...] = ()
-    """Names of the `Parameters` that do not go together."""
+    """Names of the `Parameters` that conflict."""
     end: int = 0
     """Index after the last character concerned; 0: only the character at `position` is."""
 
@@ -81,7 +81,7 @@ class Parameters:
     speed: int = 400  # steps/s
     start_stop: int = 4  # x 100 steps/s
     acceleration: int = 10  # x 1000 steps/s²
-    distance: int = 0  # steps; also that of the major axis
+    distance: int = 0  # steps; the distance of the major axis too
     minor_distance: int = 0
     backlash: int = 0  # steps, signed
     pulse_length: int = 10  # x 10 ms

@@ -62,7 +62,7 @@ class Work:
         self.motion.decelerate()
         if self.process is not None:
             self.control = None
-            if self.process is self.clock.active_process:  # an output that it switches is wired to a fault input
+            if self.process is self.clock.active_process:  # an output that the step switches is wired to a fault input
                 self.clock.soon(partial(interrupt, self.process))
             else:
                 interrupt(self.process)
@@ -74,7 +74,7 @@ class Work:
                 kill(process)
 
     def give_control(self) -> Event:
-        """Give control to the host; the event brings a step to carry out, or None when control is given back."""
+        """Give control to the host; the event's value is a step to carry out, or None when control is given back."""
         self.control = self.clock.event()
         self._free()
         return self.control
@@ -99,7 +99,7 @@ class Work:
         self._release(cancelled=False)
 
     def drop_held(self) -> None:
-        """Drop the held message and the one that waits after it."""
+        """Drop the held message and the message that waits after it."""
         if self.held is not None:
             kill(self.held)
             self._release(cancelled=True)

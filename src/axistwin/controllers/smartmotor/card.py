@@ -41,7 +41,7 @@ class SmartMotor:
         self._fittings = Fittings(axis, self._index, brake, user_pins, uarts, store, [])
         self.alarms = Alarms(*ALARMS.values())
         self._motor: Motor | None = None
-        self._before: Motor | None = None  # without power, but its shaft may still turn
+        self._before: Motor | None = None  # without power, but the shaft may still turn
         self._switched_on = False
         axis.on_supply.subscribe(self._update_power)
         self._lines = Lines()
@@ -79,7 +79,7 @@ class SmartMotor:
         return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
-        """Return why the motor does not move, and the remedy; empty if there is no reason."""
+        """Return why the motor does not move, and the remedy; empty if nothing inhibits a move."""
         if self._motor is None:
             low = f"held in reset: its supply is below {self.options.reset_below_v:g} V (option reset_below_v)"
             return low if self._switched_on else ""
@@ -87,7 +87,7 @@ class SmartMotor:
         return trouble(self._motor)
 
     def _restart(self) -> None:
-        """Z: start again as at power-up."""
+        """Z: restart as at power-up."""
         self.power(False)
         self.power(True)
 

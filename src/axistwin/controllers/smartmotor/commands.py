@@ -1,7 +1,7 @@
 """The command table of the SmartMotor with firmware 4.76.  One line, one command.
 
-In the order of the guide for the base language, each of its chapters followed by what 4.76 adds to it.  A code is the
-keyword with what follows it immediately: `G`, `A=`, `GOSUBn`, `PRINT()`.
+The order is that of the guide for the base language; additions of 4.76 follow each chapter.  A code is the keyword
+with the characters that must follow: `G`, `A=`, `GOSUBn`, `PRINT()`.
 """
 
 from functools import partial
@@ -24,7 +24,7 @@ from axistwin.controllers.smartmotor.kernel.interpreter import HIGHEST, LOWEST
 from axistwin.controllers.smartmotor.language.forms import Accept, Form, Instruction
 from axistwin.controllers.smartmotor.serial import program_store, serial_data
 
-# From where a command is accepted
+# Sources of a command
 BOTH, BLOCK, GONE = Accept.HOST | Accept.PROGRAM, Accept.BLOCK, Accept.REMOVED
 INSIDE, HOST = Accept.PROGRAM, Accept.HOST
 
@@ -73,7 +73,7 @@ DEVICE, CHANNEL = Field("device A…H"), Field("channel", "", 0, 63)
 
 
 def kept(slot: int, field: Field) -> partial[None]:
-    """The handler of a parameter that is kept in a slot, within the range of its field."""
+    """Return the handler of a parameter that is kept in a slot, within the range of its field."""
     assert field.low is not None and field.high is not None
     return partial(modes.parameter, slot=slot, low=field.low, high=field.high)
 

@@ -1,12 +1,12 @@
 """The stored program as lines, and the line that is running.
 
-The motor keeps the text as its lines were loaded, without comments and needless blanks.  Of a program with only one
-line, each statement is listed as a line of its own.  A line runs from the sample in which one of its statements begins
-until a statement of another line begins.  WAIT and TWAIT therefore run as long as they hold the program.
+The motor stores the loaded lines without comments and needless blanks.  For a program with only one line, each
+statement is listed as a line of its own.  A line runs from the sample in which one of its statements begins until a
+statement of another line begins.  WAIT and TWAIT therefore run while they hold the program.
 
-While there are subscribers, the program in the memory is replaced by one that does the same and announces statements
-before they are executed (`Program.announces`).  For a line with one statement, its announcement is enough; for a line
-with several statements, all statements of the program are announced.
+While there are subscribers, the program in the memory is replaced by an equivalent program, which announces
+statements before their execution (`Program.announces`).  For a line with one statement, its announcement is enough;
+for a line with several statements, all statements of the program are announced.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -30,7 +30,7 @@ def lines_of(text: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Rows:
-    """The lines of a program, the index of the line of each statement, and lines that take no time."""
+    """The lines of a program, the line index of each statement, and the lines that take no time."""
 
     lines: tuple[str, ...]
     of: tuple[int, ...]
@@ -38,7 +38,7 @@ class Rows:
 
     @classmethod
     def of_program(cls, program: Program) -> "Rows":
-        """Return the lines as in the memory; of a program with one line, the statements as lines."""
+        """Return the lines as stored; for a program with one line, the statements as lines."""
         lines = lines_of(program.text)
         of = tuple(place.line - 1 for place in program.places)
         if len(lines) == 1:
@@ -47,7 +47,7 @@ class Rows:
         return cls(lines, of, frozenset(range(len(lines))) - {of[number] for number in numbers})
 
     def statements(self, rows: Iterable[int] | None) -> frozenset[int]:
-        """Return the statements to announce so that the beginning of these lines is known; None: of all lines."""
+        """Return the statements to announce so that the beginning of these lines is reported; None: of all lines."""
         every = frozenset(number for number, row in enumerate(self.of) if row not in self.silent)
         found = [[number for number in every if self.of[number] == row] for row in rows or ()]
         if rows is None or any(len(numbers) > 1 for numbers in found):
@@ -69,7 +69,7 @@ class Lines:
         self._rows = Rows((), (), frozenset())
 
     def connect(self, motor: Motor) -> None:
-        """This processor has its power on now; its program is not running yet."""
+        """Connect to a processor whose power has been switched on and whose program is not running yet."""
         self._motor = motor
         motor.on_program, motor.on_statement = self._announcing, self._begins
         if self.progress.wanted is None or self.progress.wanted:
@@ -90,7 +90,7 @@ class Lines:
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:
-        """Return a follower that converts numbers of statements to lines, counted from 1, for another follower."""
+        """Return a follower that converts statement numbers to line numbers, from 1, for another follower."""
         if LINE not in names:
             return follower
         place = names.index(LINE)
@@ -132,7 +132,7 @@ class Lines:
             change(self._motor, self._announcing(self._motor.program))
 
     def _announcing(self, program: Program) -> Program:
-        """The same program, which announces what is wanted."""
+        """Return the same program with the requested announcements."""
         wanted = self.progress.wanted
         if wanted is not None and not wanted:
             return program.announcing(frozenset())
@@ -141,7 +141,7 @@ class Lines:
 
 
 def change(motor: Motor, after: Program) -> None:
-    """Replace the program, which may be running, by one that differs in its announcements only."""
+    """Replace the program, even while running, by a program that differs only in its announcements."""
     if after is motor.program:
         return
     motor.catch_up()
@@ -154,7 +154,9 @@ def change(motor: Motor, after: Program) -> None:
 
 
 def _moved(before: Program, after: Program) -> dict[int, int]:
-    """Return the places of one code by those of the other; after an announcement, that of the statement itself."""
+    """Return the places of one code for those of the other; the place after an announcement is that of the
+    statement.
+    """
     moved = {}
     for old, new in zip(before.heads, after.heads, strict=True):
         moved[old + before.announcement(old)] = new + after.announcement(new)

@@ -109,12 +109,12 @@ class Motor(Processor):
         channel.send(host_mode.status(self))
 
     def reset(self) -> None:
-        """Z: start again as at power-up."""
+        """Z: restart as at power-up."""
         self._restart()
 
     @property
     def program(self) -> Program:
-        """The program in the memory.  Its compilation is completed now if it is in progress."""
+        """The program in the memory.  A compilation in progress is completed first."""
         if self._compilation is not None:
             self._compiled(self._compilation.result())
         return self._program
@@ -122,7 +122,8 @@ class Motor(Processor):
     def set_program(self, text: str) -> None:
         """End the running program and replace the program in the memory.
 
-        The text is compiled in this nanosecond, in pieces: a long program is not one long step of the simulation.
+        The text is compiled in this nanosecond, in pieces, so that a long program is not one long step of the
+        simulation.
         """
         flow.end(self)
         self._compilation = Compilation(text)
@@ -130,7 +131,7 @@ class Motor(Processor):
 
     def _compile(self, compilation: Compilation) -> None:
         if compilation is not self._compilation:
-            return  # complete already, or replaced
+            return  # already complete, or replaced
         if compilation.go_on():
             self._compiled(compilation.result())
         else:
@@ -141,7 +142,7 @@ class Motor(Processor):
         self.use(self.on_program(program))
 
     def use(self, program: Program) -> None:
-        """Replace the program and its code; the place in a running program stays as it is."""
+        """Replace the program and its code; the place in a running program does not change."""
         self._program = program
         self.core.code = array("q", program.code)
 
@@ -152,7 +153,7 @@ class Motor(Processor):
             limits.update_flags(self)
 
     def power_off(self) -> None:
-        """Switch off: no command, program or protection acts any more; the shaft coasts until it rests."""
+        """Switch off: no command, program or protection acts from now on; the shaft coasts until it rests."""
         self.catch_up()
         self._inputs.close()
         for channel in self.channels:
@@ -162,7 +163,7 @@ class Motor(Processor):
         i = self.i
         i[s.MODE], i[s.DRIVE], i[s.BRAKE], i[s.BO] = s.NO_POWER, s.DRIVE_OPEN, self.options.brake, 1
         for slot in (*UNPOWERED, *LATCHED):
-            i[slot] = slot in LATCHED  # no flag can rise
+            i[slot] = slot in LATCHED  # no flag can be set any more
 
     def leave(self) -> None:
         """Hand the machine over, as it is now, to the processor of the next power-up."""
@@ -181,11 +182,11 @@ class Motor(Processor):
         i[s.ARRAY_BASE] = s.DOUBLES if options.array_overlay else s.ALONE
 
     def _take_machine(self) -> None:
-        """Take over motor and load as they are; the position begins at 0 wherever the shaft is."""
+        """Adopt the present motor and load; the position begins at 0 at any place of the shaft."""
         i, axis = self.i, self.axis
         i[s.COUNTS_PER_REV] = IDEAL_COUNTS_PER_REV
         machine.fit(i, self.f, axis.motor, axis.load_data)
-        if axis.f:  # it has been running before
+        if axis.f:  # the machine has been in use before
             self.f[:] = array("d", axis.f)
             for slot, value in zip(MACHINE, self._fittings.machine, strict=True):
                 i[slot] = value
@@ -233,12 +234,12 @@ class Motor(Processor):
         pending, self.i[s.PENDING] = self.i[s.PENDING], 0
         if pending & s.CALL_FAULT:
             if not flow.call(self, faults.FAULT_1, s.CALL_FAULT) and (self.i[s.BE] or self.i[s.BH]):
-                flow.end(self)  # no room for the call: a motor protection fault ends the program all the same
+                flow.end(self)  # no room for the call; a motor protection fault still ends the program
         elif pending & s.CALL_INPUT:
             flow.call(self, INPUT_2, s.CALL_INPUT)
 
     def _go_edge(self) -> None:
-        """Handle a falling edge of pin G: G, if the pin has that role, and C2 with F=64."""
+        """Handle a falling edge of pin G: G, if the pin has the go role, and C2 with F=64."""
         i = self.i
         if i[s.GO_PIN] and not self.pins["G"].is_output:
             modes.go(self)

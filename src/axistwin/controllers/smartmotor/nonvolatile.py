@@ -39,7 +39,7 @@ class Nonvolatile:
 
     @classmethod
     def load(cls, store: Store) -> "Nonvolatile":
-        """Return the kept memory, or that of a new motor.  Raises UsageError for an invalid file."""
+        """Return the stored memory, or that of a new motor.  Raises UsageError for an invalid file."""
         contents = store.load()
         if contents is None:
             return cls()

@@ -1,7 +1,8 @@
 """The state of the motor's processor and the primitives that every chapter uses.
 
-`i` holds the integers named in `kernel/state.py`, `v` the variables of the language.  Chapters change both.  They do
-not import the dispatcher (`motor.py`): those of its functions that chapters need are abstract here.
+`i` holds the integers named in `kernel/state.py`, `v` the variables of the language.  Chapters change both.
+Chapters do not import the dispatcher (`motor.py`): the functions of the dispatcher that chapters need are abstract
+here.
 """
 
 from abc import ABC, abstractmethod
@@ -112,7 +113,7 @@ class Processor(Dispatcher, ABC):
         """Handle the events at which the kernel has stopped."""
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Bring the state to the last sample by now.  Afterwards it may be changed, if `changing`."""
+        """Advance the state to the last sample up to now.  Afterwards the state may be changed, if `changing`."""
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
@@ -120,11 +121,11 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.BY_HAND]
 
     def syntax_error(self) -> None:
-        """Flag text that is no command, or a command that is impossible: Bs, and RCHN of the host's channel."""
+        """Flag invalid text, or an impossible command: Bs, and RCHN of the host's channel."""
         self._flag(s.BS, ChannelError.SCAN)
 
     def overflow(self) -> None:
-        """Flag data for which there is no room: Bc, and RCHN of the host's channel."""
+        """Flag data that does not fit: Bc, and RCHN of the host's channel."""
         self._flag(s.BC, ChannelError.OVERFLOW)
 
     def _flag(self, slot: int, error: ChannelError) -> None:
@@ -133,9 +134,8 @@ class Processor(Dispatcher, ABC):
             self.host.flag(error)
 
     def send(self, data: bytes, channel: int | None = None) -> None:
-        """Send the output of the statement in progress: to the host that gave it, or to the program's channel.
-
-        A program is blocked while too much of its output is waiting.
+        """Send the output of the statement in progress: to the host of a command, or to the program's channel.  A
+        program is blocked while too much output is waiting.
         """
         if self.host is not None and channel is None:
             self.host.send(data)

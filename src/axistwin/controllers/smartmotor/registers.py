@@ -1,8 +1,7 @@
-"""Registers for inspection: every value of an expression that the motor keeps, and the mode.
-
-Their names are the commands that report them, such as RPE for @PE, since A to G are terminals.  The buffered P and V
-cannot be reported and have their own names.  CLK (the time itself), values fetched from outside and the levels of pins
-are not included.  `line` is the line of the stored program that is running.
+"""Registers for inspection: all stored values of expressions, and the mode.  The names are those of the report
+commands, such as RPE for @PE, because A to G are terminals.  The buffered P and V cannot be reported and keep their
+names.  CLK (the time itself), values fetched from outside and the levels of pins are not included.  `line` is the
+line of the stored program that is running.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -77,7 +76,9 @@ class Registers:
         return {name: Register(partial(self._value, name), _also(name), costly=name in COSTLY) for name in numbers()}
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None]:
-        """Report each change of these registers to a follower.  Several may follow, each its own registers."""
+        """Report each change of these registers to a follower.  Several followers are possible, each with its own
+        registers.
+        """
         one = _Following(tuple(names), self._lines.in_lines(names, follower))
         self._followings.append(one)
         self._follow()
@@ -99,7 +100,7 @@ class Registers:
         self._motor.core.follow([numbers()[name] for name in names], follower, restless=restless)
 
     def _all_followed(self) -> tuple[tuple[str, ...], Follower]:
-        """Return all followed names and the follower that distributes their changes; a single follower directly."""
+        """Return all followed names, and the only follower or a function that calls all followers."""
         if len(self._followings) == 1:
             return self._followings[0].names, self._followings[0].follower
         names = tuple(dict.fromkeys(name for one in self._followings for name in one.names))
@@ -112,7 +113,7 @@ class Registers:
         return names, report
 
     def _value(self, name: str) -> int:
-        """Return a register at the last sample by now; without power 0, and no mode."""
+        """Return a register at the last sample up to now; without power 0, and no mode."""
         if self._motor is None:
             return state.NO_POWER if name == "RMODE" else 0
         value = self._read(name)

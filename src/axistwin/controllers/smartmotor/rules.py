@@ -1,7 +1,7 @@
 """Diagnostics of the SmartMotor checker: the table of codes.
 
 1xx a command and its values, 2xx program flow, 3xx mode cam, 4xx changes of 4.76 against 4.15 and 4.40,
-5xx a program as a whole and the line to the host.
+5xx the whole program and the host's line.
 """
 
 from axistwin.controllers.diagnostics import Rule, Severity
@@ -27,7 +27,7 @@ RULES = (
     ),
     REMOVED := Rule(
         "SM102", "a command that has been removed in 4.76", E, "1.3 Commands removed",
-        "It sets Bs.  The message says what takes its place.",
+        "The command sets Bs.  The message names the replacement.",
         "KGON",
     ),
     EQUAL_SIGN := Rule(
@@ -42,7 +42,7 @@ RULES = (
     ),
     VALUE := Rule(
         "SM105", "a value where a command is expected", E, LEXICAL,
-        "A variable by itself does nothing and sets Bs; with R before it it is reported.",
+        "A variable alone sets Bs; R and the variable's name report the value.",
         "a",
     ),
     CASE := Rule(
@@ -51,13 +51,13 @@ RULES = (
         "g=5 endif",
     ),
     NO_COMMENT := Rule(
-        "SM107", "a rule that is no comment", E, LEXICAL,
+        "SM107", "a ruled line that is not a comment", E, LEXICAL,
         "A comment begins with an apostrophe and ends with the line.",
         "-----",
     ),
     PROGRAM_ONLY := Rule(
         "SM108", "a command for programs only", E, LEXICAL,
-        "A host cannot send it; the motor sets Bs.",
+        "A host cannot send this command; the motor sets Bs.",
         "> WAIT=5\\r", ".talk",
     ),
     NUMBER := Rule(
@@ -67,17 +67,17 @@ RULES = (
     ),
     RANGE := Rule(
         "SM110", "a value is out of range", E, LEXICAL,
-        "The motor refuses it and keeps the value it has.",
+        "The motor refuses the value and keeps the present one.",
         "E=40000",
     ),
     INDEX := Rule(
         "SM111", "an array index out of range", E, ARRAYS,
-        "There are ab[0] to ab[203], aw[0] to aw[101] and al[0] to al[50], in the same memory.",
+        "Valid are ab[0] to ab[203], aw[0] to aw[101] and al[0] to al[50], in the same memory.",
         "a=aw[102]",
     ),
     EXPRESSION := Rule(
         "SM112", "an expression that cannot be read", E, EXPRESSIONS,
-        "A value, an operator or a parenthesis is missing, or its end is followed by more.  The motor sets Bs.",
+        "A value, an operator or a parenthesis is missing, or more text follows the expression.  The motor sets Bs.",
         "b=2+",
     ),
     VARIABLE := Rule(
@@ -86,8 +86,8 @@ RULES = (
         "a=FOO",
     ),
     ELEMENTS := Rule(
-        "SM114", "a malformed row of array values", E, "1.1 Features added",
-        "Values in a row follow the array element after blanks, and the last one ends with a period.",
+        "SM114", "a malformed list of array values", E, "1.1 Features added",
+        "The values follow the array element after blanks, and the last value ends with a period.",
         "aw[0] 1 2 3",
     ),
     PRINTED := Rule(
@@ -98,7 +98,7 @@ RULES = (
     ),
     ARGUMENTS := Rule(
         "SM116", "a command with wrong parameters", E, LEXICAL,
-        "The parameters in parentheses, or the device and channel of an AniLink command, are not what it takes.",
+        "The parameters in parentheses, or the device and channel of an AniLink command, are invalid.",
         "VST(a)",
     ),
     OVERFLOW := Rule(
@@ -113,8 +113,8 @@ RULES = (
     ),
     LATER := Rule(
         "SM119", "a word of Class 5 motors", E, LEXICAL,
-        "Programs for the later generation do not run on 4.76: the motor sets Bs.  The message names the word of 4.76. "
-        "Velocities and accelerations differ there, as Class 5 takes 8000 samples per second.",
+        "Programs for the later generation do not run on 4.76: the motor sets Bs.  The message names the 4.76 word. "
+        "Velocities and accelerations differ, because Class 5 has 8000 samples per second.",
         "PT=1000",
     ),
     BLOCK := Rule(
@@ -129,16 +129,16 @@ RULES = (
     ),
     LABEL_TWICE := Rule(
         "SM203", "a label defined twice", E, FLOW,
-        "GOTO and GOSUB go to the first one.",
+        "GOTO and GOSUB go to the first label.",
         "C5 a=1\nC5",
     ),
     RETURN := Rule(
         "SM204", "a return without a call", W, FLOW,
-        "The program reaches it from above, without a GOSUB: it sets Bs and ends the program.",
+        "The program reaches RETURN without a GOSUB: RETURN sets Bs and ends the program.",
         "GOSUB5 C5 a=1 RETURN",
     ),
     OTHER_RETURN := Rule(
-        "SM205", "another return than this routine's", W, F_WORD,
+        "SM205", "the wrong return for this routine", W, F_WORD,
         "C1, called by a fault, returns with RETURNF; C2, called by pin G, with RETURNI.",
         "F=32 END C1 RETURN",
     ),
@@ -149,13 +149,13 @@ RULES = (
     ),
     DEEP := Rule(
         "SM207", "more nested calls than the stack holds", E, FLOW,
-        "Ten returns can wait, those of C1 and C2 among them.",
+        "The stack holds ten return addresses, including those of C1 and C2.",
         "F=96 GOSUB3 END C1 RETURNF C2 RETURNI"
         + "".join(f" C{n} GOSUB{n + 1} RETURN" for n in range(3, 12)) + " C12 RETURN",
     ),
     RECURSION := Rule(
         "SM208", "a routine that calls itself", W, FLOW,
-        "Each time one more return waits, and there is room for ten.",
+        "Each call adds a return address to the stack, which holds ten.",
         "GOSUB5 END C5 GOSUB5 RETURN",
     ),
     CALLS_NOTHING := Rule(
@@ -165,12 +165,12 @@ RULES = (
     ),
     STACK := Rule(
         "SM210", "STACK without GOTO", W, F_WORD,
-        "STACK forgets all returns; only a GOTO leads on from there.",
+        "STACK discards all return addresses; a GOTO must follow.",
         "C5 STACK a=1 END",
     ),
     UNREACHED := Rule(
         "SM211", "statements that are never reached", W, FLOW,
-        "Neither the program nor a call from the host gets there.",
+        "Neither the program nor a call from the host reaches these statements.",
         "END a=1",
     ),
     SWITCHES := Rule(
@@ -179,13 +179,13 @@ RULES = (
         "SWITCH a CASE 1 " * 5 + "ENDS " * 5,
     ),
     SIZE := Rule(
-        "SM301", "a cam table that is smaller than it should be", W, LIMITATIONS,
+        "SM301", "a cam table that is too small", W, LIMITATIONS,
         "SIZE, the highest index of the table, is at least 4.  The motor obeys a smaller one.",
         WIRED + "BASE=800 SIZE=3 MC G",
     ),
     TABLE := Rule(
         "SM302", "a cam table that is shorter than SIZE", W, CAM,
-        "The table goes from aw[0] to aw[SIZE]; an entry that is not set is whatever was in the memory.",
+        "The table goes from aw[0] to aw[SIZE]; an entry that is not set has the old contents of the memory.",
         WIRED + "BASE=8000 SIZE=5 aw[0] 0 1 2 3 0. MC G",
     ),
     BASE := Rule(
@@ -194,7 +194,7 @@ RULES = (
         WIRED + "BASE=0 SIZE=5 MC",
     ),
     SHORT_BASE := Rule(
-        "SM304", "a cam cycle that is hard to keep up with", W, LIMITATIONS,
+        "SM304", "a cam cycle that is too short for the master's speed", W, LIMITATIONS,
         "The master must move less than a quarter of BASE in a sample.",
         WIRED + "BASE=4 SIZE=4 MC",
     ),
@@ -205,7 +205,7 @@ RULES = (
     ),
     NOT_GIVEN := Rule(
         "SM306", "mode cam before BASE= or SIZE=", W, CAM,
-        "MC takes both over when it is issued.",
+        "MC uses the present values of both.",
         WIRED + "MC BASE=9 SIZE=5",
     ),
     NO_DWELL := Rule(
@@ -234,13 +234,13 @@ RULES = (
         "MP G",
     ),
     LIMIT_FAULTS := Rule(
-        "SM402", "limit faults that still hold", W, HARD,
-        "UCI and UDI make the limit pins ordinary inputs, but the fault from switching on stays until it is cleared.",
+        "SM402", "limit faults that are not cleared", W, HARD,
+        "UCI and UDI make the limit pins ordinary inputs, but the fault from power-up must be cleared.",
         "UCI UDI G",
     ),
     DIRECTION := Rule(
         "SM403", "F=2 has a new meaning", W, "1.4 Commands modified",
-        "Since 4.76 it reverses the shaft's direction.",
+        "Since 4.76 F=2 reverses the shaft's direction.",
         "F=2",
     ),
     ENDS_PROGRAM := Rule(
@@ -254,32 +254,32 @@ RULES = (
         "SLE SLN=5",
     ),
     BRAKE_PIN := Rule(
-        "SM406", "a brake pin that is no output", W, BRAKE,
+        "SM406", "a brake pin that is not an output", W, BRAKE,
         "UCO or UGO comes before BRKC or BRKG.",
         "BRKG",
     ),
     BRAKE_USED := Rule(
         "SM407", "a brake pin that is used for something else", W, BRAKE,
-        "While the pin drives the brake the program leaves it alone.",
+        "While the pin drives the brake, the program must not use the pin.",
         "UGO BRKG\na=UG",
     ),
     TOO_LONG := Rule(
         "SM501", "a program that does not fit", E, "Program storage",
-        "The motor keeps 32 KiB.",
+        "The motor stores 32 KiB.",
         "a=1 \n" * 9000,
     ),
     LONG_COMMAND := Rule(
         "SM502", "a command of more than 64 characters", E, HOST,
-        "The motor drops it and sets Bc.",
+        "The motor drops the command and sets Bc.",
         "> " + "x" * 70 + "\\r", ".talk",
     ),
     UNENDED := Rule(
-        "SM503", "a command that is never ended", W, HOST,
+        "SM503", "a command without its end", W, HOST,
         "A blank or <CR> ends a command; until then the motor waits.",
         "> RP", ".talk",
     ),
     DOWNLOAD := Rule(
-        "SM504", "a download that is never ended", E, "Program storage",
+        "SM504", "a download without its end", E, "Program storage",
         "After LOAD all characters up to FFh FFh are the program.",
         "> LOAD\\r\n> GOTO5 C5 END", ".talk",
     ),

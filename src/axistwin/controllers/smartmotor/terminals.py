@@ -1,4 +1,4 @@
-"""Terminals that the machine gives their level: pins A and B with an external encoder, and the index line."""
+"""Terminals whose level comes from the machine: pins A and B with an external encoder, and the index line."""
 
 from collections.abc import Callable
 from math import ceil, floor
@@ -14,9 +14,9 @@ from axistwin.sim.signal import Signal
 
 
 class EncoderPin(UserPin):
-    """Pin A or B: it has the level of the external encoder, unless a stronger source sets the level.
+    """Pin A or B, with the level of the external encoder unless a stronger source sets the level.
 
-    The encoder's level is read on demand.  Its edges cause events only while `subscribe_edges` has subscribers.
+    The encoder's level is read on demand.  The edges cause events only while `subscribe_edges` has subscribers.
     """
 
     def __init__(self, clock: Clock, name: str, master: Master) -> None:
@@ -126,7 +126,7 @@ class EncoderPin(UserPin):
         clock.call_later(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
-        """Arm the positions of the axis, one on either side, at which the level changes."""
+        """Arm the positions of the axis, one on each side, at which the level changes."""
         master = self._master
         axis, ratio = master.followed, master.ratio
         up, down = self._next_count(1), self._next_count(-1)
@@ -138,7 +138,9 @@ class EncoderPin(UserPin):
 
 
 class IndexLine(Pin):
-    """The encoder's index line, high while the shaft is at the mark.  Without subscribers it is read on demand."""
+    """The encoder's index line, high while the shaft is at the mark.  Without subscribers the level is read on
+    demand.
+    """
 
     restless = True
 
@@ -153,10 +155,10 @@ class IndexLine(Pin):
             self._report_changes()
 
     def _report_changes(self) -> None:
-        """Let the kernel stop at every change of the line."""
+        """Make the kernel stop at every change of the line."""
         if self._motor is not None:
             self._motor.catch_up()
-            self._motor.i[s.WATCH_INDEX] = 1
+            self._motor.i[s.OBSERVE_INDEX] = 1
 
     @property
     def level(self) -> bool:
@@ -168,7 +170,7 @@ class IndexLine(Pin):
         return bool(motor.i[s.BX])
 
     def drive(self, level: bool) -> None:
-        """Force the line; a rising edge captures the position as the mark does."""
+        """Force the line; a rising edge captures the position, as the mark does."""
         before = self.level
         super().drive(level)
         self._force(bool(level), rising=bool(level) and not before)
@@ -179,7 +181,7 @@ class IndexLine(Pin):
         self._force(False, rising=False)
 
     def _force(self, on: bool, *, rising: bool) -> None:
-        """Force the mark.  On a rising edge the position is captured as at the mark, flag Bi."""
+        """Force the mark.  On a rising edge the position is captured, as at the mark, flag Bi."""
         if self._motor is None:
             return
         self._motor.catch_up()

@@ -1,4 +1,4 @@
-"""Advancing a bench: failed acts are reported, a new plan is followed, and pending output is sent afterwards."""
+"""Advancing a bench, with failed acts reported, a new plan followed, and pending output sent afterwards."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -20,7 +20,9 @@ class Port(Protocol):
 
 
 class Advancer(ABC):
-    """Advances the clock of one bench.  An event may start it, stop it or change its speed: this changes its plan."""
+    """Advances the clock of one bench.  An event may start or stop the advance, or change its speed: the plan
+    changes.
+    """
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
@@ -47,7 +49,7 @@ class Advancer(ABC):
         return self._advanced.subscribe(callback)
 
     def advance_slice(self, advance: Callable[[Callable[[], bool]], T]) -> T:
-        """While virtual time is stopped: advance the bench by one slice with `advance(over)`, and flush its ports.
+        """While virtual time is stopped: advance the bench by one slice with `advance(over)`, and flush the ports.
 
         `advance` must return at the end of a nanosecond, soon after `over()` is True.  Return the result of `advance`.
         """

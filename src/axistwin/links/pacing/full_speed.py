@@ -7,7 +7,7 @@ from axistwin.links.pacing.slices import Slice
 
 
 class FullSpeed:
-    """Advances a bench as long as work is left.  It ends for ever with `cancel`."""
+    """Advances a bench as long as work is left.  After `cancel` the object cannot be used again."""
 
     behind_s = 0.0
     """Delay against the wall clock: none."""
@@ -18,10 +18,10 @@ class FullSpeed:
         self._ended = False
 
     def sync(self) -> None:
-        """Do nothing: virtual time has reached its present value."""
+        """Do nothing: virtual time is up to date."""
 
     def work(self) -> None:
-        """Run a slice, unless one is planned: the sockets have their turn first."""
+        """Run a slice, unless a slice is planned: the sockets are served first."""
         if self._next is None:
             self._slice()
 

@@ -14,7 +14,9 @@ MAX_LAG_S = 1.0
 
 
 class RealTime:
-    """Advances a bench at `speed` times real time, from its present time.  It ends for ever with `cancel`."""
+    """Advances a bench at `speed` times real time, from its present time.  After `cancel` the object cannot be used
+    again.
+    """
 
     def __init__(self, bench: Advancer, loop: asyncio.AbstractEventLoop, speed: float, delays: Delays) -> None:
         self._bench, self._clock, self._loop = bench, bench.clock, loop

@@ -1,4 +1,4 @@
-"""Slices: how long the bench runs before sockets are served again."""
+"""Slices: the time that the bench runs before sockets are served again."""
 
 from time import perf_counter
 

@@ -55,7 +55,7 @@ class Table:
             self.drawing.put("places", "d", "".join(f"M{self._x(x):.1f} {self._y(y):.1f}h0" for x, y in places))
 
     def _show_trail(self, trail: Trail) -> None:
-        trail.look()
+        trail.update()
         if trail is not self._trail:
             self._forget()
             self._trail = trail

@@ -53,13 +53,13 @@ class Trail:
         """Return the present position of the table."""
         return self._axes[0].position, self._axes[1].position
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Add the path since the last update."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return
         since_ns = max(_remembered(axis) for axis in self._axes)
-        if since_ns > self._seen_ns:  # nobody knows the way there
+        if since_ns > self._seen_ns:  # the path between is unknown
             self._seen_ns = since_ns
             self._begin_at(*(_course(axis, (since_ns,))[0] for axis in self._axes))
         times_ns = self._moments(now_ns)
@@ -81,7 +81,7 @@ class Trail:
                 del places[next(iter(places))]
 
     def _moments(self, now_ns: int) -> list[int]:
-        """Return the times of all starts and ends since the last update, and times between for two moving axes."""
+        """Return the times of all starts and ends since the last update, and further times while both axes move."""
         ends = sorted({now_ns, *(end for axis in self._axes for end in _ends(axis, self._seen_ns, now_ns))})
         found, before = [], self._seen_ns
         for end in ends:

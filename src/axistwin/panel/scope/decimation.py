@@ -53,7 +53,7 @@ class _Pixels:
 def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Window:
     """Return the visible part of a track; from `now_ns` on, values are unknown."""
     edges = from_ns + (to_ns - from_ns) * np.arange(pixels + 1, dtype=np.int64) // pixels
-    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with what it was just before
+    rows = track.rows(from_ns - 1, min(to_ns, now_ns))  # with the value just before the window
     seen = _pixels(rows, edges)
     past = edges[:-1] >= now_ns
     seen.low[past] = seen.high[past] = np.nan
@@ -62,7 +62,7 @@ def window(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> 
 
 
 def line(track: Track, from_ns: int, to_ns: int, pixels: int, now_ns: int) -> Line:
-    """Return the line of the window; with few changes, all of them."""
+    """Return the line of the window; with few changes, a line with all changes."""
     until_ns = min(to_ns, now_ns)
     rows = track.rows(from_ns, until_ns)
     if len(rows.begin) > pixels // FEW or not np.array_equal(rows.begin, rows.end):
@@ -93,7 +93,7 @@ def _pixels(rows: Rows, edges: Times) -> _Pixels:
 
 
 def _spread(rows: Rows, edges: Times, pixels: tuple[Numbers, Numbers, NDArray[np.bool_]]) -> None:
-    """Extend intervals to all pixels that they reach; the times within an interval are unknown."""
+    """Extend each interval to all pixels that it reaches; the times within an interval are unknown."""
     wide = np.flatnonzero((rows.end > rows.begin) & (rows.end >= edges[0]))
     if not len(wide):
         return

@@ -59,7 +59,7 @@ class Recorder:
         """Record the signals of a screen from now on.  Raises UsageError for too many."""
         others = {name for key, wanted in self._wanted.items() if key != who for name in wanted}
         if len(others | set(names)) > MOST_SIGNALS:
-            raise UsageError(f"{MOST_SIGNALS} signals at most are recorded for all who look on: choose fewer")
+            raise UsageError(f"{MOST_SIGNALS} signals at most are recorded for all users: choose fewer signals")
         self._wanted[who] = tuple(names)
         self._follow_wishes()
 

@@ -1,4 +1,4 @@
-"""A user's view of a record: signals, time, cursors, trigger.  It exists until the session ends.
+"""A user's view of a record: signals, time, cursors, trigger.  The view exists until the session ends.
 
 A live screen shows the newest data or the triggered edge.  A paused screen shows a copy of the record.  The bench runs
 in both cases.
@@ -175,7 +175,7 @@ class Screen:
             self._searched_ns = upto_ns + 1
 
     def _look_for_first(self) -> None:
-        """Search for an edge in new data, before they become intervals."""
+        """Search for an edge in new data, before the data become intervals."""
         if self.trigger.mode != SINGLE or self.frozen is not None:
             return
         track, upto_ns = self._triggering()

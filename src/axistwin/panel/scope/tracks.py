@@ -1,10 +1,10 @@
 """The history of a signal in a memory of limited size.
 
-The newest changes are kept exactly.  Older changes become intervals, each with the times of its first and last change,
-its first and last value, its least and greatest value, and its area.  There are four sizes of intervals.  When one size
-is full, its oldest intervals are merged into the next size, so that hours take at most `MOST_BYTES`.  An interval with
-a single change still is that change.  If the smallest intervals would contain only a few changes each, the changes go
-into the next size at once, which saves time and costs little memory.
+The newest changes are kept exactly.  Older changes become intervals, each with the times of its first and last
+change, its first and last value, its least and greatest value, and its area.  There are four sizes of intervals.
+When one size is full, its oldest intervals are merged into the next size, so that hours of data take at most
+`MOST_BYTES`.  An interval with a single change is stored exactly.  If the smallest intervals would contain only a
+few changes each, the changes go into the next size at once, which saves time and costs little memory.
 """
 
 from bisect import bisect
@@ -69,7 +69,7 @@ def summed(rows: Rows, shift: int) -> Rows:
     ends = np.append(starts[1:], len(rows.begin)) - 1
     area = np.empty(len(rows.begin))
     np.multiply(rows.last[:-1], rows.begin[1:] - rows.end[:-1], out=area[:-1])
-    if rows.begin is not rows.end:  # single changes have none
+    if rows.begin is not rows.end:  # single changes have no duration
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
@@ -175,7 +175,9 @@ class Track:
         if over > 0 and level + 1 < len(SHIFTS):
             over += ROWS // 2
             self._add_older(level + 1, all_.cut(slice(over)))
-            all_ = joined([NOTHING, all_.cut(slice(over, None))])  # a copy, or what went on would be kept as well
+            all_ = joined(
+                [NOTHING, all_.cut(slice(over, None))]
+            )  # a copy; otherwise the larger array would be kept as well
         elif over > 0:
             all_ = self._coarser(level, all_)
         self._older[level] = all_

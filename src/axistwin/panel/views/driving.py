@@ -70,7 +70,7 @@ def _run(look: Look) -> tuple[ui.button, Refresh]:
 
 
 def _drive(look: Look, shown: object, button: ui.button) -> None:
-    """Perform the act that the browser has shown on the button, even if the state has changed since then."""
+    """Perform the act that the button showed at the click, even if the state has changed since then."""
     session = look.session
     match shown if isinstance(shown, str) else button.text:
         case "Stop":
@@ -106,18 +106,18 @@ def _key(look: Look, key: str) -> Awaitable[None] | None:
 def _speed(look: Look) -> Refresh:
     slider = ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"')
     slider.classes("speed").mark("speed")
-    box = ui.input(value=_said(look.session.speed)).props('dense outlined aria-label="times real time"')
+    box = ui.input(value=_speed_text(look.session.speed)).props('dense outlined aria-label="times real time"')
     box.classes("speed-box").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
 
     def show() -> None:
         nonlocal shown
         shown = look.session.speed
-        box.value, slider.value = _said(shown), _nearest(shown)
+        box.value, slider.value = _speed_text(shown), _nearest(shown)
 
     def wish(act: Callable[[], object]) -> None:
         look.touch(act, now=True)
-        show()  # at once: in the next frame the user may be typing again
+        show()  # at once: before the next frame the user may type again
 
     slider.on("change", lambda event: wish(lambda: _set_speed(look, SPEEDS[round(event.args)])))
     box.on("keydown.enter", lambda: wish(lambda: _set_speed(look, read_speed(box.value.strip()))))
@@ -129,7 +129,7 @@ def _speed(look: Look) -> Refresh:
     return refresh
 
 
-def _said(speed: float | None) -> str:
+def _speed_text(speed: float | None) -> str:
     return "max" if speed is None else f"{speed:g}"
 
 

@@ -12,7 +12,7 @@ from axistwin.panel.views.table import table
 
 
 def machines(look: Look, name: str) -> Refresh:
-    """Draw every axis of a controller that is or was used; without such an axis, all."""
+    """Draw every axis of a controller that is or was used; if none was used, all axes."""
     flow, controller = Flow(), look.bench[name]
     with ui.element("div").classes("axes"):
         top_view = table(look, name)

@@ -85,7 +85,7 @@ class _Scope:
         self.plot.props(f'tabindex=0 role=application aria-label="Oscilloscope. {HELP}" data-test=scope-plot')
         ui.label(HELP).classes("hint")
         breathe()
-        self._views.append(controls.readout(screen, self._is_time_to_tell))
+        self._views.append(controls.readout(screen, self._shows_numbers))
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
@@ -110,30 +110,30 @@ class _Scope:
             self._all.drawn += 1
             self._client.run_javascript(f"axistwinScope.draw({self.plot.id},{json.dumps(frames.frame(screen))})")
 
-    def _is_time_to_tell(self) -> bool:
+    def _shows_numbers(self) -> bool:
         """True if numbers are updated in this frame."""
         return self._frames % READOUT_EVERY == 0 or self._look.acts.state is not State.RUNNING
 
     # Messages of the browser
 
     def _done(self, event: events.GenericEventArguments) -> None:
-        told = event.args if isinstance(event.args, dict) else {}
-        screen, place = self.screen, _number(told.get("place"), 0.0, 1.0, 0.5)
-        match told.get("do"):
+        value = event.args if isinstance(event.args, dict) else {}
+        screen, place = self.screen, _number(value.get("place"), 0.0, 1.0, 0.5)
+        match value.get("do"):
             case "size":
-                self._pixels = int(_number(told.get("pixels"), *PIXELS, 800))
+                self._pixels = int(_number(value.get("pixels"), *PIXELS, 800))
             case "seen":
-                self._seen = bool(told.get("seen"))
+                self._seen = bool(value.get("seen"))
             case "zoom":
-                screen.zoom(_number(told.get("factor"), 0.01, 100.0, 1.0), place)
+                screen.zoom(_number(value.get("factor"), 0.01, 100.0, 1.0), place)
             case "pan":
-                screen.pan(_number(told.get("part"), -10.0, 10.0, 0.0))
+                screen.pan(_number(value.get("part"), -10.0, 10.0, 0.0))
             case "drag":
-                screen.put_cursor("b" if told.get("which") == "b" else "a", place)
+                screen.put_cursor("b" if value.get("which") == "b" else "a", place)
             case "click":
-                self._click(place, bool(told.get("other")))
+                self._click(place, bool(value.get("other")))
             case "key":
-                self._key(str(told.get("key")), bool(told.get("shift")), bool(told.get("alt")))
+                self._key(str(value.get("key")), bool(value.get("shift")), bool(value.get("alt")))
 
     def _click(self, place: float, other: bool) -> None:
         """Set the active cursor; the first two clicks set both."""
@@ -201,8 +201,8 @@ KEYS: dict[str, Callable[[Screen], object]] = {
 SUFFIXES = (*TRACES, *PICTURES)
 
 
-def _number(told: Any, least: float, most: float, otherwise: float) -> float:
+def _number(value: Any, least: float, most: float, otherwise: float) -> float:
     """Return a number within limits; `otherwise` for any other value of the browser."""
-    if isinstance(told, int | float) and isfinite(told):
-        return min(max(float(told), least), most)
+    if isinstance(value, int | float) and isfinite(value):
+        return min(max(float(value), least), most)
     return otherwise

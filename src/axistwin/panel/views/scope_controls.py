@@ -206,7 +206,7 @@ def trigger(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """What is set here is kept there, and shown again by what is returned: another page may have set it."""
+    """Store the value of an element in an attribute of `owner`, and return the function that shows changes."""
 
     def set_() -> None:
         if element.value is not None and element.value != getattr(owner, name):
@@ -249,7 +249,7 @@ COLUMNS = [
 ]
 
 
-def readout(screen: Screen, time_to_tell: Callable[[], bool]) -> Refresh:
+def readout(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
     """Build the table of measurements of the cursors."""
     with ui.row().classes("scope-row"):
         for which in ("a", "b"):
@@ -270,7 +270,7 @@ def readout(screen: Screen, time_to_tell: Callable[[], bool]) -> Refresh:
     table.classes("scope-readout").mark("scope-readout")
 
     def refresh() -> None:
-        if not time_to_tell():
+        if not shows_numbers():
             return
         refresh_snap()
         times.text = _times(screen)

@@ -15,7 +15,7 @@ TURN = 30.0
 
 
 def table(look: Look, name: str) -> Callable[[bool], None]:
-    """Build the table of a controller that has one.  Returns its update function, with the parameter `smooth`."""
+    """Build the X-Y table of a controller, if any.  Returns its update function, with the parameter `smooth`."""
     names = table_axes(look.bench[name])
     if names is None:
         return lambda smooth: None

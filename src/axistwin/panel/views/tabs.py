@@ -44,7 +44,7 @@ def tabs(look: Look, name: str, kinds: Kinds) -> Refresh:
         nonlocal drawn
         drawn = True
         kind = str(bar.value)
-        if kind not in made:  # the page is drawn by now, and a terminal finds its size
+        if kind not in made:  # the page is drawn, so that a terminal has its size
             made[kind] = None
             look.unbuilt.append(partial(build, kind))
         elif view := made[kind]:

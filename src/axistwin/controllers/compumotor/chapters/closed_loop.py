@@ -17,7 +17,7 @@ from axistwin.sim.clock import Procedure
 def define_position(board: State, position: int) -> None:
     """Command 2Fh: the present closed-loop position is `position`, signed encoder pulses.  Ignored while moving.
 
-    Any number of the 32-bit counter will do.
+    Every signed 32-bit number is valid.
     """
     if not board.occupied:
         board.loop.define(position)
@@ -26,8 +26,7 @@ def define_position(board: State, position: int) -> None:
 def go(kind: Kind, board: State, target: int) -> Procedure:
     """Commands 35h and 36h: move by or to `target` encoder pulses at default velocity.
 
-    Ignored unless the default move (31h) and B0h to B4h are defined, while moving, shut down, or if it takes more than
-    2³¹-1 motor pulses.
+    Needs the default move (31h) and B0h to B4h. Ignored while moving or shut down, and beyond 2³¹-1 motor pulses.
     """
     if board.loop.complete:
         yield from moves.perform_default(board, kind, target)
@@ -36,7 +35,7 @@ def go(kind: Kind, board: State, target: int) -> Procedure:
 def resume(board: State) -> Procedure:
     """Command 37h: move to the target of the last closed-loop move, at the speed of that move.
 
-    Ignored if there was none.  Loose sheet on command 37h.
+    Ignored without an earlier closed-loop move.  Loose sheet on command 37h.
     """
     if board.loop.commanded is not None:
         move, target = board.loop.commanded
@@ -78,7 +77,7 @@ def set_sigma(board: State, sigma: int) -> None:
 def set_law(board: State, algorithm: int, gain: int, ranges: int, maximum: int) -> None:
     """Command B3h: correct by K·e (1), K·√e (2) or K·e² (3), at `maximum` units of the range or less.
 
-    K and e make a velocity in units of the range.  Ignored if the maximum is beyond the range.
+    The product is a velocity in units of the range.  Ignored if the maximum is beyond the range.
     """
     if VELOCITY_RANGES[ranges >> 4].rate(maximum) is not None:
         board.loop.law = Law(algorithm, gain, ranges, maximum)
@@ -92,7 +91,7 @@ def set_teeth(board: State, teeth: int) -> None:
 
 
 def set_deadband(board: State, deadband: int) -> None:
-    """Command B5h: the error in encoder pulses, to either side, up to which 0Fh shows state 80h.  1811 only."""
+    """Command B5h: largest error, in encoder pulses to either side, at which 0Fh shows state 80h. 1811 only."""
     board.loop.deadband = deadband
     board.outputs.refresh()
 

@@ -4,8 +4,8 @@ from axistwin.controllers.compumotor.state import State
 
 
 def arm(opcode: int, board: State, on: bool) -> None:
-    """Commands A0h to ABh: a message at the next or every occasion: start of a move, constant non-zero velocity of a
-    move, end of motion, stall, hit of the + limit, hit of the - limit.  Off after reset.
+    """Commands A0h to ABh: send a message at the next event or at every one: start of a move, constant non-zero
+    velocity of a move, end of motion, stall, hit of the + limit, hit of the - limit.  Off after reset.
     """
     if on:
         board.events.armed[opcode] = board.motion.begun

@@ -6,8 +6,8 @@ search is + or -.  Legs of a search, for the CW edge approached CW and found tra
     CCW ────────────────[ active ]──────────────── CW
                                  ◄───────────────●     search at the default velocity, to the edge
                        ◄─────────                      overshoot: the ramp down
-                       ──────────►                     recovery: back to where the edge was seen
-                              ◄──                      if it is on the wrong side for what follows: past the edge
+                       ──────────►                     recovery: back to the position of the edge
+                              ◄──                      if needed: to the other side of the edge
                               ───►                     final approach at its percentage, without a ramp
 """
 
@@ -46,7 +46,7 @@ class Mark:
 
 
 class EdgeObserver:
-    """Observes a pin until its level has changed to `level` and stayed there."""
+    """Observes a pin until the level has changed to `level` and stayed there."""
 
     def __init__(self, clock: Clock, mark: Mark, level: bool) -> None:
         self.clock, self.seen = clock, clock.event()
@@ -72,7 +72,7 @@ class Search:
         self._slow = VelocityProfile(((Phase.CONSTANT, (slow,)),), speed.range.maximum, of_move=False)
 
     def perform(self, start: int) -> Procedure:
-        """Search, at first in this physical direction.  Without the edge, HOME does not change."""
+        """Search, at first in this physical direction. If the edge is not found, HOME does not change."""
         board, pulses, fast = self._board, self._board.pulses, continuous(self._speed)
         seen_at = yield from self._until_seen(fast, start)
         if seen_at is None and board.limits.blocks(self._sign(start)) and not board.motion.stopped:
@@ -93,7 +93,7 @@ class Search:
         return direction if self._board.pulses.cw_is_plus else -direction
 
     def _recover(self, target: int) -> Procedure:
-        """Move back by the overshoot.  Return True if the motor has reached the target."""
+        """Move back by the overshoot. Return True if the motor has reached the target."""
         board, pulses = self._board, self._board.pulses
         distance = target - pulses.position
         if distance and not board.motion.stopped:
@@ -112,7 +112,7 @@ class Search:
         return seen_at is not None
 
     def _until_seen(self, profile: VelocityProfile, direction: int) -> Procedure:
-        """Move until the edge.  Return its position, or None if the motion has ended before."""
+        """Move until the edge. Return the position of the edge, or None if the motion ended before."""
         board, pulses, sign = self._board, self._board.pulses, self._sign(direction)
         yield board.occupy(board.start_ns)
         if board.motion.stopped or board.blocked(sign):
@@ -132,9 +132,10 @@ class Search:
 
 
 def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, final_ccw: bool) -> None:
-    """Command 38h: which edge of which level of the home input is HOME, and how it is approached.
+    """Command 38h: define HOME by an edge and a level of the home input, and the final approach to this edge.
 
-    `percent` of the default velocity.  For 3Ah the level is that of HOME ENABLE, and the edge means nothing.
+    `percent`: velocity of the approach in percent of the default velocity.  For 3Ah the level is that of HOME ENABLE,
+    and the edge has no effect.
     """
     board.home_definition = HomeDefinition(active_high, -1 if ccw_edge else +1, percent, -1 if final_ccw else +1)
 
@@ -142,7 +143,7 @@ def define_home(board: State, active_high: bool, ccw_edge: bool, percent: int, f
 def go_home(board: State, minus: bool) -> Procedure:
     """Command 39h: search for HOME at default velocity and acceleration, first in + or -.
 
-    Ignored without 38h or 31h, while moving or shut down, and with the joystick enabled.
+    Needs 38h and 31h.  Ignored while moving or shut down, and with the joystick enabled.
     """
     definition = board.home_definition
     if definition is not None:
@@ -154,8 +155,8 @@ def go_home(board: State, minus: bool) -> Procedure:
 def go_encoder_home(board: State, minus: bool) -> Procedure:
     """Command 3Ah: search for the channel Z mark that comes while HOME ENABLE is active.
 
-    HOME is the edge where the mark begins in the direction of the final approach.  Ignored as 39h, and while position
-    is not maintained (18h).
+    HOME is the edge where the mark begins in the direction of the final approach.  Ignored under the conditions of
+    39h, and while position maintenance (18h) is off.
     """
     definition = board.home_definition
     if definition is not None and board.loop.on:

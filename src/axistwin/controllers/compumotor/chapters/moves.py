@@ -32,9 +32,8 @@ def set_default(board: State, ranges: tuple[int, int], velocity: int, accelerati
 def define(  # one argument for each parameter of the command
     kind: Kind, board: State, number: int, ranges: tuple[int, int], velocity: int, acceleration: int, target: int
 ) -> None:
-    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50; whatever it was before is forgotten.
-
-    Numbers 51 to 255 are accepted and not kept (X2).  Ignored if the velocity is beyond its range.
+    """Commands C8h, CBh, CEh, D4h, D5h: define move 1 to 50, replacing an earlier definition. Numbers 51 to 255 are
+    accepted and not stored (X2).  Ignored if the velocity is beyond its range.
     """
     move = Move(kind, ranges, velocity, acceleration, target)
     if move.rate is not None and number <= MOST_MOVES:
@@ -58,7 +57,9 @@ def define_position(board: State, position: int) -> None:
 
 
 def define_zero(board: State) -> None:
-    """Command 30h: here is absolute zero, for both counts.  Ignored while moving or with the joystick enabled."""
+    """Command 30h: make the present position absolute zero, for both counts. Ignored while moving or with the
+    joystick enabled.
+    """
     define_position(board, 0)
     if not board.occupied:
         board.loop.define(0)
@@ -67,7 +68,7 @@ def define_zero(board: State) -> None:
 def go_relative(board: State, distance: int) -> Procedure:
     """Command 33h: `distance` signed pulses at default velocity and acceleration.
 
-    Ignored if there is no default move (31h), while moving, shut down or maintaining position.
+    Needs the default move (31h). Ignored while moving, shut down or maintaining position.
     """
     yield from perform_default(board, Kind.RELATIVE, distance)
 
@@ -75,7 +76,7 @@ def go_relative(board: State, distance: int) -> Procedure:
 def go_absolute(board: State, position: int) -> Procedure:
     """Command 34h: to an absolute position within ±(2³⁰-1), at default velocity and acceleration.
 
-    Ignored as 33h, and if the present position is outside of that range.
+    Ignored under the conditions of 33h, and if the present position is out of that range.
     """
     yield from perform_default(board, Kind.ABSOLUTE, position)
 
@@ -99,7 +100,7 @@ def perform_move(board: State, number: int) -> Procedure:
 
 
 def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
-    """Perform a move once the processor is ready for it; over when it is no longer being performed."""
+    """Perform a move once the processor is ready; return when the move is finished or discontinued."""
     speed = move.speed(board.start_stop)
     if speed is None or not may_perform(board, move):
         return
@@ -115,7 +116,9 @@ def perform(board: State, move: Move, calculation_ns: int) -> Procedure:
 
 
 def may_perform(board: State, move: Move) -> bool:
-    """A preset move needs the motor at rest; a continuous one needs it not on a ramp."""
+    """True if the phase allows the move: a preset move needs rest, a continuous move needs rest or constant
+    velocity.
+    """
     if board.shutdown.on or board.joystick.enabled:
         return False
     if move.kind is Kind.CONTINUOUS:
@@ -137,7 +140,7 @@ def preset_distance(board: State, move: Move) -> int:
 def excursion(
     board: State, move: Move, speed: Speed, sign: int, profile: VelocityProfile, end: int | None = None
 ) -> Procedure:
-    """Move from zero velocity, until the move is no longer being performed.  Ignored if blocked in that direction."""
+    """Move from zero velocity, until the move is finished or discontinued. Ignored if blocked in that direction."""
     if board.blocked(sign):
         return
     board.begin_move(move, speed, end)
@@ -186,9 +189,9 @@ def _perform_closed_loop(board: State, move: Move, speed: Speed) -> Procedure:
 
 
 def _to_pulses(counts: int, ratio: tuple[int, int], side: int) -> int:
-    """Return encoder pulses in motor pulses, rounded to the nearest; a half goes in the direction of `side`.
+    """Return encoder pulses in motor pulses, rounded to the nearest; a half is rounded in the direction of `side`.
 
-    With the target of an absolute move as `side`, the place where the move ends does not depend on its direction.
+    `side` is the target of an absolute move, so the end position does not depend on the direction of the move.
     """
     motor, encoder = ratio
     upwards = +1 if side >= 0 else -1

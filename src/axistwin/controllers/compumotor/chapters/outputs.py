@@ -31,6 +31,6 @@ def show_state(board: State, bit: int, state: int, active_high: bool) -> None:
 def request_outputs(board: State) -> bytes:
     """Command 97h: the programmed state of the outputs, output 1 in bit 1 and output 2 in bit 2.
 
-    It is not the level of a terminal that something outside overpowers.
+    The level at the terminal differs if an outside source overpowers the output.
     """
     return bytes([board.outputs.programmed])

@@ -21,12 +21,12 @@ def interrupt(board: State, identifier: int) -> bytes:  # noqa: ARG001  # handle
 
 
 def from_start(board: State) -> bytes:
-    """Command 80h: position from the start of the present or most recent excursion from zero velocity."""
+    """Command 80h: position since zero velocity was left, in the present or most recent excursion."""
     return position_bytes(board.pulses.excursion)
 
 
 def from_end(board: State) -> bytes:
-    """Command 81h: pulses short of (+) or beyond (-) the end of the preset move; 0 if it was none."""
+    """Command 81h: pulses short of (+) or beyond (-) the end of the preset move; 0 after any other move."""
     end = board.motion.end
     missing = 0 if end is None else (end - board.pulses.position) * board.motion.sign
     return position_bytes(missing)
@@ -48,9 +48,8 @@ def direction(board: State) -> bytes:
 
 
 def velocity(board: State) -> bytes:
-    """Command 85h: in indexer mode ranges and velocity number, always positive; while streaming as the stream has it.
-
-    At the velocity of the move it is the number that was asked for.
+    """Command 85h: in indexer mode ranges and velocity number, always positive; while streaming the number of the
+    stream. At constant velocity, the number that defined the move.
     """
     if board.in_streaming_mode:
         return streaming.velocity(board)
@@ -97,7 +96,7 @@ def home_switch(board: State) -> bytes:
 
 
 def _at_home_switch(board: State) -> bool:
-    """True while the home input is active; TTL high unless 38h says otherwise."""
+    """True while the home input is active: TTL high, unless 38h defines low."""
     active_high = board.home_definition is None or board.home_definition.active_high
     return board.pins["home"].level is active_high
 
@@ -113,14 +112,13 @@ def in_phase(phase: Phase, board: State) -> bytes:
 
 
 def mode(board: State) -> bytes:
-    """Command 90h: the mode by the opcode that enters it, and for streaming modes its parameters."""
+    """Command 90h: the opcode that entered the present mode, and for streaming modes the parameters."""
     return bytes([board.mode]) + (board.stream.setting.parameters if board.stream.setting else b"")
 
 
 def move_parameters(board: State, number: int) -> bytes | None:
-    """Command 91h: the definition of move 0 to 255; move 0 is there from reset on, with velocity and acceleration 0.
-
-    No reply if there is no such move, nor while streaming for any but move 0.
+    """Command 91h: the definition of move 0 to 255; move 0 exists from reset on, with velocity and acceleration 0.
+    No reply for an undefined move, and while streaming only for move 0.
     """
     move = board.library[number]
     if move is None or (number and board.in_streaming_mode):

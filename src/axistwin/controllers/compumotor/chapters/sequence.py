@@ -14,7 +14,7 @@ LEVEL_RESPONSE_NS = 3 * MS
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:
-    """Commands 20h and 21h: repeat the next 1 to 255 commands 1 to 65,535 times, or until CONTINUE.
+    """Commands 20h and 21h: repeat the next 1 to 255 commands, 1 to 65,535 times or until CONTINUE.
 
     Ignored inside another loop.
     """
@@ -36,7 +36,7 @@ def wait(unit_ns: int, board: State, count: int) -> Procedure:
 
 
 def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
-    """Command 2Ch: wait for trigger 1 to 6: a rising edge of 1 and 6, a level of 2 to 5 that stays."""
+    """Command 2Ch: wait for trigger 1 to 6: a rising edge of triggers 1 and 6, a steady level of triggers 2 to 5."""
     if trigger in EDGE_TRIGGERS:
         yield board.triggers.edge(trigger)
         return
@@ -65,7 +65,7 @@ def go_on(board: State) -> None:
 
 
 def begin(board: State, number: int) -> None:
-    """Command D9h: store the commands up to D8h in sequence 1 to 15; other than SEQUENCE commands are ignored."""
+    """Command D9h: store the commands up to D8h in sequence 1 to 15; only SEQUENCE commands are stored."""
     board.sequences.defining, board.sequences.buffers[number] = number, []
 
 

@@ -1,7 +1,7 @@
 """Chapter Stop, discontinue, suspend, kill: commands 70h to 7Fh and ACh, by command and by trigger 1 or 6.
 
-STOP ramps down; KILL of motion ends the pulses at once.  A SINGULAR command that ends before its time leaves the motor
-at the velocity of that instant.
+STOP ramps down; KILL of motion ends the pulses at once.  When a SINGULAR command is discontinued, the motor keeps
+its velocity.
 """
 
 from collections.abc import Callable
@@ -15,10 +15,9 @@ INTERRUPT_ON_TRIGGER = 0xAC
 
 
 def stop_motion(board: State) -> None:
-    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, as 78h.
-
-    After a stream the ramp is that of the last move, or as the option `stop_after_stream` says; without any move since
-    reset there is no ramp.
+    """Commands 70h, 74h: ramp to zero velocity at the most recent acceleration; while streaming, the effect is that
+    of 78h. After a stream, the ramp is that of the last move, unless the option `stop_after_stream` is "ignored".
+    Without a move since reset, the motor stops at once.
     """
     pulses, speed = board.pulses, board.motion.speed
     if board.motion.streamed and not board.stream.performing and board.options.stop_after_stream == "ignored":
@@ -79,7 +78,9 @@ def kill_and_suspend(board: State) -> None:
 def on_trigger(
     opcode: int, action: Callable[[State], None] | None, board: State, trigger: int, on: bool, message: bool
 ) -> None:
-    """Commands 74h to 7Fh with trigger 1 or 6: the same when the trigger becomes active, with a message if wished."""
+    """Commands 74h to 7Fh with trigger 1 or 6: perform the function when the trigger becomes active, with a message
+    if requested.
+    """
     board.triggers.assign(trigger, opcode, partial(_respond, board, opcode, trigger, action, message), on)
 
 
@@ -91,5 +92,5 @@ def _respond(board: State, opcode: int, trigger: int, action: Callable[[State], 
 
 
 def interrupt_on_trigger(board: State, trigger: int, on: bool) -> None:
-    """Command ACh: a message when trigger 1 or 6 becomes active.  It is that trigger's one function."""
+    """Command ACh: send a message when trigger 1 or 6 becomes active. A trigger has only one function."""
     on_trigger(INTERRUPT_ON_TRIGGER, None, board, trigger, on, message=True)

@@ -1,6 +1,6 @@
 """Chapter Velocity-streaming mode: commands 42h, 50h to 53h, 7Bh, E0h, E1h, E3h, EEh.
 
-The host sends velocity by velocity, or distance by distance, in advance; a buffer holds these data.
+The host sends velocities or distances in advance; a buffer holds these data.
 A velocity number V gives effective clock * V / 65536 pulses/s: a phase accumulator of 16 bits.  From one velocity to
 the next the fraction of a pulse is kept, until the motor stops or reverses.
 """
@@ -33,19 +33,19 @@ class Performance:
         self._board, self._setting, self._stream, self._pulses = board, setting, board.stream, board.pulses
 
     def perform(self) -> Procedure:
-        """Perform the buffer until its end or until no motion is possible."""
+        """Perform the buffer until it ends or no motion is possible."""
         board, stream = self._board, self._stream
         yield board.occupy(board.start_ns)
         marker: Marker | None = None
         while not stream.empty:
             entry = stream.take()
             if (met := self._marker(entry[0])) is not None:
-                marker = met  # the last of several in a row counts
+                marker = met  # only the last of consecutive markers is executed
                 continue
             self._execute(marker)
             marker = None
             duration_ns = self._output(entry)
-            if not stream.performing:  # the output has ended the performance
+            if not stream.performing:  # a callback has ended the performance
                 return
             if duration_ns is None:
                 break
@@ -56,7 +56,7 @@ class Performance:
         stream.finish()
 
     def _output(self, entry: Entry) -> int | None:
-        """Output an entry.  Return the time until the next one in ns; None: the performance is over."""
+        """Output an entry. Return the time until the next one in ns; None: the performance is finished."""
         if self._setting.mode == VELOCITY_DISTANCE:
             return self._velocity_for_distance(*entry)
         output = self._distance if self._setting.mode == DISTANCE_TIME else self._velocity
@@ -82,7 +82,7 @@ class Performance:
         return self._run(min(wish, self._setting.rate(FASTEST)), -1 if distance < 0 else +1)
 
     def _run(self, rate: Fraction, sign: int) -> bool:
-        """Run at this velocity from now on.  Return False if no motion is possible in that direction."""
+        """Run at this velocity from now on. Return False if motion in that direction is blocked."""
         pulses = self._pulses
         if not rate:
             pulses.kill()
@@ -104,7 +104,7 @@ class Performance:
         return self._stream.markers.get(word)
 
     def _execute(self, marker: Marker | None) -> None:
-        """Execute a marker's command in parallel; during the execution of another one the marker is lost."""
+        """Execute a marker's command in parallel; a marker during that execution is lost."""
         busy = self._stream.marker_process is not None and self._stream.marker_process.is_alive
         if marker is not None and not busy:
             self._stream.marker_process = self._board.clock.process(self._carry_out(marker))
@@ -124,7 +124,7 @@ def indexer_mode(board: State) -> None:
 
 
 def enter(mode: int, board: State, base: int, divisor: int, alarm: int, period_ms: int = 0) -> None:
-    """Commands 51h to 53h: a streaming mode; the sequences are lost.  Ignored while the motor is moving.
+    """Commands 51h to 53h: enter a streaming mode; the sequences are lost.  Ignored while the motor is moving.
 
     `base`: 1 to 9, for 53h to 3; `divisor`: 1 to 16; `alarm` in bytes; `period_ms`: the update rate, 52h and 53h.
     """
@@ -150,10 +150,9 @@ def distance_time(board: State, count: int, *distances: int) -> None:
 
 
 def define_marker(board: State, word: int, opcode: int, first: int, second: int) -> None:
-    """Command EEh: execute a command in place of this word in the stream; opcode 00 deletes the marker.
-
-    Ignored if the command is not one for use while streaming or has more than two parameters, if there are ten
-    markers already, and in distance-time mode for 8000h and 8001h.
+    """Command EEh: execute a command in place of this value in the stream; opcode 00 deletes the marker. Ignored for
+    a command that is not valid while streaming, or has more than two parameters. Ignored with ten markers in use,
+    and in distance-time mode for 8000h and 8001h.
     """
     if board.mode == DISTANCE_TIME and word in NO_MARKERS_OF_DISTANCE:
         return
@@ -192,7 +191,7 @@ def perform(board: State) -> None:
 def kill_buffer(board: State) -> None:
     """Commands 7Bh, 7Fh: empty the buffer and end its performance; the motor keeps its velocity.
 
-    An alarm that is on is sent if the buffer was being performed.
+    During a performance an enabled alarm is sent.
     """
     if board.stream.performing:
         board.stream.end()

@@ -1,4 +1,4 @@
-"""The position tracking addendum: closed-loop moves, stalls, and a position that is maintained.
+"""The position tracking addendum: closed-loop moves, stalls, and position maintenance.
 
 closed-loop move: encoder pulses x ratio (B0h) ──> a preset move in motor pulses
 at rest:    every 2 ms, error = desired - count ──> K·e, K·√e or K·e² (B3h), while position maintenance (18h) is on
@@ -20,7 +20,7 @@ UPDATE_NS = 2 * MS
 
 
 def phase_changed(board: State, phase: Phase) -> None:
-    """Follow a phase of the pulse generator, unless it belongs to a correction."""
+    """Update the tracking after a phase of the pulse generator, unless the phase belongs to a correction."""
     loop = board.loop
     if loop.owns_motion:
         return
@@ -44,7 +44,7 @@ def _come_to_rest(board: State) -> None:
 
 
 def refresh(board: State) -> None:
-    """Follow the joystick: its release ends a move."""
+    """Update the tracking after the joystick; a release of the joystick ends a move."""
     loop = board.loop
     if board.joystick.enabled:
         loop.use = Use.JOYSTICK
@@ -55,7 +55,7 @@ def refresh(board: State) -> None:
 
 
 def wake(board: State) -> None:
-    """Schedule an update in 2 ms if it will have a task."""
+    """Schedule an update in 2 ms if there will be work."""
     if not board.loop.ticking and board.alive and _busy(board):
         board.loop.ticking = True
         board.clock.call_later(UPDATE_NS, partial(_tick, board))
@@ -63,7 +63,7 @@ def wake(board: State) -> None:
 
 def _busy(board: State) -> bool:
     loop = board.loop
-    if loop.ratio is None:  # then nothing can be tracked
+    if loop.ratio is None:  # tracking is impossible
         return board.outputs.shows(IN_DEADBAND) and board.moving
     if board.moving and not loop.correcting:
         return loop.detects_stalls or board.outputs.shows(IN_DEADBAND)

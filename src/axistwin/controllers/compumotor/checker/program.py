@@ -26,7 +26,7 @@ NEED_LOOP = (0x35, 0x36)
 LOOP_PARAMETERS = {0xB0: "ratio", 0xB1: "resolution", 0xB2: "sigma", 0xB3: "algorithm", 0xB4: "teeth"}
 RATIO, RESUME = 0xB0, 0x37
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
-"""Streaming data, and the mode it is for."""
+"""Opcode of streaming data: the mode that accepts the data."""
 END_OF_STREAM = -0x7FFF
 SHORTEST_NS = 2 * MS
 """The shortest duration of a velocity-distance pair."""
@@ -42,11 +42,11 @@ class Given:
 
 
 @dataclass
-class Known:
+class Definitions:
     """The definitions and the mode of the board after the commands so far."""
 
     moves: dict[int, int] = field(default_factory=dict)
-    """By number, the opcodes that define them."""
+    """Opcodes of the definitions, by number."""
     sequences: dict[int, list[Given]] = field(default_factory=dict)
     defining: int | None = None
     begun: Given | None = None
@@ -59,7 +59,7 @@ class Known:
 
 
 def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]:
-    """Return everything wrong with the commands of a host, in order of place.  Each line is one command."""
+    """Return all problems of a host's commands, in order of place. Each line is one command."""
     found: set[Diagnostic] = set()
     for session in sessions:
         checker = _followed(commands, session)
@@ -70,12 +70,12 @@ def check(commands: CommandSet, sessions: Sequence[Session]) -> list[Diagnostic]
 
 def acceptable(commands: CommandSet, session: Session) -> list[Opcode]:
     """Return the commands that may follow those of this session."""
-    known = _followed(commands, session).known
+    defined = _followed(commands, session).defined
 
     def may_follow(accepted: Flag) -> bool:
-        if known.defining is not None:
+        if defined.defining is not None:
             return bool(accepted & (Accept.SEQUENCE | Accept.DEFINING))
-        return bool(accepted) and _misplaced(accepted, known.mode is not None) is None
+        return bool(accepted) and _misplaced(accepted, defined.mode is not None) is None
 
     return [command for command in commands if isinstance(command, Opcode) and may_follow(command.accepted)]
 
@@ -89,14 +89,14 @@ def _followed(commands: CommandSet, session: Session) -> "_Checker":
 
 class _Checker:
     def __init__(self, commands: CommandSet) -> None:
-        self.commands, self.known = commands, Known()
+        self.commands, self.defined = commands, Definitions()
         self.found: list[Diagnostic] = []
 
     def take(self, sent: Sequence[Sent]) -> None:
         """Check one command."""
         command = self.commands.get(sent[0].byte)
         if not isinstance(command, Opcode):
-            self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: it is ignored")
+            self._say(rules.NO_COMMAND, sent[:1], f"no command {sent[0].byte:02X}: ignored")
         elif (values := self._values(command, sent)) is not None:
             self._place(Given(command, values, sent))
 
@@ -133,16 +133,16 @@ class _Checker:
         return tuple(values)
 
     def _place(self, given: Given) -> None:
-        accepted, known = given.command.accepted, self.known
+        accepted, defined = given.command.accepted, self.defined
         if not accepted:
             self._about(rules.NOTHING, given, f"{_called(given.command)} does nothing")
-        elif known.defining is not None and Accept.DEFINING not in accepted:
+        elif defined.defining is not None and Accept.DEFINING not in accepted:
             if Accept.SEQUENCE in accepted:
-                known.sequences[known.defining].append(given)
+                defined.sequences[defined.defining].append(given)
                 self._value_rules(given)
             else:
-                self._say(rules.NOT_IN_SEQUENCE, given.sent, f"{_called(given.command)} may not stand in a sequence")
-        elif wrong := _misplaced(accepted, known.mode is not None):
+                self._say(rules.NOT_IN_SEQUENCE, given.sent, f"{_called(given.command)} is not allowed in a sequence")
+        elif wrong := _misplaced(accepted, defined.mode is not None):
             rule, what = wrong
             self._about(rule, given, f"{_called(given.command)} {what}")
         else:
@@ -163,7 +163,7 @@ class _Checker:
             self._marker(given)
 
     def _move_rules(self, given: Given, ranges: tuple[int, int], velocity: int, acceleration: int) -> None:
-        at = given.sent[3:7]  # the velocity, in all of these commands
+        at = given.sent[3:7]  # the velocity, at the same place in all these commands
         if Move(Kind.CONTINUOUS, ranges, velocity, acceleration).rate is None:
             most = VELOCITY_RANGES[ranges[0]].highest
             self._about(rules.VELOCITY, given, f"velocity {velocity} is beyond range {ranges[0]}: {most} at most", at)
@@ -171,23 +171,23 @@ class _Checker:
             self._about(rules.ACCELERATION, given, "with acceleration 0 this move is never performed")
 
     def _follow(self, given: Given) -> None:
-        opcode, values, known = given.command.opcode, given.values, self.known
+        opcode, values, defined = given.command.opcode, given.values, self.defined
         match opcode:
             case 0xD9:
-                known.defining, known.begun = values[0], given
-                known.sequences[values[0]] = []
+                defined.defining, defined.begun = values[0], given
+                defined.sequences[values[0]] = []
             case 0xD8:
                 self._end_definition(given)
             case 0xDA:
-                known.sequences.pop(values[0], None)
+                defined.sequences.pop(values[0], None)
             case 0xD7:
-                known.moves.pop(values[0], None)
+                defined.moves.pop(values[0], None)
             case 0x41:
                 self._perform_sequence(given)
             case 0x50:
-                known.mode = None
+                defined.mode = None
             case 0x51 | 0x52 | 0x53:
-                known.mode, known.sequences = given, {}
+                defined.mode, defined.sequences = given, {}
             case 0xE0 | 0xE1 | 0xE3:
                 self._data(given)
             case _:
@@ -195,15 +195,15 @@ class _Checker:
 
     def _perform(self, given: Given) -> None:
         """Follow a command as it is performed, from the host or from a sequence."""
-        opcode, values, known = given.command.opcode, given.values, self.known
+        opcode, values, defined = given.command.opcode, given.values, self.defined
         if opcode in DEFINITIONS:
-            known.moves[values[0]] = opcode
+            defined.moves[values[0]] = opcode
         elif opcode in LOOP_PARAMETERS:
-            known.loop.add(opcode)
+            defined.loop.add(opcode)
         elif opcode == 0x31:
-            known.default = any(values[1:])
+            defined.default = any(values[1:])
         elif opcode == 0x38:
-            known.home = True
+            defined.home = True
         elif opcode == 0x40:
             self._perform_move(given)
         elif opcode in NEED_DEFAULT:
@@ -212,49 +212,49 @@ class _Checker:
             self._trigger(given)
 
     def _perform_move(self, given: Given) -> None:
-        number, known = given.values[0], self.known
-        if number not in known.moves:
+        number, defined = given.values[0], self.defined
+        if number not in defined.moves:
             self._about(rules.NO_MOVE, given, f"move {number} is not defined here", given.sent[1:2])
-        elif known.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
+        elif defined.moves[number] in CLOSED_LOOP and self.commands.get(RESUME) is None:
             what = f"not performed: move {number} is a closed-loop move, and an 1810 has no encoder"
             self._about(rules.NO_ENCODER, given, what)
-        elif known.moves[number] in CLOSED_LOOP and RATIO not in known.loop:
+        elif defined.moves[number] in CLOSED_LOOP and RATIO not in defined.loop:
             what = f"ignored: B0 (ratio) has not been given, and move {number} is a closed-loop move"
             self._about(rules.NOT_GIVEN, given, what)
 
     def _needs(self, given: Given) -> None:
-        opcode, known = given.command.opcode, self.known
-        missing = [] if known.default else ["31 (default velocity and acceleration)"]
-        if opcode in (0x39, 0x3A) and not known.home:
+        opcode, defined = given.command.opcode, self.defined
+        missing = [] if defined.default else ["31 (default velocity and acceleration)"]
+        if opcode in (0x39, 0x3A) and not defined.home:
             missing.append("38 (define home)")
         if opcode in NEED_LOOP:
-            missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in known.loop]
+            missing += [f"{code:02X} ({name})" for code, name in LOOP_PARAMETERS.items() if code not in defined.loop]
         if missing:
             self._about(rules.NOT_GIVEN, given, f"ignored: {', '.join(missing)} has not been given")
 
     def _trigger(self, given: Given) -> None:
-        opcode, known = given.command.opcode, self.known
+        opcode, defined = given.command.opcode, self.defined
         if len(given.values) < 2:
             return
         trigger, on = given.values[:2]
-        busy = known.triggers.get(trigger)
+        busy = defined.triggers.get(trigger)
         if not on:
             if busy == opcode:
-                del known.triggers[trigger]
+                del defined.triggers[trigger]
         elif busy not in (None, opcode):
             what = f"ignored: trigger {trigger} has a function, {busy:02X}, that must be disabled first"
             self._about(rules.TRIGGER, given, what)
         else:
-            known.triggers[trigger] = opcode
+            defined.triggers[trigger] = opcode
 
     def _end_definition(self, given: Given) -> None:
-        known = self.known
-        if known.defining is None:
+        defined = self.defined
+        if defined.defining is None:
             whole = fixing("leave it out", replaced(given.sent, ""), sure=False)
             self._about(rules.NOT_DEFINING, given, "no sequence is being defined", fix=whole)
             return
-        self._loops(known.sequences[known.defining])
-        known.defining = None
+        self._loops(defined.sequences[defined.defining])
+        defined.defining = None
 
     def _loops(self, buffer: Sequence[Given]) -> None:
         inside = 0
@@ -264,7 +264,7 @@ class _Checker:
                 continue
             count, left = given.values[0], len(buffer) - at - 1
             if inside:
-                self._say(rules.NESTED, given.sent, "ignored: a loop may not stand within another one")
+                self._say(rules.NESTED, given.sent, "ignored: loops cannot be nested")
                 inside -= 1
                 continue
             if count > left:
@@ -273,7 +273,7 @@ class _Checker:
 
     def _perform_sequence(self, given: Given) -> None:
         number = given.values[0]
-        buffer = self.known.sequences.get(number)
+        buffer = self.defined.sequences.get(number)
         if not buffer:
             self._about(rules.NO_SEQUENCE, given, f"sequence {number} is not defined here", given.sent[1:2])
             return
@@ -282,13 +282,13 @@ class _Checker:
 
     def finish(self) -> None:
         """Check for an unfinished definition after the last command."""
-        known = self.known
-        if known.defining is not None and known.begun is not None:
-            self._about(rules.UNENDED, known.begun, "the definition of this sequence never ends: D8 is missing")
-            self._loops(known.sequences[known.defining])
+        defined = self.defined
+        if defined.defining is not None and defined.begun is not None:
+            self._about(rules.UNENDED, defined.begun, "the definition of this sequence never ends: D8 is missing")
+            self._loops(defined.sequences[defined.defining])
 
     def _data(self, given: Given) -> None:
-        opcode, mode = given.command.opcode, self.known.mode
+        opcode, mode = given.command.opcode, self.defined.mode
         assert mode is not None, "only then it is valid"
         if mode.command.opcode != DATA[opcode]:
             what = f"ignored: this data is for mode {DATA[opcode]:02X}, in force is {mode.command.opcode:02X}"
@@ -334,7 +334,7 @@ class _Checker:
 
 
 def _misplaced(accepted: Flag, streaming: bool) -> tuple[Rule, str] | None:
-    """Return the reason why this mode ignores a command outside of a sequence definition, or None."""
+    """Return the reason for which this mode ignores a command outside a sequence definition, or None."""
     if not accepted & (Accept.INDEXER | Accept.STREAMING):
         return rules.ONLY_IN_SEQUENCE, "means something in a sequence only"
     if not streaming and Accept.INDEXER not in accepted:

@@ -46,7 +46,7 @@ class Words:
         """Return the bytes of a command, each with its place."""
         words = list(re.finditer(r"\S+", text.partition(";")[0]))
         if not words:
-            raise ProgramError("a command is wanted: 33 00 00 61 A8, or go_relative 25000", column=1)
+            raise ProgramError("the command is missing: expected e.g. 33 00 00 61 A8, or go_relative 25000", column=1)
         found = _hex(words) if _HEX.fullmatch(words[0][0]) else self._named(words)
         if len(found) > language.LONGEST:
             column = found[language.LONGEST].column + 1
@@ -117,7 +117,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
     found = []
     for word in words:
         if not _HEX.fullmatch(word[0]):
-            raise _wrong(rules.WORD, word, f"{word[0]!r} is no byte: write two hex digits")
+            raise _wrong(rules.WORD, word, f"{word[0]!r} is not a byte: expected two hex digits")
         found += [Placed(byte, word.start() + 2 * number) for number, byte in enumerate(bytes.fromhex(word[0]))]
     return found
 
@@ -125,7 +125,7 @@ def _hex(words: Iterable[re.Match[str]]) -> list[Placed]:
 def _value(field: language.Number, word: re.Match[str]) -> bytes:
     value = _read(field, word[0])
     if value is None:
-        raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is none: {_wanted(field)}")
+        raise _wrong(rules.WORD, word, f"{field.name}: {shortened(word[0])} is invalid: {_wanted(field)}")
     return field.encode(value)
 
 
@@ -211,7 +211,7 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 def _streamed(data: bytes) -> bool:
     """True if an answer to 85h is a streamed velocity: the ranges do not exist, or the velocity is beyond every range.
 
-    A streamed velocity whose lower byte is 0 can be identical to a velocity of 0 in some ranges.
+    A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
     """
     return _RANGES.decode(data) is None or data[1] != 0
 

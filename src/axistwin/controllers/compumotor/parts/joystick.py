@@ -8,7 +8,9 @@ from axistwin.sim.pins import Pin
 
 
 class Joystick:
-    """An 852 joystick at the board: while it is enabled, its pulses go straight through and are counted."""
+    """An 852 joystick at the board: while the joystick is enabled, its pulses go straight to the motor and are
+    counted.
+    """
 
     def __init__(self, pins: Mapping[str, Pin], pulses: PulseGenerator) -> None:
         self._pins, self._pulses = pins, pulses

@@ -35,7 +35,7 @@ class Move:
 
     @cached_property
     def rate(self) -> Fraction | None:
-        """Pulses/s; None: beyond the range."""
+        """Return pulses/s, or None beyond the range."""
         return VELOCITY_RANGES[self.ranges[0]].rate(self.velocity)
 
     @property
@@ -44,7 +44,7 @@ class Move:
         return self.ranges[0] << 4 | self.ranges[1]
 
     def speed(self, start_stop: int) -> Speed | None:
-        """Velocity and acceleration in pulses; None: impossible, because there is no acceleration."""
+        """Return velocity and acceleration in pulses; None if the acceleration is 0."""
         per_second = acceleration(self.ranges, self.acceleration)
         if self.rate is None or not per_second:
             return None
@@ -63,7 +63,7 @@ NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
 
 
 class Library:
-    """The pre-defined moves.  The processor "crunches" them one after the other, in its spare time."""
+    """The pre-defined moves.  The processor "crunches" moves one after the other, in its spare time."""
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
@@ -93,7 +93,7 @@ class Library:
         return all(ready_ns <= self.clock.now for ready_ns in self._ready_ns.values())
 
     def calculate_ns(self, number: int) -> int:
-        """Return the calculation time before this move can begin; the move counts as calculated from then on."""
+        """Return the calculation time before this move can begin, and count the move as calculated."""
         ready_ns = self._ready_ns.get(number)
         if ready_ns is None:
             return self.calculation_ns

@@ -1,4 +1,4 @@
-"""Chapter Limit switch inputs: an active limit ends motion in its direction at once and lets none begin."""
+"""Chapter Limit switch inputs: an active limit ends motion in its direction at once, and inhibits a new one."""
 
 from collections.abc import Callable
 from functools import partial

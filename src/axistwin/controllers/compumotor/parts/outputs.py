@@ -1,4 +1,4 @@
-"""The five output bits: user status bits, programmable outputs, and the states that these can show (0Fh)."""
+"""The five output bits: user status bits, programmable outputs, and the states that the bits can show (0Fh)."""
 
 from collections.abc import Callable, Mapping
 
@@ -13,7 +13,7 @@ class Outputs:
     """The five bits that commands may set: 0 to 2 the user bits, 3 and 4 the programmable outputs."""
 
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
-        """`states`: by the codes of 0Fh."""
+        """`states`: predicates by the codes of 0Fh."""
         self._pins, self._handshake, self._states = pins, handshake, states
         self.programmed = 0
         """The programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""

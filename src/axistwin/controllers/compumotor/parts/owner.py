@@ -1,7 +1,6 @@
-"""Chapter Command attributes, SINGULAR: a command that takes time, of which each owner performs one at a time.
+"""Chapter Command attributes, SINGULAR: a command that takes time. An owner performs one SINGULAR command at a time.
 
-The two owners are the host and the sequence.  What ends a SINGULAR command of the sequence (79h, 7Ah) does not affect
-the host's; 73h ends both.
+The two owners are the host and the sequence.  79h and 7Ah end the SINGULAR command of the sequence only; 73h ends both.
 """
 
 from collections.abc import Callable
@@ -28,7 +27,7 @@ class Owner:
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
-        """End the SINGULAR command before its time."""
+        """Discontinue the SINGULAR command."""
         if self.singular is not None:
             interrupt(self.singular)
 
@@ -42,7 +41,7 @@ class Owner:
         try:
             yield from procedure
         except Interrupt:
-            pass  # ended before its time
+            pass  # discontinued
         finally:
             self.singular = None
         ended()

@@ -38,7 +38,7 @@ def _between(start: Fraction, end: Fraction, speed: Speed, unit: Fraction) -> tu
 
 @lru_cache(maxsize=64)
 def _way_up(speed: Speed) -> QuantisedRamp:
-    """Return the ramp from zero velocity; at or below the start/stop velocity there is none."""
+    """Return the ramp from zero velocity; empty at or below the start/stop velocity."""
     base = speed.base
     if speed.rate <= base:
         return QuantisedRamp((), speed.rate, UPDATE)
@@ -66,7 +66,7 @@ def continuous(speed: Speed) -> VelocityProfile:
 
 
 def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProfile:
-    """Return the change from `rate`, in the range `before`, to another rate above zero, then endless motion."""
+    """Return the change from `rate`, in the range `before`, to another rate above zero, followed by endless motion."""
     unit, base = max(before.resolution, speed.range.resolution), speed.base
     phase = Phase.ACCELERATING if speed.rate > rate else Phase.DECELERATING
     ramp: tuple[Segment, ...] = ()

@@ -1,6 +1,6 @@
 """The pulse generator: it outputs velocity profiles, counts their pulses, and reports changes of their phases.
 
-Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h relates the two.
+Positions are counted in + and -, physical directions are CW (+1) and CCW (-1); command 14h assigns signs to directions.
 """
 
 from collections.abc import Callable, Iterable
@@ -33,7 +33,7 @@ MOST_SEGMENTS = 16
 
 @dataclass(frozen=True)
 class VelocityProfile:
-    """Segments, phase by phase.
+    """Segments by phase.
 
     `clock`: the highest pulse rate of the range, which sets the width of the STEP pulse.  `of_move`: a move requested
     the profile, so that its constant velocity causes a message.
@@ -104,12 +104,12 @@ class PulseGenerator:
 
     @property
     def position(self) -> int:
-        """Net pulses since the board was reset, with the + and - of their times."""
+        """Net pulses since the board was reset, signed by the + and - at the time of each pulse."""
         return self._origin + self.sign * self._output.pulses_by(self._elapsed_ns)
 
     @property
     def excursion(self) -> int:
-        """Net pulses since zero velocity was left last."""
+        """Net pulses since the motor last left zero velocity."""
         return self.position - self._excursion_origin
 
     @property
@@ -118,7 +118,7 @@ class PulseGenerator:
         return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
-        """Return the time until `pulses` more pulses (at least 1) are out at the present velocities."""
+        """Return the time to output `pulses` more pulses (at least 1) at the present velocities."""
         count = self._output.pulses_by(self._elapsed_ns) + pulses
         return self._output.pulse_ns(count) + 1 - self._elapsed_ns
 
@@ -155,7 +155,7 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Change to another velocity at once, in any direction; the same direction keeps the fraction of a pulse.
+        """Change to another velocity at once, in any direction; in the same direction the fraction of a pulse is kept.
 
         `further`: as part of the previous excursion.
         """
@@ -173,7 +173,7 @@ class PulseGenerator:
             self._follow(profile)
 
     def hold(self) -> None:
-        """Keep the velocity of this instant."""
+        """Continue at the velocity of this instant."""
         if self.moving:
             constant = (Segment(self.rate, None),)
             self.change(VelocityProfile(((Phase.CONSTANT, constant),), self.velocity_profile.clock, of_move=False))
@@ -193,9 +193,8 @@ class PulseGenerator:
         self._direction.set(self.physical > 0)
 
     def pulse(self) -> None:
-        """Output a single pulse from outside (the joystick), in the direction of `sign`, in the next nanosecond.
-
-        Its rate follows from the time since the previous pulse.
+        """Output a single pulse of the joystick in the next nanosecond, in the direction of `sign`. The rate follows
+        from the time since the previous pulse.
         """
         self._origin = self.position
         since_ns = None if self._pulse_ns is None else self.clock.now - self._pulse_ns
@@ -237,7 +236,9 @@ class PulseGenerator:
 
 @lru_cache(maxsize=64)
 def one_pulse(since_ns: int | None) -> Profile:
-    """Return one pulse in the next nanosecond, `since_ns` after the previous one, and none until the next is due."""
+    """Return a profile of one pulse in the next nanosecond, `since_ns` after the previous one, with no further pulse
+    until the next is due.
+    """
     if not since_ns:
         return Profile((Segment(Fraction(S), Fraction(1, S)),))
     rate = Fraction(S, since_ns)

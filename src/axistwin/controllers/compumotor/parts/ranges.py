@@ -1,6 +1,6 @@
 """Velocity and acceleration ranges (command C8h), base clocks (command 51h): every rate is an exact fraction.
 
-Every printed clock is 13,107,200/3 Hz divided by a power of 10 or 16 (docs/fidelity.md).
+Every clock printed in the manual is 13,107,200/3 Hz divided by a power of 10 or 16 (docs/fidelity.md).
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ BASE_CLOCKS = {
 """Hertz, by the code of commands 51h to 53h."""
 
 FULL = 65_536
-"""A velocity number of this many would be the effective clock; the highest velocity is half of it."""
+"""Velocity number equal to the effective clock; the highest velocity is half the clock."""
 
 
 @dataclass(frozen=True)
@@ -32,18 +32,18 @@ class VelocityRange:
 
     @cached_property
     def maximum(self) -> Fraction:
-        """Pulses/s."""
+        """Maximum rate in pulses/s."""
         return self.clock / 2
 
     def rate(self, number: int) -> Fraction | None:
-        """The pulse rate of a velocity number, rounded to the resolution; None: beyond the range."""
+        """Return the pulse rate of a velocity number, rounded to the resolution; None beyond the range."""
         if number > self.highest:
             return None
         return ((2 * number * self.unit + self.resolution) // (2 * self.resolution)) * self.resolution
 
     @cached_property
     def highest(self) -> int:
-        """The highest velocity number: the one nearest to the maximum, such as 1,092,267 for 1,092,266.67."""
+        """Highest velocity number: the one nearest to the maximum, such as 1,092,267 for 1,092,266.67."""
         return self.number(self.maximum)
 
     def number(self, rate: Fraction) -> int:

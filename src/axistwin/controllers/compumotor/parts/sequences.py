@@ -24,7 +24,7 @@ class Sequences:
     def __init__(self, memory: int) -> None:
         self.memory = memory
         self.defining: int | None = None
-        """Number of the sequence that stores the commands from the host instead of their being performed."""
+        """Number of the sequence being defined, which stores the host's commands."""
         self.buffers: dict[int, list[Stored]] = {}
 
     def __getitem__(self, number: int) -> list[Stored] | None:
@@ -36,7 +36,7 @@ class Sequences:
 
     @property
     def free(self) -> int:
-        """Free bytes of memory.  A command takes the length of its string."""
+        """Free bytes of memory. A command takes the length of its command string."""
         return self.memory - sum(len(stored.string) for buffer in self.buffers.values() for stored in buffer)
 
     def store(self, stored: Stored) -> None:
@@ -51,7 +51,7 @@ class Order(Enum):
 
     CONTINUE = auto()
     SUSPEND = auto()
-    KILL = auto()  # SUSPEND, and a SINGULAR command ends before its time
+    KILL = auto()  # SUSPEND, and a SINGULAR command that is discontinued
     LEAVE = auto()
 
 
@@ -60,7 +60,7 @@ SUSPENDED = (Order.SUSPEND, Order.KILL)
 
 @dataclass
 class Loop:
-    """Commands `first` to `last` of the buffer, `left` more times; None: until CONTINUE."""
+    """Commands `first` to `last` of the buffer, repeated `left` more times; None: until CONTINUE."""
 
     first: int
     last: int

@@ -18,12 +18,12 @@ FASTEST = CCW - 1
 """A velocity number without its direction bit."""
 
 Entry = tuple[int, ...]
-"""Words of the buffer that belong together: velocity and distance, or either."""
+"""An entry of the buffer: velocity and distance, or one of these."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A streaming mode as entered.  `alarm` in bytes; `period_ms` 0: a mode without update rate."""
+    """A streaming mode with its parameters. `alarm` in bytes; `period_ms` 0: a mode without update rate."""
 
     mode: int
     base: int
@@ -43,7 +43,7 @@ class Setting:
 
     @cached_property
     def resolution(self) -> Fraction:
-        """Pulses/s of a velocity number of 1."""
+        """Rate of velocity number 1, in pulses/s."""
         return self.clock / FULL
 
     @property
@@ -53,7 +53,7 @@ class Setting:
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
 
     def rate(self, number: int) -> Fraction:
-        """Pulses/s of a velocity number, without its direction."""
+        """Return the pulses/s of a velocity number, without the direction."""
         return self.resolution * (number & FASTEST)
 
 
@@ -107,7 +107,7 @@ class Stream:
         self._used, self._alarm_on = 0, False
 
     def store(self, mode: int, entries: Iterable[Entry]) -> None:
-        """Store data for this mode; the data is lost in any other mode and without enough memory."""
+        """Store data for this mode; in any other mode, or without enough memory, the data is lost."""
         if self.setting is None or self.setting.mode != mode or self.free < LEAST_FREE:
             return
         for entry in entries:
@@ -123,7 +123,7 @@ class Stream:
         return entry
 
     def alarm(self, left: int) -> None:
-        """Send the buffer empty alarm once if it is on and `left` bytes are few enough."""
+        """Send the buffer empty alarm once, if the alarm is on and `left` bytes are within its threshold."""
         assert self.setting is not None
         if self._alarm_on and left <= self.setting.alarm:
             self._alarm_on = False
@@ -135,15 +135,15 @@ class Stream:
         self._refresh()
 
     def finish(self) -> None:
-        """End the performance from within."""
+        """End the performance by its own process."""
         self.process = None
         self._refresh()
 
     def end(self) -> None:
-        """End the performance before its time; the motor keeps its velocity."""
+        """Discontinue the performance; the motor keeps its velocity."""
         process, self.process = self.process, None
         if process is not None:
-            if process is not self._clock.active_process:  # the active one ends by itself: `performing` is False
+            if process is not self._clock.active_process:  # the active process ends by itself: `performing` is False
                 kill(process)
             self._refresh()
 

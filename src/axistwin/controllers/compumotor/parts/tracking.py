@@ -18,7 +18,7 @@ def wrapped(count: int) -> int:
 
 @dataclass(frozen=True)
 class Law:
-    """The correction of an error: B3h.  `maximum` in units of the velocity range in the upper nibble of `ranges`."""
+    """The law that corrects an error: B3h. `maximum` in units of the velocity range in the upper nibble of `ranges`."""
 
     algorithm: int
     gain: int
@@ -26,7 +26,9 @@ class Law:
     maximum: int
 
     def velocity_profile(self, error: int) -> VelocityProfile:
-        """Return endless motion at the velocity for an error; the velocity is never 0, or the error would remain."""
+        """Return endless motion at the velocity for an error; the velocity is never 0, because the error would
+        remain.
+        """
         e = abs(error)
         wish = {1: self.gain * e, 2: isqrt(self.gain**2 * e), 3: self.gain * e**2}[self.algorithm]
         velocities = VELOCITY_RANGES[self.ranges >> 4]
@@ -51,7 +53,7 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def face(self, sense: int) -> None:
-        """Define the + direction, +1: CW.  The count stays."""
+        """Define the + direction; +1: CW. The count does not change."""
         before, self._sense = self.count, sense * self._wired
         self._origin += before - self.count
 
@@ -69,7 +71,7 @@ class Tracking:
     """Counts, parameters and positions; all positions are encoder pulses since reset."""
 
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
-        """`moves`: closed-loop moves are performed, by an encoder or by the option `encoder_commands`."""
+        """`moves`: closed-loop moves are available, by an encoder or by the option `encoder_commands`."""
         self._pulses, self.encoder, self.moves = pulses, encoder, moves
         # Parameters
         self.ratio: tuple[int, int] | None = None
@@ -106,7 +108,7 @@ class Tracking:
 
     @property
     def error(self) -> int:
-        """Desired less actual position, encoder pulses."""
+        """Desired position minus actual position, in encoder pulses."""
         return wrapped(self.desired - self.encoder.count)
 
     @property
@@ -149,7 +151,7 @@ class Tracking:
         return self._pulses.moving and self.owns_motion
 
     def give_way(self) -> None:
-        """End a correction: the error is 0, or a move begins."""
+        """End a correction, because the error is 0 or a move begins."""
         if self.correcting:
             self._pulses.kill()
 
@@ -160,6 +162,6 @@ class Tracking:
             self.reference = self._pulses.position, self._began
 
     def define(self, position: int) -> None:
-        """Define the present position as `position` and as the desired one."""
+        """Define the present position as `position`, which also becomes the desired position."""
         self.desired = self.encoder.count
         self.zero = self.desired - position

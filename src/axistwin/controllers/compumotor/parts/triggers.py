@@ -15,7 +15,7 @@ class Triggers:
     """The functions of triggers 1 and 6."""
 
     def __init__(self, clock: Clock, pins: dict[int, Pin], response_ns: dict[int, int]) -> None:
-        """`response_ns`: from the edge to the function, with the input high all the time."""
+        """`response_ns`: time from the edge to the function; the input must stay high."""
         self.clock, self._response_ns = clock, response_ns
         self._functions: dict[int, tuple[int, Callable[[], None]]] = {}  # by trigger: opcode and action
         self._fell_ns = dict.fromkeys(pins, -LOW_BEFORE_NS)
@@ -29,7 +29,7 @@ class Triggers:
         self.clear()
 
     def clear(self) -> None:
-        """Drop all functions and waits."""
+        """Clear all functions and waits."""
         self._functions.clear()
         self._edges.clear()
 
@@ -60,7 +60,7 @@ class Triggers:
             self.clock.call_later(self._response_ns[trigger], partial(self._respond, trigger, self._fell_ns[trigger]))
 
     def _respond(self, trigger: int, fell_ns: int) -> None:
-        if self._fell_ns[trigger] != fell_ns:  # too short a pulse
+        if self._fell_ns[trigger] != fell_ns:  # the pulse is too short
             return
         if (waiting := self._edges.pop(trigger, None)) is not None:
             waiting.succeed()

@@ -15,7 +15,7 @@ from axistwin.storage import excerpt
 
 @dataclass(frozen=True)
 class Retained:
-    """Data that the battery keeps while the interface is locked; unlocked, nothing is kept."""
+    """Data that the battery keeps while the interface is locked.  Unlocked, nothing is kept."""
 
     locked: bool = False
     baudrate: int = 9600

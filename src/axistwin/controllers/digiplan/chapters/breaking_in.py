@@ -19,7 +19,7 @@ class BreakIn:
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:
-        """Detect other formats, or stop doing so; meanwhile errors are not flagged."""
+        """Start or stop detecting other formats; during detection errors are not flagged."""
         self._state.buffer.checking = not on
         self._state.uart.second_look = self._offer if on else None
 
@@ -50,7 +50,7 @@ class BreakIn:
         return other is not None
 
     def begins_with(self, character: int) -> bool:
-        """True if this character breaks into the interface; the UART then has the format of that character."""
+        """True if this character breaks into the interface; the UART then uses the format of that character."""
         if character & 0x7F != BAUD_DETECT or not (self._detected or self._possible):
             return False
         self._state.uart.format = self._detected or uart_format(self._state.baudrate, Frame())

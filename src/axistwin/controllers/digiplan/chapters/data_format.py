@@ -45,7 +45,7 @@ class Frame:
         return bytes(self.text(byte) for byte in text + end)
 
     def raw(self, byte: int) -> int:
-        """Return a byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits there is no bit 8.
+        """Return a byte as it is sent: bit 8 is data, 0 or 1; with 7 data bits bit 8 does not exist.
 
         The quick status needs all eight bits: where bit 8 is fixed at 1, the byte is sent unchanged.
         """
@@ -70,7 +70,7 @@ class MessageFormat:
 
 
 def read_format(text: str, terminator: int) -> Frame | None:
-    """Return the data format that a message names; None if the format or its terminator is wrong."""
+    """Return the data format of a message; None if the format or the terminator is wrong."""
     match = FORMAT_MESSAGE.fullmatch(text)
     if match is None:
         return None

@@ -1,6 +1,6 @@
 """Chapters Control of data transfer, Serial data format and Inter-character delay: characters in and out.
 
-In:  UART, then after about 1 ms the 64-character input buffer, whose filling level makes DTR (or X-off and X-on).
+In:  UART, then after about 1 ms the 64-character input buffer, whose filling level sets DTR (or sends X-off and X-on).
 Out: one character after the other, each after the programmed delay, and only while DSR and CTS are set.
 """
 
@@ -19,7 +19,7 @@ from axistwin.units import MS
 
 NEARLY_FULL = 52  # 80 %: DTR or X-off stops the host
 NEARLY_EMPTY = 12  # 20 %: the host may continue
-OVERFLOW = 61  # 95 %: a data fault, and everything in the buffer is lost
+OVERFLOW = 61  # 95 %: a data fault, and the whole buffer is lost
 X_ON, X_OFF = 0x11, 0x13
 DELAY_UNIT_NS = 10 * MS
 
@@ -52,7 +52,7 @@ class InputBuffer:
         self._enter(byte, LineError.NONE)
 
     def set_tolerant(self, on: bool) -> None:
-        """Accept characters with errors, or stop doing so.  Meanwhile the UART resynchronises from 7 bits to 8."""
+        """Start or stop accepting characters with errors.  Meanwhile the UART resynchronises from 7 bits to 8."""
         self.tolerant = self.uart.resynchronises = on
 
     def open(self) -> None:
@@ -77,7 +77,7 @@ class InputBuffer:
         return character
 
     def take_message(self, ends_message: int, wanted: Callable[[str], bool]) -> list[int]:
-        """Remove and return the first wanted message with its terminator; empty if there is none."""
+        """Remove and return the first wanted message with its terminator; empty if none is in the buffer."""
         begin = 0
         for end, character in enumerate(self.characters, 1):
             if character & 0x7F != ends_message:
@@ -165,7 +165,7 @@ class Transmitter:
         self.clock, self.uart, self.lines = clock, uart, lines
         self.delay = 0
         """Inter-character delay in units of 10 ms."""
-        self._held_back = 0  # number of senders that wait for DSR or CTS
+        self._held_back = 0  # number of procedures that wait for DSR or CTS
         self._flow_control: int | None = None
         self.urgent: Process | None = None
         """Procedure that sends X-on or X-off."""

@@ -82,7 +82,8 @@ class Faults:
         self.on_fault(str(fault.name).lower())
 
     def motion_has_been_read(self, locked: bool) -> None:
-        """Clear the bits after an answer to K or Q if their cause is gone; LIMIT always, so that the axis can leave it.
+        """Clear the bits after an answer to K or Q if their cause is gone; LIMIT always, so that the axis can leave
+        the limit switch.
 
         While locked, EMERGENCY_STOP stays until the power is removed.
         """
@@ -108,7 +109,7 @@ class Faults:
 class StopInputs:
     """Emergency stop, limit switches and drive faults: a change of these inputs raises a fault and stops motion.
 
-    `limits`: the motion that a limit switch stops when it opens.
+    `limits`: the directions of motion that an opening limit switch stops.
     """
 
     def __init__(self, faults: Faults, motion: RampGenerator, cancel: Callable[[], None], limits: Limits) -> None:
@@ -124,7 +125,7 @@ class StopInputs:
     def may_move(self, directions: Mapping[str, int]) -> bool:
         """False if a fault or an open limit switch in one of these directions inhibits the motion.
 
-        A limit switch that is open when a motion away from it begins does not stop that motion.
+        An open limit switch does not inhibit a motion away from the switch.
         """
         self._leaving = frozenset(name for name in LIMITS if not self._pins[name].level)
         return not self._faults.blocked(directions)
@@ -140,7 +141,7 @@ class StopInputs:
             self._cancel()
 
     def _limit_stops(self, name: str) -> bool:
-        """True for motion towards the limit, and for other motion unless that motion leaves the limit."""
+        """True if the limit switch stops this motion: unless the motion leads away from the limit."""
         ahead = LIMITS[name] in self._motion.directions.values()
         behind = self._limits == "any motion" and name not in self._leaving
         return self._motion.running and (ahead or behind)

@@ -14,11 +14,11 @@ REVERSAL_NS = 3 * MS
 def axis(name: str, step: Step, direction: int, distance: int | None) -> str | None:
     """Commands X Y Z: an axis, its direction (default +) and optionally the distance, 0 to 999,999,999 steps.
 
-    Several axes share one distance, the last one stated; it is kept for later indexes, the direction is not.
-    After `/` they are the minor axes, with a distance of their own.  Chapter Index mode instructions.
+    Several axes share one distance, the last one stated; the distance is kept for later indexes, the direction is
+    not.  Axes after `/` are minor axes, with a distance of their own.  Chapter Index mode instructions.
     """
     if name in step.major or name in step.minor:
-        return f"axis {name} is named twice"
+        return f"axis {name} is repeated"
     (step.minor if step.interpolated else step.major)[name] = direction
     if distance is not None:
         step.settings["minor_distance" if step.interpolated else "distance"] = distance
@@ -26,7 +26,8 @@ def axis(name: str, step: Step, direction: int, distance: int | None) -> str | N
 
 
 def backlash(step: Step, distance: int | None) -> str | None:
-    """Command B: with a sign and 0 to 255 steps, store the backlash distance; alone, apply it to this index.
+    """Command B: with a sign and 0 to 255 steps, store the backlash distance; alone, apply the correction to this
+    index.
 
     Chapter Backlash correction.
     """
@@ -40,10 +41,10 @@ def backlash(step: Step, distance: int | None) -> str | None:
 def index(state: State, step: Step) -> Procedure:
     """Run all axes of the step by the distance, up and down the ramp; return when they are at rest.
 
-    With correction, a move against the backlash direction goes further by the backlash distance and comes back by it
-    at the start/stop speed, so that it always finishes in the same direction.  It does not come back towards an open
-    limit switch.  The direction is the same for all axes: with different directions, some axes end in a wrong place,
-    as the manual warns.
+    With correction, a move against the backlash direction overshoots by the backlash distance and returns at the
+    start/stop speed, so that every index ends in the same direction.  The return is left out towards an open limit
+    switch.  The direction is the same for all axes: with different directions, some axes end in a wrong place, as
+    the manual warns.
     """
     parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
@@ -61,7 +62,7 @@ def index(state: State, step: Step) -> Procedure:
 
 
 def _overshoots(parameters: Parameters, step: Step) -> bool:
-    """True if the index is corrected: it has a length and goes against the backlash direction."""
+    """True if the index is corrected: the length is not 0 and the direction is against the backlash direction."""
     against = next(iter(step.major.values())) * parameters.backlash < 0
     return step.corrected and against and parameters.distance > 0
 
@@ -69,6 +70,6 @@ def _overshoots(parameters: Parameters, step: Step) -> bool:
 def cancel(state: State) -> None:
     """Command #: stop every axis with deceleration, end a sequence, a wait or a pulse; the rest of the index is lost.
 
-    Characters before it in the message are dropped.  Chapter Index mode instructions.
+    Characters before # in the message are dropped.  Chapter Index mode instructions.
     """
     state.work.cancel()

@@ -10,7 +10,7 @@ from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
 LOW_BITS = 4  # of "(": start bit and three zeros
-TOLERANCE = 10  # a baud rate is recognised within a tenth of it
+TOLERANCE = 10  # a baud rate is recognised within ±10 %
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
@@ -81,8 +81,8 @@ def set_data_format(state: State) -> Procedure:
 def _data_format(state: State) -> Procedure:
     """Wait for a valid `U x1 x2 <CR>` or `V x1 x2 [<CR>] <LF>`; returns the Frame.
 
-    Characters with framing errors are accepted, so that a host can use its own format from the beginning.
-    Each `(` is answered `U <CR>`, and so is `*` after it has erased the memory.  A wrong message is dropped without an
+    Characters with framing errors are accepted, so that a host can use its own format from the beginning.  Each `(`
+    is answered `U <CR>`; `*` erases the memory and gets the same answer.  A wrong message is dropped without an
     answer; the host must repeat the whole message.
     """
     reader = FormatReader()
@@ -127,7 +127,7 @@ class FormatReader:
 def only_at_initialisation(_: Step) -> str:
     """Commands ( * U V: baud rate detection, erasing, data format.  Obeyed during initialisation.
 
-    Afterwards they are a data fault.  While it is locked, `(` begins the initialisation again if DSR is held and
-    nothing moves.  Chapters Initialisation, Breaking into a locked state.
+    Afterwards they are a data fault.  While the interface is locked, `(` begins the initialisation again if DSR is
+    held and nothing moves.  Chapters Initialisation, Breaking into a locked state.
     """
     return "for initialisation only"

@@ -50,12 +50,14 @@ def constraint(parameters: Parameters, run: bool = False) -> Problem | None:
 
 
 def out_of_range(parameters: Parameters, step: Step) -> Problem | None:
-    """Return the problem if a move is out of range: its speed, or a constraint of linear interpolation."""
+    """Return a description if a move is out of range, by its speed or a constraint of linear interpolation;
+    otherwise None.
+    """
     return too_fast(parameters) or (constraint(parameters, step.run) if step.interpolated else None)
 
 
 def interpolate(state: State, step: Step) -> Procedure:
-    """Run major and minor axes by their distances; return when they are at rest, both on their counts."""
+    """Run major and minor axes by their distances; return when all are at rest."""
     parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
     ratio = Fraction(parameters.minor_distance, parameters.distance) if parameters.distance else Fraction(0)

@@ -13,9 +13,10 @@ def lock(state: State) -> None:
 
 
 def unlock(state: State) -> None:
-    """Command ]: all commands are obeyed again, if it comes in the same format as [.
+    """Command ]: all commands are obeyed again.
 
-    Baud rate, number of bits and parity must be those of the lock command.  Chapter Communication lockout commands.
+    Valid only with the baud rate, number of bits and parity of the lock command.  Chapter Communication lockout
+    commands.
     """
     same = state.lock in (None, state.message_format)
     if state.locked and (same or state.options.unlock == "any format"):

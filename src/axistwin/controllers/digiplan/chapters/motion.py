@@ -19,7 +19,7 @@ PULSE_NS = 5_000
 
 
 class RampGenerator:
-    """Gives pulses and directions to the axes that take part in a motion."""
+    """Sends pulses and directions to the axes that take part in a motion."""
 
     def __init__(self, clock: Clock, axes: Mapping[str, StepperAxis], pins: Mapping[str, Pin]) -> None:
         self.clock, self.axes, self.pins = clock, axes, pins
@@ -85,7 +85,7 @@ class RampGenerator:
 
     @property
     def levels(self) -> Sequence[Fraction]:
-        """The rates of the ramp, from the start/stop speed upwards; empty if the speed is not above start/stop."""
+        """The rates of the ramp, from the start/stop speed upwards; empty up to the start/stop speed."""
         return () if self.ramp is None else self.ramp.levels
 
     @property

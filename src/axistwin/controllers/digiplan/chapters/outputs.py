@@ -80,7 +80,7 @@ def pulse_output(step: Step, output: int, length: int | None) -> None:
 
 
 def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
-    """Wait until all inputs of H are high at once, then until all of L are low: levels, one list after the other."""
+    """Wait until all inputs of H are high at once, then until all inputs of L are low."""
     for inputs, wanted in ((step.high, True), (step.low, False)):
         listed = [pins[f"input{number}"] for number in inputs]
         while waiting := [pin for pin in listed if pin.level is not wanted]:
@@ -88,7 +88,7 @@ def wait_for_inputs(pins: Mapping[str, Pin], step: Step) -> Procedure:
 
 
 def switch_outputs(outputs: Outputs, step: Step, pulse_length: int) -> Procedure:
-    """Switch the outputs of a step, S before R; or pulse one for its length."""
+    """Switch the outputs of a step, S before R; or pulse one output for the length of P."""
     for number in step.set:
         outputs.switch(number, True)
     for number in step.reset:

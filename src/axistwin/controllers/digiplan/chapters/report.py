@@ -38,7 +38,7 @@ def motion_status(state: State) -> bytes:
 
 
 def quick_status(state: State) -> bytes:
-    """Command Q: the motion status as one raw byte without a terminator; it clears like K.
+    """Command Q: the motion status as one raw byte without a terminator; Q clears the same bits as K.
 
     Meaningful with 8 data bits and bit 8 = data or 1; otherwise bit 7 is lost.  Chapter Quick status.
     """
@@ -50,7 +50,7 @@ def quick_status(state: State) -> bytes:
 def communication_status(state: State) -> bytes:
     """Command F: 1 parity, 2 overrun, 4 framing, 8 data fault or buffer overflow, 16 out of range, 32 locked.
 
-    Clears all but the last.  Chapter Motion status.
+    Clears all bits but the last.  Chapter Motion status.
     """
     status = communication_bits(state)
     state.faults.line = LineFault.NONE
@@ -89,9 +89,9 @@ def busy_letter(state: State) -> str:
 def position(state: State) -> bytes:
     """Command N: steps since the last index or run began, modulo 2^32.
 
-    In motion above the start/stop speed the last 256 steps are not counted yet.  An interpolated run faster than
-    that has a counter of 16 bits, which loses a step when it rolls over: from then on there are N + 65,537 steps.
-    Chapters Position report-back, Position report-back in linear interpolation mode.
+    In motion above the start/stop speed the last 256 steps are not counted yet.  Above that speed an interpolated
+    run has a counter of 16 bits, which loses one step at each overflow: the position is then N + 65,537.  Chapters
+    Position report-back, Position report-back in linear interpolation mode.
     """
     return _number(state, steps(state))
 

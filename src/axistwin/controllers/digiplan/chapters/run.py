@@ -9,7 +9,7 @@ from axistwin.sim.clock import Procedure
 
 
 def go(step: Step) -> str | None:
-    """Command G: run the axes named until stopped; the distance becomes zero.  Chapter Run mode instructions."""
+    """Command G: run the named axes until stopped; the distance becomes zero."""
     if step.run:
         return "G stands twice"
     if not step.major:

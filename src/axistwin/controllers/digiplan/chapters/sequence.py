@@ -1,4 +1,4 @@
-"""Chapter Sequence mode: up to 63 steps, with repeats, waits and the controller's intervention."""
+"""Chapter Sequence mode: up to 63 steps, with repeats, waits and intervention by the host."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ def repeat(step: Step, times: int, first: int) -> None:
 def hand_over(step: Step) -> None:
     """Command %: in a sequence, give control to the host until the host sends %.
 
-    The interface reports this by % and its terminator.  Chapter Controller intervention in a sequence.
+    The interface reports the change by % and its terminator.  Chapter Controller intervention in a sequence.
     """
     step.hand_over = True
 
@@ -76,7 +76,7 @@ def perform(state: State, step: Step) -> Procedure:
 
 
 def _move(state: State, step: Step) -> Procedure:
-    while state.motion.running:  # there is one ramp generator: a run must be stopped first
+    while state.motion.running:  # the ramp generator can do only one motion: a run must be stopped first
         yield state.motion.ended
     if interpolation.out_of_range(state.in_force, step):
         state.faults.raise_line(LineFault.RANGE)

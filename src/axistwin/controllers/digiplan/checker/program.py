@@ -50,7 +50,7 @@ class _Checker:
             self._initialise(rest)
         text: list[Sent] = []
         for sent in rest:
-            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be held, and nothing in motion
+            if self.locked_in is not None and sent.byte == BAUD_DETECT:  # DSR may be active, and nothing is in motion
                 self._data_format(sent, rest)
                 text = []
             elif self.frame is not None and sent.byte == self.frame.ends_message:
@@ -60,7 +60,7 @@ class _Checker:
                 text.append(sent)
         if "".join(chr(sent.byte) for sent in text).strip():
             end = "<CR>" if self.frame is None or self.frame.terminator == "U" else "<LF>"
-            self._say(rules.UNENDED, text, f"this message is never ended: {end} is missing")
+            self._say(rules.UNENDED, text, f"this message has no end: {end} is missing")
 
     def _switch_on(self, initialised: bool, characters: Sequence[Sent]) -> None:
         if not self.battery or self.locked_in is None:
@@ -77,7 +77,7 @@ class _Checker:
         """Take characters up to and including a valid data format message."""
         first = next((sent for sent in rest if sent.byte not in (CR, LF, ord(" "))), None)
         if first is not None and first.byte != BAUD_DETECT:
-            self._say(rules.NOT_HEARD, [first], "nothing is heard before ( has told the baud rate")
+            self._say(rules.TOO_EARLY, [first], "characters before ( are ignored, because the baud rate is unknown")
             first = next((sent for sent in rest if sent.byte == BAUD_DETECT), None)
         if first is not None:
             self._data_format(first, rest)
@@ -98,7 +98,7 @@ class _Checker:
                 message = f"no data format {before!r}: U or V, frame 1 to 8, parity 1 to 9; U ends in <CR>, V in <LF>"
                 self._say(rules.FORMAT, [begin], message)
         if reader.text:
-            self._say(rules.FORMAT_UNENDED, [begin], "the data format is never ended")
+            self._say(rules.FORMAT_UNENDED, [begin], "the data format message has no end")
 
     def _message(self, text: Sequence[Sent]) -> None:
         message = parse("".join(chr(sent.byte) for sent in text[:LONGEST]), COMMANDS)
@@ -129,7 +129,7 @@ class _Checker:
 
     def _hand_back(self, text: Sequence[Sent]) -> None:
         if self.sequence is None or not any(step.hand_over for step in self.sequence.steps):
-            self._say(rules.NOT_HANDED_OVER, text, "% gives control back to a sequence, but none has handed it over")
+            self._say(rules.NO_INTERVENTION, text, "% gives control back to a sequence, but none has handed it over")
 
     def _direct(self, text: Sequence[Sent], message: Message) -> None:
         step = message.steps[0]
@@ -167,7 +167,7 @@ class _Checker:
                 return
         self.sequence = message if message.steps else self.sequence
         if self.sequence is None:
-            self._say(rules.NOTHING_STORED, text, "no sequence is stored that could be run again")
+            self._say(rules.NOTHING_STORED, text, "no stored sequence to run again")
             return
         for finding in follow(self.sequence.steps, self.parameters):
             self._finding(text, message, finding)
@@ -191,7 +191,9 @@ class _Checker:
     def _values(
         self, text: Sequence[Sent], step: Step, problem: Problem, known: AbstractSet[str] = frozenset()
     ) -> None:
-        """Report values that do not go together, at the one in this message, with the lines of those not `known`."""
+        """Report values that do not fit together, at the value in this message, with the lines of values not in
+        `known`.
+        """
         here = [step.places[name] for name in problem.about if name in step.places]
         elsewhere = [name for name in problem.about if name not in step.places and name not in known]
         at = here[0] if here else problem.position

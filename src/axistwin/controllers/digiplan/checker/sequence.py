@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from axistwin.controllers.diagnostics import Severity
 from axistwin.controllers.digiplan.chapters.interpolation import out_of_range
-from axistwin.controllers.digiplan.rules import NEVER_REACHED, NO_DISTANCE, RUN_GOES_ON
+from axistwin.controllers.digiplan.rules import NEVER_REACHED, NO_DISTANCE, RUN_CONTINUES
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
 
 
@@ -27,7 +27,7 @@ class _Arrival:
 
 
 def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
-    """Yield the problems of all passes through the steps: a value set in a later step is in force in the next pass."""
+    """Yield the problems of all passes through the steps: a value from a later step is in force in the next pass."""
     yield from _never_reached(steps)
     todo, seen = [_Arrival(1, parameters, 0)], set[_Arrival]()
     while todo:
@@ -51,7 +51,7 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
 def _move(step: Step, number: int, parameters: Parameters, running: int) -> Finding | None:
     if running:
         message = f"the run of step {running} goes on, and the move of this step waits for its end: A stops it"
-        return Finding(number, Problem(RUN_GOES_ON, Fault.DATA, 0, message, RUN_GOES_ON.chapter))
+        return Finding(number, Problem(RUN_CONTINUES, Fault.DATA, 0, message, RUN_CONTINUES.chapter))
     problem = out_of_range(parameters, step)
     if problem is not None:
         return Finding(number, problem)

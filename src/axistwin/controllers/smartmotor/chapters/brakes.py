@@ -14,7 +14,7 @@ def servo(motor: Processor) -> None:
 
 
 def trajectory_brake(motor: Processor) -> None:
-    """BRKTRJ: the brake is released while a trajectory is in progress (Bt = 1); without one MTB is active.  5.2."""
+    """BRKTRJ: the brake is released while a trajectory is in progress (Bt = 1); otherwise MTB is active.  5.2."""
     motor.brake_control = Control.TRAJECTORY
 
 
@@ -24,7 +24,7 @@ def release(motor: Processor) -> None:
 
 
 def engage(motor: Processor) -> None:
-    """BRKENG: the brake is engaged.  It does not activate MTB.  5.2."""
+    """BRKENG: the brake is engaged.  BRKENG does not activate MTB.  5.2."""
     motor.brake_control = Control.ENGAGED
 
 
@@ -34,12 +34,12 @@ def internal(motor: Processor) -> None:
 
 
 def pin_c(motor: Processor) -> None:
-    """BRKC: the signal is on pin C too, if UCO has made that an output.  Not together with BRKG.  5.1."""
+    """BRKC: the signal is also on pin C, if UCO has made C an output.  Not together with BRKG.  5.1."""
     motor.i[s.BRAKE_PIN] = PIN_C
 
 
 def pin_g(motor: Processor) -> None:
-    """BRKG: the signal is on pin G too, if UGO has made that an output.  Not together with BRKC.  5.1."""
+    """BRKG: the signal is also on pin G, if UGO has made G an output.  Not together with BRKC.  5.1."""
     motor.i[s.BRAKE_PIN] = PIN_G
 
 

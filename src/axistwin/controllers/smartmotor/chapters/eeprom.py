@@ -29,7 +29,7 @@ FindRun = Callable[[Processor], Run | None]
 
 
 def pointer(motor: Processor, value: int) -> None:
-    """EPTR=exp: the byte that the next VST or VLD begins with, 0 to 7999; anything else sets Bs."""
+    """EPTR=exp: address of the first byte of the next VST or VLD, 0 to 7999; any other value sets Bs."""
     if 0 <= value < motor.options.data_bytes:
         motor.i[s.EPTR] = value
     else:
@@ -37,9 +37,10 @@ def pointer(motor: Processor, value: int) -> None:
 
 
 def store_variables(motor: Processor, find: FindRun, count: int) -> None:
-    """VST(variable,n): store n variables beginning with this one, within its group and within the EEPROM.
+    """VST(variable,n): store n variables of a group, beginning with the named one.
 
-    The groups are a…z, aa…zz, aaa…zzz and each array.  Otherwise Bs is set, nothing is stored and EPTR stays.
+    The groups are a…z, aa…zz, aaa…zzz and each array.  Beyond the group or the EEPROM, Bs is set, nothing is stored
+    and EPTR does not change.
     """
     run = _checked(motor, find(motor), count)
     if run is None:
@@ -53,7 +54,9 @@ def store_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def load_variables(motor: Processor, find: FindRun, count: int) -> None:
-    """VLD(variable,n): load n variables beginning with this one; the limits are those of VST.  Erased bytes are -1."""
+    """VLD(variable,n): load n variables beginning with the named one; the limits are those of VST.  Erased bytes are
+    -1.
+    """
     run = _checked(motor, find(motor), count)
     if run is None:
         return
@@ -66,7 +69,7 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Return the run if it contains `count` values and the EEPROM has room for them; otherwise flag Bs."""
+    """Return the run if it contains `count` values and the EEPROM has room for these; otherwise flag Bs."""
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
     motor.syntax_error()

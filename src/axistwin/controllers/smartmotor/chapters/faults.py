@@ -1,4 +1,4 @@
-"""Fault handling (chapter 4): limits, position error, overheat, and how they are cleared."""
+"""Fault handling (chapter 4): limits, position error, overheat, and clearing of faults."""
 
 from axistwin.controllers.smartmotor.chapters import flow
 from axistwin.controllers.smartmotor.chapters.brakes import switch_off
@@ -34,7 +34,9 @@ def happen(motor: Processor, why: int) -> None:
 
 
 def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
-    """Handle an asserted limit, in hard- or software.  The motor stops unless it moves away from the limit (3.1)."""
+    """Handle an asserted limit, of a switch or in software.  The motor stops unless it moves away from the limit
+    (3.1).
+    """
     i = motor.i
     i[flag] = 1
     motor.on_fault(ALARMS[flag])
@@ -48,7 +50,7 @@ def _limit(motor: Processor, flag: int, acknowledged: int, sign: int) -> None:
 
 
 def shut_down(motor: Processor, mode: int) -> None:
-    """Switch the amplifier off, with F=1 after a deceleration at A; then MTB, unless it is deactivated (4.1)."""
+    """Switch the amplifier off, with F=1 after a deceleration at A; then apply MTB, unless deactivated (4.1)."""
     i = motor.i
     if i[s.MODE] < s.M_HOLD or not i[s.F] & DECELERATE or i[s.MODE] == s.M_TORQUE:
         switch_off(motor, mode)
@@ -56,11 +58,11 @@ def shut_down(motor: Processor, mode: int) -> None:
         i[s.VELOCITY] = 0
         stopped(motor)
     else:
-        i[s.MODE], i[s.RATE], i[s.STOPPING], i[s.BT] = s.M_STOP, i[s.A], 1, 1
+        i[s.MODE], i[s.ACCELERATION], i[s.STOPPING], i[s.BT] = s.M_STOP, i[s.A], 1, 1
 
 
 def stopped(motor: Processor) -> None:
-    """End a deceleration because of a fault: MTB, or without it hold the position (table 4.2)."""
+    """End a deceleration because of a fault: apply MTB, or hold the position if MTB is deactivated (table 4.2)."""
     i = motor.i
     i[s.STOPPING] = i[s.BT] = 0
     i[s.MODE] = s.M_HOLD
@@ -69,10 +71,10 @@ def stopped(motor: Processor) -> None:
 
 
 def _interrupt(motor: Processor, *, ends_program: bool) -> None:
-    """F=32: C1 is called at the end of the statement in progress; without it a motor protection fault ends the program.
+    """Call C1 with F=32 at the end of the statement; without F=32 a motor protection fault ends the program.
 
-    C1 is called also when the main program has ended, as the sample of 4.3 does.  A fault within C1 waits until that
-    has returned.
+    C1 is called even after the end of the main program, as the sample of 4.3 does.  A fault within C1 waits for the
+    return of C1.
     """
     i = motor.i
     if i[s.F] & CALL_C1 and FAULT_1 in motor.program.labels:
@@ -87,8 +89,8 @@ def _interrupt(motor: Processor, *, ends_program: bool) -> None:
 def may_move(motor: Processor, way: int) -> bool:
     """True if a movement may begin in this direction (0: unknown, or none).
 
-    A limit that is still asserted and has been acknowledged lets the motor move away from it; an attempt in the other
-    direction needs a new acknowledgement.
+    After an acknowledgement the motor may move away from an asserted limit.  An attempt in the other direction needs
+    a new acknowledgement.
     """
     allowed = _allowed(motor, way)
     motor.refused |= not allowed
@@ -113,7 +115,9 @@ def _passes(motor: Processor, flag: int, active: int, acknowledged: int, towards
 
 
 def clear(motor: Processor, *, slot: int) -> None:
-    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.  What still holds sets it again in the next sample (4.2)."""
+    """Zr Zl Ze Zh Zd Zu Zs Za Zw Zb Zc Zf: clear one flag.  A cause that lasts sets the flag again in the next
+    sample (4.2).
+    """
     motor.i[slot] = 0
     for _, flag, active, acknowledged, _sign in LIMITS:
         if slot == flag:
@@ -121,7 +125,7 @@ def clear(motor: Processor, *, slot: int) -> None:
 
 
 def clear_all(motor: Processor) -> None:
-    """ZS: clear all flags that are kept.  What still holds sets its flag again in the next sample (3.1, 4.2)."""
+    """ZS: clear all latched flags.  A cause that lasts sets the flag again in the next sample (3.1, 4.2)."""
     for slot in LATCHED:
         clear(motor, slot=slot)
 

@@ -1,7 +1,7 @@
 """Program flow (8 of the base language), as changed by chapters 4 and 7: start, continuation and end of a program.
 
-The interpreter executes these statements itself when they are part of the program.  This module contains the same
-commands of a host, and the calls of C1 and C2.
+The interpreter executes these statements of a program.  This module executes the same commands of a host, and calls
+C1 and C2.
 """
 
 from axistwin.controllers.smartmotor.kernel import interpreter
@@ -13,7 +13,7 @@ NOWHERE = -1
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:
-    """Start the stored program from the top; at power-up, or by RUN.  Nothing happens if there is none."""
+    """Start the stored program from the top; at power-up, or by RUN.  Without a program nothing happens."""
     if motor.program.statements:
         interpreter.forget(motor.i)
         motor.i[s.RUN_GIVEN] = int(by_run)
@@ -30,7 +30,7 @@ def run(motor: Processor) -> None:
 
 
 def run_wait(motor: Processor) -> None:
-    """RUN?: a program that was started by power-up ends here; RUN starts it from the top, and then passes over this."""
+    """RUN?: a program started by power-up ends here; RUN starts the program from the top, and then skips RUN?."""
     if not motor.i[s.RUN_GIVEN]:
         end(motor)
 
@@ -43,7 +43,7 @@ def end(motor: Processor) -> None:
 
 
 def goto(motor: Processor, label: int) -> None:
-    """GOTOn: continue the program at label n, 0…999; a stopped program starts there.  Unknown label: Bs."""
+    """GOTOn: continue the program at label n, 0…999; a stopped program starts there.  An unknown label sets Bs."""
     target = motor.program.labels.get(label)
     if target is None:
         motor.syntax_error()
@@ -52,9 +52,11 @@ def goto(motor: Processor, label: int) -> None:
 
 
 def gosub(motor: Processor, label: int) -> None:
-    """GOSUBn: carry out the subroutine at label n, 0…999, and then go on; without a running program, stop there.
+    """GOSUBn: execute the subroutine at label n, 0…999, and continue; without a running program, stop after the
+    subroutine.
 
-    A statement that takes time (WAIT, TWAIT, PRINT) is finished first.  Unknown label, or ten returns waiting: Bs.
+    A statement that takes time (WAIT, TWAIT, PRINT) is finished first.  An unknown label, or ten return addresses on
+    the stack, sets Bs.
     """
     target = motor.program.labels.get(label)
     if target is None:
@@ -64,10 +66,9 @@ def gosub(motor: Processor, label: int) -> None:
 
 
 def call(motor: Processor, label: int, kind: int) -> bool:
-    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).  Return True if it has been called.
-
-    C2 cuts a WAIT short, and is not called again before RETURNI, STACK or END.  A program without the label is not
-    changed; a full return stack sets Bs.
+    """Call C1 because of a fault (F=32), or C2 because of pin G (F=64).  Return True if the call was possible.  C2
+    ends a WAIT early, and is not called again before RETURNI, STACK or END.  Nothing changes without the label; a
+    full return stack sets Bs.
     """
     target = motor.program.labels.get(label)
     if target is None or (kind == s.CALL_INPUT and within(motor, kind)) or not _call(motor, target, kind):
@@ -91,44 +92,44 @@ def return_(motor: Processor) -> None:
 
 
 def return_fault(motor: Processor) -> None:
-    """RETURNF: go back to where C1 was called because of a fault (7, F=32)."""
+    """RETURNF: return from C1, which was called because of a fault (7, F=32)."""
     interpreter.go_back(motor.i)
 
 
 def return_interrupt(motor: Processor) -> None:
-    """RETURNI: go back to where C2 was called because of pin G, which may then call it again (7, F=64)."""
+    """RETURNI: return from C2, which was called because of pin G; pin G may then call C2 again (7, F=64)."""
     motor.i[s.C2_CALLED] = 0
     interpreter.go_back(motor.i)
 
 
 def stack(motor: Processor) -> None:
-    """STACK: forget all return addresses; C2 may be called again (7, F=64)."""
+    """STACK: discard all return addresses; C2 may be called again (7, F=64)."""
     interpreter.forget(motor.i)
 
 
 def wait(motor: Processor, value: int) -> None:
-    """WAIT=exp: the next statement is carried out `value` samples after this one; only a call of C2 cuts it short."""
+    """WAIT=exp: execute the next statement `value` samples after this one; only a call of C2 ends the wait early."""
     motor.i[s.WAIT_UNTIL] = motor.i[s.SAMPLE] + 1 + value * motor.i[s.PID_RATE]
 
 
 def twait(motor: Processor) -> None:
-    """TWAIT: no statement while Bt is 1."""
+    """TWAIT: hold the program while Bt is 1."""
     motor.i[s.TWAITING] = 1
 
 
 def pause(motor: Processor) -> None:
-    """!: the program pauses until a serial character arrives (channel.py)."""
+    """!: pause the program until a serial character arrives (channel.py)."""
     motor.i[s.PROGRAM] = s.BLOCKED
     motor.i[s.PAUSED] = 1
 
 
 def reset(motor: Processor) -> None:
-    """Z: total reset, all as at power-up."""
+    """Z: total reset; everything is as at power-up."""
     motor.reset()
 
 
 def part_of_block(motor: Processor) -> None:
-    """IF, WHILE, SWITCH and what belongs to them; labels: the compiler makes jumps of them."""
+    """IF, WHILE, SWITCH and the other parts of a block, and labels: the compiler replaces these by jumps."""
     motor.syntax_error()
 
 

@@ -1,4 +1,4 @@
-"""F= function commands (chapter 7): a word of switches."""
+"""F= function commands (chapter 7): a word of option bits."""
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.cam import DWELLING, invalidate
@@ -10,10 +10,9 @@ ALL = 255
 
 
 def functions(motor: Processor, value: int) -> None:
-    """F=exp: the sum of the functions that are wanted, 0 to 255 (table 7.1); anything else sets Bs.
-
-    F=2 turns the shaft's direction round at once, whatever the mode: the position keeps its value.  A change of F=16 or
-    F=128 takes effect in mode cam after CI, and makes one that was given already invalid (9.5).
+    """F=exp: the sum of the selected functions, 0 to 255 (table 7.1); any other value sets Bs.  F=2 reverses the
+    shaft's direction at once, in every mode; the position keeps its value.  A change of F=16 or F=128 takes effect
+    in mode cam after CI, and invalidates an earlier CI (9.5).
     """
     if not 0 <= value <= ALL:
         motor.syntax_error()

@@ -1,4 +1,5 @@
-"""Host mode (chapter 10): the host sends positions and the clock values at which the motor is to reach them.
+"""Host mode (chapter 10): the host sends positions, and for each the clock value at which the motor reaches the
+position.
 
 position  ╱──●      Between two points the velocity is constant.  A clock value may be omitted: the last difference
        ●─╱          then applies.  The same clock value twice ends host mode: the buffered mode continues from the
@@ -19,13 +20,14 @@ def clear(motor: Processor) -> None:
 
 
 def position(motor: Processor, value: int) -> None:
-    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the usual one."""
+    """Record 0xFA: a position in counts.  A preceding position without a clock value gets the usual difference."""
     complete(motor)
     motor.reception.position = value
 
 
 def clock(motor: Processor, value: int) -> None:
-    """Record 0xFB: the clock value, in samples, of the position before it; the value of the last point again: exit.
+    """Record 0xFB: the clock value, in samples, of the preceding position.  The value of the last point once more
+    ends host mode.
 
     The clock has 32 bits; 0 follows FFFFFFFFh.  A value before the last point's sets Bs.
     """
@@ -41,7 +43,7 @@ def clock(motor: Processor, value: int) -> None:
 
 
 def complete(motor: Processor) -> None:
-    """Complete the position without a clock value by the usual difference of clock values, if there are both."""
+    """Complete a position without a clock value by the usual difference of clock values, if both exist."""
     waiting = motor.reception
     if waiting.position is not None and waiting.clock is not None and waiting.delta is not None:
         _point(motor, waiting.clock + waiting.delta)

@@ -22,7 +22,7 @@ QUADRATURE = (0, 1, 3, 2)
 
 
 class Inputs:
-    """Keeps the slots of the inputs up to date."""
+    """Updates the state from the inputs."""
 
     def __init__(self, motor: Processor) -> None:
         self.motor, self.axis = motor, motor.axis
@@ -73,7 +73,7 @@ class Inputs:
         i[s.BY_HAND] += step
         i[s.MASTER] += step
         i[s.MASTER_END] += step
-        i[s.TOLD] = 0  # the prediction is no longer valid
+        i[s.PREDICTED] = 0  # the prediction is no longer valid
 
     def _wiring(self) -> None:
         """Update which of the pins A and B have the level of the external encoder."""
@@ -85,20 +85,21 @@ class Inputs:
             i[s.ANALOG + bit] = pin.analog
 
     def _levels(self, count: int) -> int:
-        """Return the external encoder's levels; of a step source B is the direction, and A low between steps."""
+        """Return the external encoder's levels; for a step source, B is the direction and A is low between steps."""
         i, master = self.motor.i, self.axis.master
         if i[s.STEPS]:
             return 2 * (master.run.counts > 0 if master.run.counts else i[s.STEP_UP])
         return quadrature(count)
 
     def _master(self) -> None:
-        """Begin another run of the external encoder: the kernel computes its counts from the next sample on.
+        """Start a run of the external encoder: the kernel computes the counts from the next sample on.
 
-        The kernel gets the run as of one sample earlier, so that each sample adds the same number and carries the rest.
+        The kernel receives the run as of one sample earlier, so that each sample adds the same number and carries the
+        remainder.
         """
         i, core, run = self.motor.i, self.motor.core, self.axis.master.run
         self._wiring()
-        i[s.MASTER], i[s.MASTER_LEFT], i[s.TOLD] = self.motor.edges(), 0, 0
+        i[s.MASTER], i[s.MASTER_LEFT], i[s.PREDICTED] = self.motor.edges(), 0, 0
         follows = self._follows()
         core.predict = self._predict if follows and self.axis.master.predictable else None
         core.before_sample = self._ask if follows and core.predict is None else None
@@ -119,25 +120,25 @@ class Inputs:
         return followed is not None and not followed.resting
 
     def _ask(self) -> None:
-        """Read the external encoder before a sample: it is mounted on an axis that cannot be predicted."""
+        """Read the external encoder before a sample, because the encoder's axis cannot be predicted."""
         self.motor.i[s.MASTER] = self.motor.edges()
         if not self._follows():
             self.motor.core.before_sample = None
 
     def _predict(self, first: int, samples: int) -> Sequence[int]:
-        """Return the edges in these samples, if the axis of the encoder does not change its motion."""
+        """Return the edges in these samples, provided that the encoder's axis does not change its motion."""
         core = self.motor.core
         if not self._follows():
             core.predict = None
         counts = self.axis.master.predict(core.time_ns(first), SAMPLE_NS, samples)
         return [count + self.motor.i[s.BY_HAND] for count in counts]
 
-    def look(self) -> None:
-        """Publish all samples by now, without any change."""
+    def refresh(self) -> None:
+        """Publish all samples up to now, without any change."""
         self.motor.core.catch_up(changing=False)
 
     def catch_up(self) -> None:
-        """Bring the state to now."""
+        """Advance the state to now."""
         self.motor.catch_up()
 
     def position(self) -> int:
@@ -146,11 +147,11 @@ class Inputs:
 
     def commanded(self) -> int:
         """Return the trajectory's counts, in the controller's coordinates."""
-        self.look()
+        self.refresh()
         return self.motor.i[s.COMMANDED] >> 16
 
     def setpoint(self) -> int:
-        """Return the trajectory's counts, in the machine's coordinates.  The block ahead stays as it is."""
+        """Return the trajectory's counts, in the machine's coordinates.  The block ahead does not change."""
         return self.motor.core.commanded_now()
 
     def velocity(self) -> float:
@@ -168,11 +169,11 @@ class Inputs:
 
     def temperature(self) -> float:
         """Return the motor's temperature in °C."""
-        self.look()
+        self.refresh()
         return self.motor.f[machine.HOUSING_C]
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand."""
+        """Displace the shaft by a person."""
         machine.push(self.motor.i, counts)
 
     def slip(self, counts: int) -> None:

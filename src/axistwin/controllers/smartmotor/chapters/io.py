@@ -1,10 +1,10 @@
-"""Chapter 6, and 12 of the base language: what the seven user pins are used for, and the AniLink bus.
+"""Chapter 6, and 12 of the base language: the functions of the seven user pins, and the AniLink bus.
 
     A, B   inputs; encoder or step and direction          E, F   RS-485 (channel 1), AniLink or inputs and outputs
     C, D   limit switches (UCP, UDM in limits.py)         G      synchronous go (UG)
 
-At power-up all of them are inputs, which 5 kΩ resistors pull up.  A value written to a pin is kept in its latch whether
-the pin is an output or not: written first, it makes the change to an output free of glitches.
+At power-up all of them are inputs, which 5 kΩ resistors pull up.  A value written to a pin is kept in a latch, even
+while the pin is an input.  A value written first avoids a glitch at the change to an output.
 """
 
 from axistwin.controllers.smartmotor.chapters import brakes
@@ -12,7 +12,7 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 
 ROLES = {"C": s.LIMIT_C, "D": s.LIMIT_D, "G": s.GO_PIN}
-"""Pins with a role of their own until they are made ordinary inputs or outputs."""
+"""Pins that have a role until a command makes them ordinary inputs or outputs."""
 CHANNEL_1 = "EF"
 
 
@@ -23,9 +23,8 @@ def power_up(motor: Processor) -> None:
 
 
 def direction_in(motor: Processor, pin: str) -> None:
-    """UAI … UGI: an ordinary input.  C and D are limits no more, G does not go, E and F leave channel 1.
-
-    Where it was the brake's signal (5.1) it is that no more.
+    """UAI … UGI: make the pin an ordinary input.  The pin is no longer a limit (C, D), the go input (G), a wire of
+    channel 1 (E, F), or the brake's signal (5.1).
     """
     _take(motor, pin)
     _take_from_brake(motor, pin)
@@ -33,9 +32,8 @@ def direction_in(motor: Processor, pin: str) -> None:
 
 
 def direction_out(motor: Processor, pin: str) -> None:
-    """UAO … UGO: an output, which shows what its latch holds.  C and D are limits no more, E and F leave channel 1.
-
-    A pin that is the brake's signal (5.1) shows that, without a moment at the level of its latch.
+    """UAO … UGO: make the pin an output with the level of its latch.  C and D are no longer limits, E and F no
+    longer channel 1.  A pin with the brake's signal (5.1) goes to the level of the signal directly.
     """
     _take(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -43,9 +41,8 @@ def direction_out(motor: Processor, pin: str) -> None:
 
 
 def latch(motor: Processor, pin: str, value: int) -> None:
-    """UA= … UG=: high for any value but 0; an output shows it at once.
-
-    Where it was the brake's signal (5.1) it is that no more.
+    """UA= … UG=: set the latch, high for any value but 0; an output changes at once.  The pin is no longer the
+    brake's signal (5.1).
     """
     _take_from_brake(motor, pin)
     bit = 1 << s.USER_PINS.index(pin)
@@ -55,13 +52,15 @@ def latch(motor: Processor, pin: str, value: int) -> None:
 
 
 def go_pin(motor: Processor) -> None:
-    """UG: pin G is an input whose falling edge does what G does."""
+    """UG: make pin G an input whose falling edge has the effect of G."""
     direction_in(motor, "G")
     motor.i[s.GO_PIN] = 1
 
 
 def take_for_channel(motor: Processor, number: int) -> None:
-    """An RS-485 channel takes its pins: G as the direction line of channel 0, E and F as the two wires of channel 1."""
+    """Reserve the pins of an RS-485 channel: G as the direction line of channel 0, E and F as the two wires of
+    channel 1.
+    """
     if number == 0:
         _take(motor, "G")
         _take_from_brake(motor, "G")
@@ -80,15 +79,14 @@ def _take(motor: Processor, pin: str) -> None:
 
 
 def _take_from_brake(motor: Processor, pin: str) -> None:
-    """Give the brake's pin another function, until BRKC or BRKG makes it the brake's signal again (5.1)."""
+    """Remove the brake's signal from the pin, until BRKC or BRKG selects the pin again (5.1)."""
     if motor.i[s.BRAKE_PIN] == 1 << s.USER_PINS.index(pin):
         motor.i[s.BRAKE_PIN] = 0
 
 
 def give_up_brake_pin(motor: Processor) -> None:
-    """Make an ordinary input of the pin of the brake's signal, which `<variable>=UG` or `=UC` has read (5.1, note 2).
-
-    A pin that is no output carries no signal and keeps its role.
+    """Make the pin of the brake's signal an ordinary input, because `<variable>=UG` or `=UC` has read the pin (5.1,
+    note 2).  An input carries no signal and keeps its role.
     """
     motor.i[s.BRAKE_READ] = 0
     for pin in ("C", "G"):
@@ -102,8 +100,8 @@ def fetch_input(_motor: Processor) -> int:
 
 
 def analog_out(_motor: Processor, _port: str, _value: int) -> None:
-    """AOUTp,value: to the AniLink device p, A to H.  No such device exists."""
+    """AOUTp,value: analog output of the AniLink device p, A to H.  No such device exists."""
 
 
 def digital_out(_motor: Processor, _port: str, _channel: int, _value: int) -> None:
-    """DOUTpc,value: to the AniLink device p, A to H, channel 0 to 63.  No such device exists."""
+    """DOUTpc,value: digital output of the AniLink device p, A to H, channel 0 to 63.  No such device exists."""

@@ -12,7 +12,7 @@ def enable_soft(motor: Processor) -> None:
 
 
 def disable_soft(motor: Processor) -> None:
-    """SLD: no software limits.  The default.  3.2."""
+    """SLD: disable the software limits.  The default.  3.2."""
     motor.i[s.SOFT_LIMITS] = 0
 
 
@@ -36,7 +36,7 @@ def _set(motor: Processor, slot: int, value: int) -> None:
 def limit_pin_c(motor: Processor) -> None:
     """UCP: pin C is the positive (right) limit: an input, high is a fault.  The default.  3.1.
 
-    Where it was the brake's signal (5.1) it is that no more.
+    The pin is no longer the brake's signal (5.1).
     """
     io.direction_in(motor, "C")
     motor.i[s.LIMIT_C] = 1

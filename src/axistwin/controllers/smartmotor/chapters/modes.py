@@ -1,4 +1,4 @@
-"""Modes of operation and what moves the motor (chapters 4 and 5 of the base language, 9 and 10 of the manual)."""
+"""Modes of operation, and the commands of motion (chapters 4 and 5 of the base language, 9 and 10 of the manual)."""
 
 from axistwin.controllers.smartmotor.chapters import host_mode
 from axistwin.controllers.smartmotor.chapters.brakes import switch_off
@@ -12,13 +12,12 @@ from axistwin.controllers.smartmotor.processor import Control, Processor
 PID_RATES = (1, 2, 4, 8)
 RATIOS = (s.M_RATIO, s.M_STEP_RATIO)
 FULL = 4
-"""Edges of four that count in MF4, and always with steps."""
+"""Edges counted of each four: in MF4, and always with steps."""
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:
-    """A parameter that is kept until something uses it; a value outside its range sets Bs and changes nothing.
-
-    BASE= and SIZE= make a CI that was given already invalid (9.5).
+    """Set a buffered parameter; a value outside the range sets Bs and changes nothing.  BASE= and SIZE= invalidate
+    an earlier CI (9.5).
     """
     if not low <= value <= high:
         motor.syntax_error()
@@ -42,12 +41,14 @@ def distance(motor: Processor, value: int) -> None:
 
 
 def clock(motor: Processor, value: int) -> None:
-    """CLK=exp: the counter of samples continues from this value."""
+    """CLK=exp: set the counter of samples."""
     motor.i[s.CLK_ZERO] = motor.i[s.SAMPLE] - value
 
 
 def origin(motor: Processor, value: int) -> None:
-    """O=exp: the shaft is now at this position, in counts.  Nothing moves; SLN and SLP keep their values (3.2)."""
+    """O=exp: define the present position of the shaft as this value, in counts.  Nothing moves; SLN and SLP keep
+    their values (3.2).
+    """
     i = motor.i
     shift = value - position_of_shaft(i)
     i[s.ORIGIN] += shift
@@ -58,12 +59,14 @@ def origin(motor: Processor, value: int) -> None:
 
 
 def tune(motor: Processor) -> None:
-    """F: the buffered KP, KI, KD, KL, KS, KV, KA and KG come into force."""
+    """F: put the buffered KP, KI, KD, KL, KS, KV, KA and KG in force."""
     motor.i[s.TUNING : s.TUNING + 8] = motor.i[s.KP : s.KP + 8]
 
 
 def pid(motor: Processor, rate: int) -> None:
-    """PIDn: trajectory and servo law every 1, 2, 4 or 8 samples, in which V, A and WAIT are meant; else Bs is set."""
+    """PIDn: update trajectory and servo law every 1, 2, 4 or 8 samples, the new unit of V, A and WAIT; other values
+    set Bs.
+    """
     if rate in PID_RATES:
         motor.i[s.PID_RATE] = rate
     else:
@@ -71,15 +74,14 @@ def pid(motor: Processor, rate: int) -> None:
 
 
 def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
-    """MP, MV, MFR, MSR, MD: the mode that the next G starts.
-
-    MFR and MSR take the ratio as it is now; MFDIV=0 sets Bs.  MD empties the buffer of points (10.1).
+    """MP, MV, MFR, MSR, MD: select the mode that the next G starts.  MFR and MSR use the present ratio; MFDIV=0 sets
+    Bs.  MD empties the buffer of points (10.1).
     """
     i = motor.i
     if mode == s.M_HOST:
         if i[s.MODE] != s.M_HOST:  # the motion in progress continues
             host_mode.clear(motor)
-        i[s.HOST_ARMED] = 1  # the mode buffered before is the one that host mode ends in (10.2)
+        i[s.HOST_ARMED] = 1  # host mode ends in the mode that was buffered before (10.2)
         return
     if mode in RATIOS:
         if i[s.MFDIV] == 0:
@@ -90,10 +92,9 @@ def buffer(motor: Processor, mode: int, factor: int = 0) -> None:
 
 
 def cam(motor: Processor, factor: int) -> None:
-    """MC, MC2, MC4, MC8: mode cam at the next G, or with CI at the next zero point, with BASE and SIZE as they are now.
-
-    SIZE is the highest index of the table, up to 101; BASE counts are divided among SIZE intervals, so it is not less.
-    Otherwise Bs is set and nothing changes.  Chapter 9.
+    """MC, MC2, MC4, MC8: select mode cam at the next G, or with CI at the next zero point, with the present BASE and
+    SIZE.  SIZE is the highest index of the table, up to 101.  BASE counts are divided among SIZE intervals, so BASE
+    is at least SIZE.  Otherwise Bs is set and nothing changes.  Chapter 9.
     """
     i = motor.i
     if not 1 <= i[s.SIZE] <= TABLE_MOST or i[s.BASE] < i[s.SIZE]:
@@ -105,15 +106,15 @@ def cam(motor: Processor, factor: int) -> None:
 
 
 def initialize_cam(motor: Processor) -> None:
-    """CI: at the next zero point the buffered D, BASE, SIZE, MCn, F=16 and F=128 replace those in force (9.5).
+    """CI: at the next zero point, put the buffered D, BASE, SIZE, MCn, F=16 and F=128 in force (9.5).
 
-    If a CI has become invalid, "a new MCn and CI command must be issued".
+    After a CI has become invalid, "a new MCn and CI command must be issued".
     """
     motor.i[s.CI_PENDING] = not motor.i[s.CI_SPOILT]
 
 
 def go(motor: Processor) -> None:
-    """G: start, or go on with, the buffered mode and parameters.  Inhibited by a fault that has not been cleared."""
+    """G: start or continue the buffered mode and parameters.  Inhibited by a fault that has not been cleared."""
     i = motor.i
     mode = s.M_HOST if i[s.HOST_ARMED] else i[s.BUFFERED_MODE]
     if not may_move(motor, way(motor, mode)):
@@ -138,12 +139,12 @@ def way(motor: Processor, mode: int) -> int:
 def start(motor: Processor, mode: int) -> None:
     """Start a mode with the buffered parameters, from the present commanded position and velocity."""
     i = motor.i
-    i[s.RATE] = i[s.A]
+    i[s.ACCELERATION] = i[s.A]
     if mode == s.M_POSITION:
         i[s.TARGET] = (i[s.COMMANDED] >> 16) + i[s.D] if i[s.RELATIVE] else i[s.P]
-        i[s.TOP], i[s.FACTOR] = abs(i[s.V]), i[s.RELATIVE]
+        i[s.MAX_VELOCITY], i[s.FACTOR] = abs(i[s.V]), i[s.RELATIVE]
     elif mode == s.M_VELOCITY:
-        i[s.TOP] = i[s.V]
+        i[s.MAX_VELOCITY] = i[s.V]
     elif mode in RATIOS:
         sign = -1 if i[s.RATIO_DIV] < 0 else 1
         i[s.FACTOR], i[s.TARGET], i[s.FOLLOW_REM] = sign * i[s.RATIO_MUL], sign * i[s.RATIO_DIV], 0
@@ -175,14 +176,16 @@ def _begin_cam(motor: Processor) -> None:
 
 
 def may_stop(motor: Processor) -> bool:
-    """S and X are inhibited by a fault as G is (3.2), unless the motor moves away from a limit: that can be stopped."""
+    """True if S and X are allowed: a fault inhibits S and X as well as G (3.2), unless the motor moves away from a
+    limit.
+    """
     i = motor.i
     leaving = i[s.VELOCITY] != 0 and not (i[s.STOPPING] or i[s.BE] or i[s.BH])
     return not i[s.BO] and (leaving or may_move(motor, 0))
 
 
 def stop(motor: Processor) -> None:
-    """S: the trajectory stops at once and the servo holds; the next G is a position move (option `stop_buffers`).
+    """S: stop the trajectory at once and hold the position; the next G is a position move (option `stop_buffers`).
 
     Without effect while the motor is off.
     """
@@ -201,12 +204,12 @@ def decelerate(motor: Processor) -> None:
     i = motor.i
     if may_stop(motor):
         turn_on(motor, s.M_STOP if i[s.VELOCITY] else s.M_HOLD)
-        i[s.RATE] = i[s.A]
+        i[s.ACCELERATION] = i[s.A]
         _buffer_position(motor)
 
 
 def _buffer_position(motor: Processor) -> None:
-    """Make the next G a position move, absolute or relative by what was assigned last, P or D."""
+    """Make the next G a position move: absolute if P was assigned last, relative if D was."""
     if motor.options.stop_buffers == "position":
         buffer(motor, s.M_POSITION)
 
@@ -219,7 +222,7 @@ def torque(motor: Processor) -> None:
 
 
 def off(motor: Processor) -> None:
-    """OFF: the amplifier is off.  After BRKRLS that deactivates MTB; otherwise MTB follows (5.2)."""
+    """OFF: switch the amplifier off.  After BRKRLS, OFF deactivates MTB; otherwise MTB follows (5.2)."""
     if motor.brake_control is Control.RELEASED:
         motor.mtb_enabled = False
     switch_off(motor)
@@ -242,12 +245,12 @@ def _follow(motor: Processor, mode: int, factor: int) -> None:
 
 
 def quadrature(motor: Processor) -> None:
-    """MF0: pins A and B are an encoder's; CTR begins at 0.  The mode stays."""
+    """MF0: pins A and B are the lines of an encoder; CTR begins at 0.  The mode does not change."""
     _count(motor, FULL, steps=False)
 
 
 def count_steps(motor: Processor) -> None:
-    """MS0: pins A and B are step and direction; CTR begins at 0.  The mode stays."""
+    """MS0: pins A and B are step and direction; CTR begins at 0.  The mode does not change."""
     _count(motor, FULL, steps=True)
 
 
@@ -260,9 +263,11 @@ def _count(motor: Processor, resolution: int, *, steps: bool) -> None:
 
 
 def internal_encoder(_motor: Processor) -> None:
-    """ENC0: the servo is closed by the encoder on the shaft.  It always is, so nothing changes."""
+    """ENC0: the servo is closed by the encoder on the shaft.  No other encoder is possible, so nothing changes."""
 
 
 def external_encoder(motor: Processor) -> None:
-    """ENC1: the servo is closed by an encoder on pins A and B.  There is none on the shaft of this motor: Bs is set."""
+    """ENC1: the servo is closed by an encoder on pins A and B, for motors without an encoder of their own.  This
+    motor sets Bs.
+    """
     motor.syntax_error()

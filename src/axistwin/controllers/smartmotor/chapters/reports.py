@@ -1,6 +1,6 @@
 """Section 9 of the base language, and chapter 6: reports (R…) and PRINT.
 
-A report is decimal text and one CR, which the motor adds.  PRINT adds nothing.
+A report is decimal text and one CR.  PRINT adds nothing.
 """
 
 from axistwin.controllers.smartmotor.chapters.variables import NAMES
@@ -51,8 +51,8 @@ def mode(motor: Processor) -> str:
     """RMODE: a letter for the mode in force.
 
     P absolute and R relative position, V velocity, T torque, F and S follow the external encoder or steps, X with a
-    ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops reports the letter of
-    what the next G starts.
+    ratio, C cam, H host mode, B mode torque brake, O off, E error.  A servo that holds or stops reports the mode
+    that the next G starts.
     """
     i = motor.i
     reported = computed(i, ops.MODE_TOLD)
@@ -68,16 +68,18 @@ def sample_rate(motor: Processor) -> str:
 
 
 def channel_errors(motor: Processor, channel: int | None = None) -> str:
-    """RCHN, RCHN0, RCHN1 (RCS, RCS1): 1 overflow, 2 framing, 4 syntax, 8 parity; RCHN: of both channels."""
+    """RCHN, RCHN0, RCHN1 (RCS, RCS1): errors of a channel: 1 overflow, 2 framing, 4 syntax, 8 parity.  RCHN: of both
+    channels.
+    """
     first, second = (one.status() for one in motor.channels)
     return str(int((first, second)[channel] if channel is not None else first | second))
 
 
 def print_(motor: Processor, *items: str | int | bytes, channel: int | None = None) -> None:
-    """PRINT(…), PRINT1(…): texts as they are, values in decimal, `#n` as one character.  Nothing is added at the end.
+    """PRINT(…), PRINT1(…): print texts unchanged, values in decimal, `#n` as one character, without a terminator.
 
-    PRINT1 prints on channel 1; the text is lost while the channel is closed.  PRINT of a host prints on channel 0, also
-    if it was sent on channel 1 (6.1).  PRINT of a program prints on channel 1 with F=4.
+    PRINT1 prints on channel 1; the text is lost while the channel is closed.  PRINT of a host prints on channel 0,
+    even if the command came on channel 1 (6.1).  PRINT of a program prints on channel 1 with F=4.
     """
     if channel is None and motor.host is not None:
         channel = 0
@@ -85,7 +87,7 @@ def print_(motor: Processor, *items: str | int | bytes, channel: int | None = No
 
 
 def print_device(_motor: Processor, *_items: str | int | bytes, **_device: str) -> None:
-    """PRINTA(…) to PRINTH(…): to a display on the AniLink bus.  None exists, so the text is lost."""
+    """PRINTA(…) to PRINTH(…): print to a display on the AniLink bus.  No display exists, so the text is lost."""
 
 
 READ_ONLY = (variable, value, position_and_status, mode, sample_rate, channel_errors)

@@ -1,7 +1,7 @@
 """Chapter 8 and 6.1, and 6 of the base language: every value that can be used in an expression.  One line, one name.
 
-A value lies in a slot of the processor's state, or in a variable, or is computed by the interpreter, or has to be
-fetched from outside first (`fetch`): from a communication channel or over the AniLink bus.
+A value is a slot of the processor's state, a variable, or computed by the interpreter.  Other values are fetched
+first (`fetch`): from a communication channel or over the AniLink bus.
 """
 
 import re
@@ -122,7 +122,7 @@ ANALOG_CHANNELS, DIGITAL_CHANNELS = range(1, 5), range(64)
 
 
 def find(name: str) -> Variable | None:
-    """The variable of this name.  AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital."""
+    """Return the variable of this name.  AINpc and DINpc: device p = A…H, channel c = 1…4 analog, 0…63 digital."""
     return NAMES.get(name) or _input(name)
 
 
@@ -136,20 +136,24 @@ def _input(name: str) -> Variable | None:
 
 
 def assign(motor: Processor, place: int, value: int) -> None:
-    """a…z, aa…zz, aaa…zzz =exp: 32 bits, signed.  A value that does not fit: Bd, and the variable stays as it is."""
+    """a…z, aa…zz, aaa…zzz =exp: set a variable of 32 bits, signed.  A value that does not fit sets Bd and changes
+    nothing.
+    """
     motor.v[place] = value
 
 
 def assign_elements(motor: Processor, code: Sequence[int]) -> None:
-    """ab[], aw[], al[] =exp: 8, 16 or 32 bits of the value; ab[0…203], aw[0…101], al[0…50], other indices: Bu (8.2).
+    """ab[], aw[], al[] =exp: 8, 16 or 32 bits of the value; ab[0…203], aw[0…101], al[0…50], other indices set Bu (8.2).
 
-    `aw[0] 0 100 500.` sets consecutive elements; those before one that does not exist are set (1.1).
+    `aw[0] 0 100 500.` sets consecutive elements; elements before an invalid index are set (1.1).
     """
     store(motor.i, motor.v, [0] * ops.STACK, code, 0)
 
 
 def values(letters: str) -> range | None:
-    """Return the places in `v` of a named variable and its successors in the group; None: no such variable."""
+    """Return the places in `v` of a named variable and its successors in the group; None if the variable does not
+    exist.
+    """
     variable = NAMES.get(letters)
     if variable is None or variable.chapter != NAMED:
         return None

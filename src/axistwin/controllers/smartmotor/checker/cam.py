@@ -1,4 +1,4 @@
-"""The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and what makes a CI invalid.
+"""The checker's rules for mode cam (chapter 9): the table, SIZE and BASE, dwell, and changes that invalidate a CI.
 
 The rules read the text from top to bottom and use only constant values.
 """
@@ -6,7 +6,7 @@ The rules read the text from top to bottom and use only constant values.
 from dataclasses import dataclass, field
 
 from axistwin.controllers.smartmotor import rules
-from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value
 from axistwin.controllers.smartmotor.kernel.cam import DWELLING
 from axistwin.controllers.smartmotor.kernel.state import WORDS
 from axistwin.controllers.smartmotor.language.language import Elements, Statement
@@ -58,7 +58,7 @@ class _Cam:
             self.pending = None
 
     def _keep(self, number: int, keyword: str, statement: Statement) -> None:
-        value = known(statement)
+        value = constant_value(statement)
         if keyword == "SIZE=":
             self.size, self.stale = value if value is None or 0 <= value < WORDS else self.size, "SIZE"
         elif keyword == "BASE=":

@@ -1,4 +1,4 @@
-"""The basis of the checker's rules: a program with its places, and the diagnostics found in it."""
+"""The basis of the checker's rules: a program with its places, and the diagnostics of the program."""
 
 from collections.abc import Iterator, Sequence
 
@@ -47,11 +47,14 @@ class Findings:
 
     def sets_function(self, bit: int) -> bool:
         """True if some F= may set this bit."""
-        return any(known(statement) is None or (known(statement) or 0) & bit for _, statement in self.all("F="))
+        return any(
+            constant_value(statement) is None or (constant_value(statement) or 0) & bit
+            for _, statement in self.all("F=")
+        )
 
 
 def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, fix: Fix | None = None) -> Diagnostic:
-    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after it."""
+    """Return the diagnostic of a problem in the statement from `begin` to `end`, or just after the statement."""
     here = characters[begin + problem.position : begin + problem.end if problem.end else end]
     if not here:
         at = begin + problem.position
@@ -60,7 +63,7 @@ def located(characters: Sequence[Sent], begin: int, end: int, problem: Problem, 
     return diagnose(problem.rule, here, problem.message, problem.chapter, fix)
 
 
-def known(statement: Statement) -> int | None:
+def constant_value(statement: Statement) -> int | None:
     """Return the constant that a statement assigns, if any."""
     value = statement.operands[-1] if statement.operands else None
     return value.constant if isinstance(value, Expression) else None

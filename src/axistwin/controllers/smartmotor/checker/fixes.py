@@ -1,4 +1,4 @@
-"""Fixes of statements.  A fix is sure if the statement can be read in one way only."""
+"""Fixes of statements.  A fix is sure if the statement has only one reading."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -15,7 +15,7 @@ WITHOUT = frozenset({"ES400", "ES1000"})
 
 
 def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
-    """Return the fix of a statement by itself, or None if only the user can decide."""
+    """Return the fix of a single statement, or None if only the user can decide."""
     if problem.rule is rules.EQUAL_SIGN:
         name = text.rstrip("-0123456789")
         return fixing("put the equal sign in", put_behind(sent[len(name) - 1], "="))
@@ -27,7 +27,7 @@ def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:
 
 
 def _of_class5(sent: Sequence[Sent], later: class5.Found) -> Fix | None:
-    """Replace a word of Class 5 by that of 4.76, if there is a valid one."""
+    """Replace a Class 5 word by its 4.76 form, if that form is valid."""
     if any(read(word).problem is not None for word in later.here.split()):
         return None
     return fixing(f"write {later.here}", replaced(sent, later.here), later.sure)
@@ -54,7 +54,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
     if first < 0 or last >= len(findings.statements) or findings.line(first) != findings.line(last):
         return None
     if first == number and findings.statements[last].problem is None:
-        return None  # `a= S`: S may be a value, and may be a command
+        return None  # `a= S`: S may be a value or a command
     parts = range(first, last + 1)
     whole = "".join(findings.statements[part].text for part in parts)
     if read(whole).problem is not None:
@@ -63,7 +63,7 @@ def _blanks(findings: Findings, number: int) -> Fix | None:
 
 
 def _unfinished(findings: Findings, number: int) -> Fix | None:
-    """Join `a= 1`."""
+    """Join the parts of `a= 1`."""
     return _blanks(findings, number) if findings.statements[number].text.endswith("=") else None
 
 
@@ -73,7 +73,7 @@ def _gap(findings: Findings, left: int, right: int) -> Edit:
 
 
 def _upper_case(findings: Findings, number: int) -> Fix | None:
-    """Return a fix that is sure if it makes all of the line valid; else the line may be a comment."""
+    """Return a fix that is sure if the whole line becomes valid; otherwise the line may be a comment."""
     statement = findings.statements[number]
     line = findings.line(number)
     beside = [each for at, each in enumerate(findings.statements) if findings.line(at) == line]

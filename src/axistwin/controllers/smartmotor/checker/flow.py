@@ -1,7 +1,6 @@
-"""The checker's rules for program flow: labels, calls, returns, the return stack, what is never reached.
+"""The checker's rules for program flow: labels, calls, returns, the return stack, unreachable code.
 
-They follow the code as the interpreter runs it, from the top, from each label that is called, and from C1 and C2
-if F= may call them.
+The rules follow the code from the top, from each called label, and from C1 and C2 if F= may call these.
 """
 
 from collections.abc import Iterator
@@ -11,7 +10,7 @@ from functools import cached_property
 from axistwin.controllers.diagnostics import fixing, replaced
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, CALL_C2
-from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.kernel.interpreter import HEAD
 from axistwin.controllers.smartmotor.kernel.state import DEPTH_MOST, SWITCH_MOST
@@ -26,7 +25,7 @@ NO_RETURN = frozenset({"RUN", "Z"})
 
 @dataclass
 class Routine:
-    """The code executed from a label, or from the top (label None), without the subroutines it calls."""
+    """Routine: the code executed from a label, or from the top (label None), without called subroutines."""
 
     label: int | None
     pcs: set[int] = field(default_factory=set)
@@ -60,7 +59,7 @@ class Flow:
 
     @cached_property
     def routines(self) -> dict[int | None, Routine]:
-        """All routines by label; a host may call any label that the program does not."""
+        """All routines by label; a host may call any label that the program does not call."""
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
@@ -205,7 +204,7 @@ class _Depths:
         return self._known[label]
 
     def _measure(self, start: int | None) -> None:
-        """Measure depth first, without recursion: a program may have a thousand routines."""
+        """Measure depth first, without recursion, as a program may have a thousand routines."""
         path = [(start, self._calls(start))] if start not in self._known else []
         while path:
             label, calls = path[-1]
@@ -229,7 +228,7 @@ def _interrupts(findings: Findings, flow: Flow) -> None:
     """Report F=32 and F=64 without their labels, and STACK without GOTO."""
     for label, bit in ((FAULT, CALL_C1), (INPUT, CALL_C2)):
         for number, statement in findings.all("F="):
-            if (known(statement) or 0) & bit and label not in flow.program.labels:
+            if (constant_value(statement) or 0) & bit and label not in flow.program.labels:
                 findings.report(rules.CALLS_NOTHING, number, f"F={bit} calls C{label}, which is not there")
     for number, _ in findings.all("STACK"):
         if "GOTOn" not in findings.words[number + 1 : number + 2]:

@@ -6,7 +6,7 @@ The reader of the program finds removed commands and assignments without an equa
 from axistwin.controllers.diagnostics import fixing, put_before
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.functions import CALL_C1, REVERSE
-from axistwin.controllers.smartmotor.checker.findings import Findings, known
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value
 from axistwin.controllers.smartmotor.checker.flow import Flow
 
 MOTION = ("G", "MT", "MF1", "MF2", "MF4", "MS")
@@ -28,7 +28,7 @@ def check(findings: Findings) -> None:
 def _limits(findings: Findings, flow: Flow) -> None:
     """Limits are active high: with nothing wired the motor is in a limit fault when it is switched on (2.0, 3.1).
 
-    A new fault calls C1, those from switching on do not, so commands that only C1 reaches do not count.
+    The limit faults at power-up do not call C1, so commands that only C1 reaches do not count.
     """
     moves = next(findings.all(*MOTION), None)
     if moves is None:
@@ -47,15 +47,15 @@ def _limits(findings: Findings, flow: Flow) -> None:
 
 
 def _direction(findings: Findings) -> None:
-    """1.4: before 4.76 F=2 concerned scan errors."""
+    """Report F=2: before 4.76 F=2 concerned scan errors (1.4)."""
     for number, statement in findings.all("F="):
-        if (known(statement) or 0) & REVERSE:
+        if (constant_value(statement) or 0) & REVERSE:
             message = "F=2 reverses the shaft's direction since 4.76; before, it let scan errors be sent to the host"
             findings.report(rules.DIRECTION, number, message)
 
 
 def _faults_end_programs(findings: Findings) -> None:
-    """4.1: a position error or overheat ends the program, so it cannot test for them, unless F=32 calls C1."""
+    """Report tests of Be and Bh: such a fault ends the program, unless F=32 calls C1 (4.1)."""
     if findings.sets_function(CALL_C1):
         return
     for number in range(len(findings.statements)):
@@ -66,7 +66,7 @@ def _faults_end_programs(findings: Findings) -> None:
 
 
 def _soft_limits(findings: Findings) -> None:
-    """3.2: software limits must be disabled before their values are changed."""
+    """Report changes of enabled software limits: SLD must come first (3.2)."""
     enabled = -1
     for number, keyword in enumerate(findings.words):
         if keyword == "SLE":
@@ -81,7 +81,7 @@ def _soft_limits(findings: Findings) -> None:
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """5.1: the pin becomes an output first and is not used later; of the reads only an assignment takes the pin."""
+    """Report brake pins that are not outputs, or are used later; of the reads, only an assignment matters (5.1)."""
     begun = next(findings.all(command), None)
     if begun is None:
         return

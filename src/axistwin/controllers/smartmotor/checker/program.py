@@ -10,7 +10,7 @@ from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, di
 from axistwin.controllers.smartmotor import rules
 from axistwin.controllers.smartmotor.chapters.variables import ARRAY_SIZES
 from axistwin.controllers.smartmotor.checker import cam, fixes, flow, migration
-from axistwin.controllers.smartmotor.checker.findings import Findings, known, located
+from axistwin.controllers.smartmotor.checker.findings import Findings, constant_value, located
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
 from axistwin.controllers.smartmotor.language import image
 from axistwin.controllers.smartmotor.language.expressions import CHAPTER, Problem
@@ -76,7 +76,7 @@ def _problems(statement: Statement) -> Iterator[Problem]:
 
 
 def _range(statement: Statement) -> Iterator[Problem]:
-    value, found = known(statement), statement.command
+    value, found = constant_value(statement), statement.command
     if found is None or found.form is not Form.LET or value is None or found.parameters[0].allows(value):
         return
     yield Problem(len(str(found.code)), f"{value} is out of range: {found.parameters[0]}", found.chapter, rules.RANGE)
@@ -122,7 +122,7 @@ class _Host:
                 self._load()
         rest = bytes(sent.byte for sent in self._characters[self._begin :] if sent.byte < BINARY)
         if rest.strip(b" \r\n\0"):
-            self._report(rules.UNENDED, self._begin, "this command is never ended: a space or <CR> is missing")
+            self._report(rules.UNENDED, self._begin, "this command has no end: a space or <CR> is missing")
 
     def _command(self, text: str) -> None:
         sent = bytes(sent.byte for sent in self._characters[self._begin : self._at])
@@ -144,7 +144,7 @@ class _Host:
         end = next((at for at in range(self._at, len(self._characters)) if self._characters[at].byte == END), None)
         source = self._characters[self._at : end]
         if end is None:
-            self._report(rules.DOWNLOAD, self._at - 1, "this download is never ended: FFh FFh is missing")
+            self._report(rules.DOWNLOAD, self._at - 1, "this download has no end: FFh FFh is missing")
         if source and source[0].byte != ord("$"):
             self.found += _program(source)
         self._at = self._begin = len(self._characters) if end is None else end + 1

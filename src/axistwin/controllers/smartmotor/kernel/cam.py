@@ -1,8 +1,8 @@
 """Mode cam (chapter 9): the position follows a table, aw[0] to aw[SIZE], over the counts of the external encoder.
 
 aw[1]  ╱╲          BASE counts are one cycle; then, with F=16 or F=128, D counts of dwell at the last position.
-      ╱  ╲____     Passing the end of base plus dwell, or aw[0] backwards, is crossing the zero point: there a cycle
-aw[0]╱ aw[2] D     begins relative to where the last one ended, and changed parameters are taken over after CI.
+      ╱  ╲____     Passing the end of base plus dwell, or aw[0] backwards, is crossing the zero point: there, a cycle
+aw[0]╱ aw[2] D     begins at the end of the last cycle, and after CI changed parameters come into force.
 """
 
 from axistwin.controllers.smartmotor.kernel import state as s
@@ -33,7 +33,9 @@ def take_over(i: Ints) -> None:
 
 
 def invalidate(i: Ints) -> None:
-    """Cancel a CI that waits for the zero point, as a cam parameter has changed; the next needs an MCn (9.5)."""
+    """Cancel a CI that waits for the zero point, because a cam parameter has changed; the next CI needs an MCn
+    (9.5).
+    """
     if i[s.CI_PENDING]:
         i[s.CI_PENDING], i[s.CI_SPOILT] = 0, 1
 
@@ -49,7 +51,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
         take_over(i)
     elif i[s.CI_PENDING]:
         take_over(i)
-        end = entry(i, v, i[s.CAM_SIZE])  # of the cycle that is entered at its end
+        end = entry(i, v, i[s.CAM_SIZE])  # of the next cycle
         i[s.CAM_PHASE] = max(left + i[s.CAM_BASE] + i[s.CAM_DWELL], 0)
     if word & MODULO_CAM:  # position and counter restart
         shift = i[s.CAM_ORIGIN] + end * way
@@ -68,7 +70,7 @@ def cross(i: Ints, v: Ints, way: int) -> None:
 def turn(i: Ints, v: Ints, moved: int) -> None:
     """Update the place in the cycle after a movement of the external encoder.
 
-    A quarter of BASE or more in one sample is too fast: the zero point is passed unseen.
+    A quarter of BASE or more in one sample is too fast: the zero point may be missed.
     """
     step = moved if i[s.CAM_TABLE] else moved * i[s.CAM_FACTOR]
     cycle = i[s.CAM_BASE] + i[s.CAM_DWELL]
@@ -82,7 +84,7 @@ def turn(i: Ints, v: Ints, moved: int) -> None:
 
 @sampled
 def cam_position(i: Ints, v: Ints) -> int:
-    """Return the position at this place of the cycle, in counts, linear between the points; set CX."""
+    """Return the position at this place of the cycle, in counts, interpolated between the points; set CX."""
     base, size, phase = i[s.CAM_BASE], i[s.CAM_SIZE], i[s.CAM_PHASE]
     if phase >= base:
         i[s.CX] = size
@@ -90,13 +92,13 @@ def cam_position(i: Ints, v: Ints) -> int:
     n = phase * size // base
     i[s.CX] = n
     here = entry(i, v, n)
-    following = n + 1 if i[s.CAM_F] or n + 1 < size else 0  # without F=16 and F=128 the table closes upon itself
+    following = n + 1 if i[s.CAM_F] or n + 1 < size else 0  # otherwise the table is closed: the last point is the first
     return here + (entry(i, v, following) - here) * (phase * size - n * base) // base
 
 
 @sampled
 def cam(i: Ints, v: Ints, moved: int) -> None:
-    """Do one sample of mode cam."""
+    """Compute one sample of mode cam."""
     before = i[s.COMMANDED]
     origin = i[s.ORIGIN]
     if moved != 0:

@@ -61,7 +61,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class _Block:
-    """Samples that have been computed ahead, or that are a time of rest; `why` the kernel ended the block."""
+    """Samples computed ahead, or a time of rest; `why`: the reason for which the kernel ended the block."""
 
     first: int
     samples: int
@@ -84,7 +84,7 @@ class Core:
         self.ring, self.code = array("q", bytes(16 * ring)), array("q", [0, 0])
         self.i[s.HOST_SIZE] = len(self.ring)
         self.log = log.empty()
-        self._look_at = log.Look(self.log)
+        self._snapshot = log.Snapshot(self.log)
         self.on_samples: Signal[[int, array[int], array[int]]] = Signal()
         """Emits the number of the first sample; from it on, the positions of the shaft and of the trajectory."""
         self.before_sample: Callable[[], None] | None = None
@@ -134,9 +134,8 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Bring the state to the last sample by now, and handle the events on the way.  Then it may be changed.
-
-        Not `changing`: the state is only read, so that a motor at rest stays at rest.
+        """Advance the state to the last sample up to now, and handle the events until then.  The state may then be
+        changed.  Without `changing` the state is only read, and a motor at rest stays at rest.
         """
         if self._phase in (Phase.ACTING, Phase.STOPPED) or (not changing and self._up_to_date()):
             return
@@ -155,7 +154,7 @@ class Core:
         self.replan()
 
     def _up_to_date(self) -> bool:
-        """True if the state is that of the last sample already, and the block can stay as it is."""
+        """True if the state is that of the last sample already, so that the block can stay."""
         missing = self.due - self.i[s.SAMPLE]
         if self._phase is Phase.ASLEEP:
             self._rest(missing)
@@ -167,7 +166,7 @@ class Core:
         if self._phase not in (Phase.PLANNED, Phase.STOPPED):
             self._phase = Phase.PLANNED
             self._plan += 1
-            self.clock.call_later(0, self._look_ahead)
+            self.clock.call_later(0, self._compute_ahead)
 
     def speed(self) -> float:
         """Return the shaft's speed in counts per sample, over the last sample; with PIDn, over the last n."""
@@ -189,14 +188,13 @@ class Core:
         self._plan += 1
 
     def follow(self, numbers: Sequence[tuple[int, int]], follower: Follower, *, restless: bool = False) -> None:
-        """Report each change of these numbers, an operation and a place each (`log.py`), to the one follower.
-
-        Changes of numbers that were followed before are not lost.  `restless`: some of the numbers change while the
-        motor rests, so that the samples must be computed.
+        """Report each change of these numbers to the follower; a number is an operation and a place (`log.py`).  No
+        change of a number that was followed before is lost.  `restless`: some of the numbers change while the motor
+        rests, so that the samples must be computed.
         """
         self.catch_up()
-        self.log = log.following(numbers, self.i, self.v, log.known(self.log))
-        self._look_at = log.Look(self.log)
+        self.log = log.following(numbers, self.i, self.v, log.last_values(self.log))
+        self._snapshot = log.Snapshot(self.log)
         self._follower, self._restless = follower, restless
 
     def unfollow(self) -> None:
@@ -207,7 +205,7 @@ class Core:
     def _report_changes(self) -> None:
         """Report the changes that Python has made, at the present time."""
         if self._follower is not None:
-            which, values = self._look_at.changed(self.i, self.v, self.log)
+            which, values = self._snapshot.changed(self.i, self.v, self.log)
             if which:
                 self._follower([self.clock.now] * len(which), which, values)
 
@@ -222,7 +220,7 @@ class Core:
                 times = self.zero_ns + SAMPLE_NS * np.frombuffer(samples, np.int64)
                 self._follower(array("q", times.tobytes()), which, values)
 
-    def _look_ahead(self) -> None:
+    def _compute_ahead(self) -> None:
         """Compute the next block and schedule its end."""
         if self._phase is Phase.STOPPED:
             return
@@ -249,7 +247,7 @@ class Core:
         self.clock.call_later(self.time_ns(block.end) - self.clock.now, at_its_end)
 
     def _continue(self, block: _Block) -> None:
-        """Continue after a block.  After a quiet one the motor may rest."""
+        """Continue after a block.  After a block without events the motor may rest."""
         if self._phase is Phase.STOPPED:
             return
         self._plan += 1
@@ -257,7 +255,7 @@ class Core:
         if self._phase is Phase.PLANNED:
             return
         if block.why != ALL_DONE or block.samples <= self.i[s.DEBOUNCE] or not self._rests():
-            self._look_ahead()
+            self._compute_ahead()
             return
         waits = self.i[s.WAIT_UNTIL] - 1 - self.i[s.SAMPLE] if self.i[s.PROGRAM] == s.RUNNING else 0
         if waits > 0:
@@ -283,14 +281,14 @@ class Core:
 
     def _compute(self, most: int) -> _Block:
         first = self.i[s.SAMPLE]
-        if self.predict is not None and self.i[s.TOLD] < most:
+        if self.predict is not None and self.i[s.PREDICTED] < most:
             self._engine.predicted = array("q", self.predict(first + 1, most))
-            self.i[s.TOLD], self.i[s.TOLD_AT] = most, 0
+            self.i[s.PREDICTED], self.i[s.PREDICTED_AT] = most, 0
         why, samples = self._engine.run(most)
         return _Block(first, samples, why)
 
     def _finish(self, block: _Block) -> None:
-        """Commit a block whose end has come, and handle the event at which the kernel has stopped."""
+        """Commit a finished block, and handle the event at which the kernel has stopped."""
         waiting = self._phase is Phase.WAITING
         self._phase, self._block = Phase.BETWEEN, None
         if waiting:
@@ -329,7 +327,7 @@ class Core:
 
 
 class _Engine:
-    """Runs the kernel on copies of the committed state: in plain Python at first, compiled when that pays.
+    """Runs the kernel on copies of the committed state: in plain Python at first, compiled when compiling pays.
 
     The shaft's positions in each sample of a block are kept in arrays that grow with the blocks.
     """
@@ -355,7 +353,9 @@ class _Engine:
         return LONGEST if self._compiled() else LONGEST_PLAIN
 
     def run(self, most: int) -> tuple[int, int]:
-        """Compute up to `most` samples after the committed state.  Return why the kernel stopped, and their number."""
+        """Compute up to `most` samples after the committed state.  Return the reason for stopping, and the number of
+        samples.
+        """
         core = self._core
         self._make_room(most)
         if compiled := self._compiled():
@@ -371,7 +371,7 @@ class _Engine:
         return why, i[s.SAMPLE] - core.i[s.SAMPLE]
 
     def _compiled(self) -> Callable[..., int] | None:
-        """Return compiled code if it exists, or if compiling pays and no user waits in real time."""
+        """Return compiled code if available, or if compiling pays and no user waits in real time."""
         if _Engine.compiled is None:
             enough = _Engine.plain_samples >= PLAIN_SAMPLES and self._core.clock.patient
             if (enough or jit.setting() == "on") and jit.available():
@@ -379,7 +379,7 @@ class _Engine:
         return _Engine.compiled
 
     def commit(self, block: _Block) -> None:
-        """Make the result that was computed last the committed state."""
+        """Commit the result of the last computation."""
         core = self._core
         i, v, f, ring = self._copies
         core.i[:], core.v[:], core.f[:], core.ring[:] = i, v, f, ring
@@ -388,7 +388,7 @@ class _Engine:
             core.on_samples.emit(block.first + 1, self.shaft[: block.samples], self.commanded[: block.samples])
 
     def forget(self) -> None:
-        """Release the memory while nothing is computed."""
+        """Release memory while nothing is computed."""
         self.shaft, self.commanded, self._copies, self._views = array("q"), array("q"), (), ()
 
     def _make_room(self, most: int) -> None:
@@ -417,7 +417,7 @@ class _Engine:
 
 
 def prepare(speed: float | None, motors: int) -> None:
-    """Compile now, or load the kept code, if plain Python cannot keep pace with this number of motors."""
+    """Compile now, or load the cached code, if plain Python is too slow for this number of motors."""
     if (speed is None or speed * motors > PLAIN_MOTORS) and jit.available():
         _Engine.plain_samples = max(_Engine.plain_samples, PLAIN_SAMPLES)
         _Engine(Core(Clock(), lambda why: None, 1)).run(0)

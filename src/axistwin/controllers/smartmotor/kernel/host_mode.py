@@ -9,7 +9,9 @@ GOES_ON, UNDERFLOW, EXIT, LAST = range(4)
 
 @sampled
 def host(i: Ints, ring: Ints) -> int:
-    """One sample of host mode: GOES_ON, UNDERFLOW, EXIT, or LAST: this was the end of the last point's segment."""
+    """Compute one sample of host mode.  Return GOES_ON, UNDERFLOW, EXIT, or LAST at the end of the last point's
+    segment.
+    """
     size = i[s.HOST_SIZE]
     here = i[s.HOST_HEAD]
     following = (here + 2) % size

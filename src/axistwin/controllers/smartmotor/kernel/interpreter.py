@@ -2,10 +2,10 @@
 
 A program is a flat list of integers.  A statement is an operation, its number, the place of the next statement, and
 the operands; an expression is in postfix order and ends in RESULT.  `expressions.py` and `program.py` write this
-code.  Both functions run at least once per sample, so they use nothing but integers in arrays.
+code.  Both functions run at least once per sample, so they use only integers in arrays.
 
-Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd; an index
-that is not in its array sets Bu; text that is no expression sets Bs (NO_VALUE).  In each case the statement is
+Arithmetic is that of signed 32-bit integers.  A result that does not fit, and a division by zero, set Bd.  An index
+outside the array sets Bu.  Text that is not an expression sets Bs (NO_VALUE).  In each case the statement is
 abandoned, and a condition counts as false.
 """
 
@@ -75,7 +75,7 @@ def computed(i: Ints, what: int) -> int:
 
 @sampled
 def taken(i: Ints, bit: int) -> int:
-    """Return the level of a pin that an assignment reads; note it if the pin carries the brake's signal (5.1)."""
+    """Return the level of a pin that an assignment reads; note a read of the brake's signal (5.1)."""
     if i[s.BRAKE_PIN] == 1 << bit:
         i[s.BRAKE_READ] = 1
     return (i[s.PINS] >> bit) & 1
@@ -83,7 +83,7 @@ def taken(i: Ints, bit: int) -> int:
 
 @sampled
 def element(i: Ints, v: Ints, kind: int, index: int) -> int:
-    """ab[], aw[] or al[] at an index that is in the array; big-endian over the longs (table 8.1)."""
+    """Return ab[], aw[] or al[] at a valid index; big-endian within the longs (table 8.1)."""
     if kind == LONG:
         return v[i[s.ARRAY_BASE] + index]
     if kind == WORD:
@@ -95,7 +95,7 @@ def element(i: Ints, v: Ints, kind: int, index: int) -> int:
 
 @sampled
 def set_element(i: Ints, v: Ints, kind: int, index: int, value: int) -> None:
-    """Store at an index that is in the array; ab[] and aw[] keep the low 8 and 16 bits."""
+    """Store at a valid index; ab[] and aw[] keep the low 8 and 16 bits."""
     if kind == LONG:
         v[i[s.ARRAY_BASE] + index] = value
         return
@@ -114,7 +114,7 @@ def outside(kind: int, index: int) -> bool:
 
 @sampled
 def power(base: int, exponent: int) -> int:
-    """Return base ^ exponent; a number beyond 32 bits if it does not fit, or the exponent is not 0…4."""
+    """Return base ^ exponent; a number beyond 32 bits if the result does not fit, or the exponent is not 0…4."""
     if exponent < 0 or exponent > MOST_POWER:
         return HIGHEST + 1
     value = 1
@@ -127,14 +127,14 @@ def power(base: int, exponent: int) -> int:
 
 @sampled
 def quotient(left: int, right: int) -> int:
-    """Division that truncates towards zero; `right` is not 0."""
+    """Return the quotient, truncated towards zero; `right` is not 0."""
     value = abs(left) // abs(right)
     return value if (left < 0) == (right < 0) else -value
 
 
 @sampled
 def combined(operation: int, left: int, right: int) -> int:
-    """Return the result of an operation with two values; a number beyond 32 bits if it has no result."""
+    """Return the result of an operation with two values; a number beyond 32 bits if no result exists."""
     if operation == ADD:
         return left + right
     if operation == SUBTRACT:
@@ -217,7 +217,7 @@ def evaluate(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> int
 
 @sampled
 def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
-    """Carry out an assignment to an array: how many values, which array, the first index, the values."""
+    """Execute an assignment to an array: number of values, array, first index, values."""
     count, kind = code[at], code[at + 1]
     at = evaluate(i, v, stack, code, at + 2)
     index = stack[0]
@@ -234,7 +234,7 @@ def store(i: Ints, v: Ints, stack: Ints, code: Sequence[int], at: int) -> None:
 
 @sampled
 def call_again(i: Ints) -> None:
-    """End C1.  A fault that has occurred within C1 calls it again."""
+    """End C1.  A fault that has occurred within C1 calls C1 again."""
     if i[s.FAULT_AGAIN] != 0:
         i[s.FAULT_AGAIN] = 0
         i[s.PENDING] |= s.CALL_FAULT
@@ -242,7 +242,8 @@ def call_again(i: Ints) -> None:
 
 @sampled
 def go_back(i: Ints) -> None:
-    """RETURN: to the address on top of the stack.  Without one, or with that of a stopped program, the program ends.
+    """RETURN: go to the address on top of the stack.  With an empty stack, or the address of a stopped program, the
+    program ends.
 
     RETURN without a GOSUB sets Bs.
     """
@@ -261,7 +262,7 @@ def go_back(i: Ints) -> None:
 
 @sampled
 def call(i: Ints, target: int, back: int, kind: int) -> bool:
-    """Go to `target` and push the return address (-1: none, the program was stopped).  A full stack sets only Bs."""
+    """Go to `target` and push the return address (-1: none, the program was stopped).  A full stack only sets Bs."""
     if i[s.DEPTH] >= s.DEPTH_MOST:
         i[s.BS] = 1
         return False
@@ -273,7 +274,7 @@ def call(i: Ints, target: int, back: int, kind: int) -> bool:
 
 @sampled
 def forget(i: Ints) -> None:
-    """STACK: remove all return addresses; C2 may be called again (7, F=64)."""
+    """STACK: discard all return addresses; C2 may be called again (7, F=64)."""
     i[s.DEPTH] = 0
     i[s.C2_CALLED] = 0
     call_again(i)
@@ -283,8 +284,8 @@ def forget(i: Ints) -> None:
 def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
     """Execute the statement at i[PC].
 
-    Return DONE; TRAP: Python must execute it; HELD by TWAIT; FETCH: Python must fetch its external values first, and
-    then continue with it at once.
+    Return DONE; TRAP: Python must execute the statement; HELD: TWAIT holds the program; FETCH: Python must fetch
+    external values, and then execute the statement at once.
     """
     if i[s.TWAITING] != 0:
         if i[s.BT] != 0:
@@ -320,7 +321,7 @@ def statement(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
 
 @sampled
 def seldom(i: Ints, v: Ints, stack: Ints, code: Sequence[int], pc: int) -> int:
-    """Execute one of the less frequent statements; i[PC] is the next statement already."""
+    """Execute one of the less frequent statements; i[PC] already points to the next statement."""
     operation = code[pc]
     if operation == S_SWITCH:
         at = evaluate(i, v, stack, code, pc + HEAD)

@@ -1,8 +1,9 @@
 """Compile the functions of a sample: the same source on lists (plain Python) or arrays (Numba), with the same bits.
 
 `@sampled` marks a function and returns it unchanged.  `best(function)` is its compiled copy, if compilation is
-available.  All marked functions are compiled together, in copies of their globals that hold the compiled ones.  So they
-must import one another by name (`from ...servo import rotate`), never by module.  Numba is imported only then.
+available.  All marked functions are compiled together, in copies of their globals that hold the compiled ones.
+Sampled functions must therefore import one another by name (`from ...servo import rotate`), never by module.  Numba
+is imported at the first compilation.
 
 The environment variable AXISTWIN_JIT selects: `auto` (compile if Numba is installed), `on` (an error if it is not),
 `off`.  Machine code is kept in the user's cache directory, under a fingerprint of everything that is compiled.
@@ -76,7 +77,7 @@ def best(function: F) -> F:
 
 
 def compiled(function: FunctionType) -> Callable[..., Any]:
-    """Return the compiled copy for calls from Python; its machine code is kept, with all that it calls."""
+    """Return the compiled copy for calls from Python; the machine code is cached, including called functions."""
     return _compiled(function, tuple(_sampled.values()))
 
 
@@ -95,7 +96,7 @@ def _compiled(function: FunctionType, functions: tuple[FunctionType, ...]) -> Ca
 
 
 class _Sealing:
-    """A compiled function that seals the cache after its first call, when its machine code is there."""
+    """A compiled function that seals the cache after the first call, when the machine code exists."""
 
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._function, self._directory = function, directory
@@ -117,7 +118,7 @@ def _sums(directory: Path) -> dict[str, str]:
 
 
 def _seal(directory: Path) -> None:
-    """Record that the machine code is whole; remove caches that have not been used for long."""
+    """Record that the machine code is complete; remove caches that have not been used for long."""
     try:
         write_whole(directory / SEAL, json.dumps(_sums(directory)).encode())
         os.utime(directory)
@@ -166,11 +167,13 @@ def _copied(function: FunctionType, space: dict[str, Any], compiler: Compiler) -
 
 @cache
 def _numba() -> Any:
-    """Import Numba when it is needed: the import takes half a second."""
+    """Import Numba on demand, because the import takes half a second."""
     try:
         import numba
     except ImportError as error:
-        raise UsageError(f"numba cannot be loaded ({error}): mend it, or set AXISTWIN_JIT=off") from error
+        raise UsageError(
+            f"numba cannot be loaded ({error}): repair the installation, or set AXISTWIN_JIT=off"
+        ) from error
     return numba
 
 

@@ -2,8 +2,8 @@
 
     statements of the program - the shaft turns - trajectory - servo law - protection and inputs
 
-It is written for Numba (`jit.py`) and runs as plain Python as well.  It only detects a fault, an edge
-or the end of a trajectory; Python (`motor.py`) handles them at exactly that sample.
+The kernel is written for Numba (`jit.py`) and also runs as plain Python.  The kernel only detects a fault, an edge
+or the end of a trajectory; Python (`motor.py`) handles the event at exactly that sample.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ GO_EDGE = 256  # pin G has gone low
 SWITCH = 512  # the shaft has reached a switch
 INDEX_MARK = 1024  # Bx has changed
 HOST_EXIT, HOST_UNDERFLOW, HOST_LAST = 2048, 4096, 8192
-PIN_TAKEN = 16384  # an assignment has read the pin of the brake's signal
+PIN_TAKEN = 16384  # an assignment has read the pin with the brake's signal
 BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 
@@ -111,7 +111,7 @@ def beyond_minus(i: Ints) -> int:
 
 @sampled
 def heading(i: Ints) -> int:
-    """Return the direction in which the motor is driven; 0 while it stops because of a fault."""
+    """Return the direction in which the motor is driven; 0 during a stop because of a fault."""
     if i[s.STOPPING]:
         return 0
     return i[s.T] if i[s.MODE] == s.M_TORQUE else i[s.VELOCITY]
@@ -142,7 +142,7 @@ def protect(i: Ints, f: Floats) -> int:
 
 @sampled
 def mark(i: Ints) -> int:
-    """Handle an index mark that the shaft has reached or passed: its position is captured once, flag Bi."""
+    """Handle an index mark that the shaft has reached or passed: the position is captured once, flag Bi."""
     shaft, turn = i[s.SHAFT], i[s.COUNTS_PER_REV]
     passed = i[s.INDEX_HIGH] if shaft >= i[s.INDEX_HIGH] else i[s.INDEX_LOW]
     before = i[s.BX]
@@ -155,7 +155,7 @@ def mark(i: Ints) -> int:
     if not at_mark:
         i[s.INDEX_LOW] += (shaft - i[s.INDEX_LOW]) // turn * turn
         i[s.INDEX_HIGH] = i[s.INDEX_LOW] + turn
-    return INDEX_MARK if i[s.WATCH_INDEX] and i[s.BX] != before else ALL_DONE
+    return INDEX_MARK if i[s.OBSERVE_INDEX] and i[s.BX] != before else ALL_DONE
 
 
 @sampled
@@ -217,7 +217,7 @@ def advance(
 ) -> int:
     """Compute up to `most` samples.  Return the reason for stopping.
 
-    `predicted`: edges of the external encoder, see the slot TOLD.
+    `predicted`: edges of the external encoder, see the slot PREDICTED.
     Writes the actual and the commanded position of each sample into `shaft` and `commanded`, in counts of the machine,
     and the changes of followed numbers into `log` (`log.py`).
     """

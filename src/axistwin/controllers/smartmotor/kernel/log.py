@@ -1,12 +1,12 @@
 """The numbers inside the motor's processor that a trace follows, compared after every sample.
 
-Variables and buffered parameters are compared only after statements, since nothing else changes them.
+Variables and buffered parameters are compared only after statements, which alone change them.
 The kernel writes changes into an array of integers; the core reads it when a block becomes the committed state:
 
     FOLLOWED  number of followed numbers; 0: no follower
     USED      number of changes written
     ROOM      number of changes that fit
-    MOVING    number of those that a sample may change by itself; they come first
+    MOVING    number of followed numbers that change without a statement; they come first
     HEAD …    for each number: an operation of the interpreter (SLOT, VARIABLE or COMPUTED), its place, its last value,
               its index for the follower
     then      for each change: the sample, the index for the follower, the value
@@ -70,7 +70,9 @@ def moving(operation: int, place: int) -> bool:
 def following(
     numbers: Sequence[tuple[int, int]], i: Ints, v: Ints, before: Mapping[tuple[int, int], int]
 ) -> "array[int]":
-    """Return a log of these numbers, each an operation and a place, with their values now or in a log `before`."""
+    """Return a log of these numbers, each an operation and a place, with the present values or those of a log
+    `before`.
+    """
     log = array("q", [len(numbers), 0, max(CHANGES, len(numbers)), sum(moving(*number) for number in numbers)])
     order = sorted(range(len(numbers)), key=lambda k: (KINDS.index(numbers[k][0]), not moving(*numbers[k])))
     for k in order:
@@ -80,14 +82,14 @@ def following(
     return log
 
 
-def known(log: "array[int]") -> dict[tuple[int, int], int]:
+def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
     """Return the last value of each number in this log."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
 
-class Look:
-    """The values of all numbers at once: the task of `note`, fast in Python, where every event needs it."""
+class Snapshot:
+    """The values of all numbers at once; does the work of `note`, fast in Python, where every event needs it."""
 
     def __init__(self, log: "array[int]") -> None:
         operations, places, _, self._called = (log[head(log)][HEAD + field :: NUMBER] for field in range(NUMBER))
@@ -101,11 +103,11 @@ class Look:
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])
         values = slice(HEAD + 2, head(log).stop, NUMBER)
-        known = log[values]
-        if now == known:
+        last = log[values]
+        if now == last:
             return [], []
         log[values] = now
-        found = [(k, at) for k, before, at in zip(self._called, known, now, strict=True) if at != before]
+        found = [(k, at) for k, before, at in zip(self._called, last, now, strict=True) if at != before]
         return [k for k, _ in found], [at for _, at in found]
 
 

@@ -1,6 +1,6 @@
 """The machine in the kernel: the floats `f`, calculated from the data sheets, and outside influences on the shaft.
 
-The units are counts and samples, so that a sample takes few operations (`servo.py`).
+The units are counts and samples, so that a sample needs few operations (`servo.py`).
 """
 
 from collections.abc import MutableSequence
@@ -27,7 +27,7 @@ Floats = MutableSequence[float]
 # Floats `f`
 _slots = count()
 SPEED = next(_slots)  # of the shaft, counts per sample
-FRACTION = next(_slots)  # of a count, by which the shaft is above SHAFT
+FRACTION = next(_slots)  # of a count, to add to SHAFT
 OUTSIDE = next(_slots)  # torque from outside and gravity, counts/sample²
 COULOMB, STATIC_BRAKE = next(_slots), next(_slots)  # friction, counts/sample²
 JAM = next(_slots)  # more friction: 0 or infinite
@@ -35,13 +35,13 @@ VISCOUS = next(_slots)  # friction, per count/sample of speed
 OPEN_GAIN, CLOSED_GAIN = (
     next(_slots),
     next(_slots),
-)  # share of a speed that viscous friction, and closed windings, leave
+)  # share of the speed left by viscous friction, and by closed windings
 PER_AMP = next(_slots)  # counts/sample² per A
 AMPS_PER_PWM, AMPS_PER_SPEED = next(_slots), next(_slots)  # final current at standstill; loss by back-EMF
 AMPS_NOW = next(_slots)  # through the windings, at the end of a sample
-AMPS_KEPT = next(_slots)  # share of it that inductance keeps until the end of the next sample, 0 to 1
-MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # share kept on average over a sample; and the rest of 1
-LAG = next(_slots)  # part of a sample's change of speed that its distance does not show yet, 0 to 1/2
+AMPS_KEPT = next(_slots)  # share of the current that inductance keeps for one sample, 0 to 1
+MEAN_KEPT, MEAN_REACHED = next(_slots), next(_slots)  # share left on average over a sample; and 1 minus that share
+LAG = next(_slots)  # part of a sample's change of speed that is missing in the distance, 0 to 1/2
 PEAK_AMPS = next(_slots)
 WINDING_C, HOUSING_C, AMBIENT = (next(_slots) for _ in range(3))  # °C
 WINDING_RISE, HOUSING_RISE = next(_slots), next(_slots)  # final rise, K per A²: over the housing, over the air
@@ -81,8 +81,9 @@ def _fit_shaft(f: Floats, motor: ServoMotor, load: ServoLoad) -> None:
 def _fit_windings(f: Floats, motor: ServoMotor) -> None:
     """Set the electrical constants; volts per rad/s and N·m per A are the same figure.
 
-    With inductance the current settles exponentially.  Without it the distance of a sample is its final speed, which
-    compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation is needed.
+    With inductance the current settles exponentially.  Without inductance the distance of a sample is its final
+    speed, which compensates the back-EMF of the final speed.  Inductance delays back-EMF, so that less compensation
+    is needed.
     """
     f[PER_AMP] = motor.torque_constant_nm_per_a * f[PER_NM]
     f[AMPS_PER_PWM] = motor.supply_voltage_v / FULL_PWM / motor.winding_resistance_ohm
@@ -100,7 +101,7 @@ def _fit_windings(f: Floats, motor: ServoMotor) -> None:
 
 
 def _fit_heat(f: Floats, motor: ServoMotor) -> None:
-    """Set the thermal constants; the flow of heat is that at the end of a block (implicit Euler method)."""
+    """Set the thermal constants; the flow of heat is calculated at the end of a block (implicit Euler method)."""
     block_s, ohm = HEAT_BLOCK * SAMPLE_S, motor.winding_resistance_ohm
     inwards, outwards = motor.winding_to_housing_k_per_w, motor.housing_to_ambient_k_per_w
     f[WINDING_RISE], f[HOUSING_RISE] = ohm * inwards, ohm * outwards
@@ -117,7 +118,7 @@ def _fit_heat(f: Floats, motor: ServoMotor) -> None:
 def set_torque(f: Floats, newton_metres: float) -> None:
     """Set the torque on the shaft from outside, up to ±1000 N·m; a positive one turns it in the positive direction.
 
-    It has no effect on an ideal motor.
+    An ideal motor ignores the torque.
     """
     if not isfinite(newton_metres) or abs(newton_metres) > MOST_TORQUE_NM:
         raise UsageError(f"a torque of {newton_metres} N·m: give a number from -1000 to 1000")
@@ -156,12 +157,14 @@ def slip(i: Ints, counts: int) -> None:
 
 
 def push(i: Ints, counts: int) -> None:
-    """Turn the shaft by a number of counts; it stays there until the motor moves it back."""
+    """Displace the shaft by a number of counts, until the motor moves the shaft back."""
     i[s.SHAFT] += counts
 
 
 def set_ambient(i: Ints, f: Floats, celsius: float) -> None:
-    """Set the temperature around the motor, -273 … 1000 °C; a motor without a data sheet has it at once."""
+    """Set the temperature around the motor, -273 … 1000 °C; a motor without a data sheet has this temperature at
+    once.
+    """
     if not isfinite(celsius) or not -273.0 <= celsius <= 1000.0:
         raise UsageError(f"ambient={celsius}: give a temperature from -273 to 1000 °C")
     f[AMBIENT] = celsius

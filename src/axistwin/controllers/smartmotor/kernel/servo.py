@@ -70,7 +70,7 @@ def stall_amps(i: Ints, f: Floats) -> float:
 
 @sampled
 def mean_amps(f: Floats, settled: float) -> float:
-    """Return the current on average over this sample, on its way from AMPS_NOW to `settled`."""
+    """Return the average current over this sample, on the way from AMPS_NOW to `settled`."""
     return f[m.MEAN_KEPT] * f[m.AMPS_NOW] + f[m.MEAN_REACHED] * settled
 
 
@@ -181,7 +181,7 @@ def ideal_rests(i: Ints, f: Floats) -> int:
 
 @sampled
 def overloaded(i: Ints, f: Floats) -> int:
-    """Return 1 if the motor has been too hot or its RMS current too high for THD samples; once per sample.
+    """Return 1 if the motor has been too hot, or its RMS current too high, for THD samples; call once per sample.
 
     The overload lasts until the motor has cooled to 5 °C below TH and the current is within its limit.
     """
@@ -227,7 +227,7 @@ def resting(i: Ints, f: Floats) -> int:
 def keeps_cool(i: Ints, f: Floats) -> int:
     """Return 1 if neither TEMP nor RMS current can exceed its limit at the present current.
 
-    Neither temperature is ever further above its final value than the worse of them is now.
+    Neither temperature rises further above its final value than the larger of the two present differences.
     """
     if i[s.OVERLOAD] != 0:
         return 0
@@ -243,7 +243,7 @@ def keeps_cool(i: Ints, f: Floats) -> int:
 
 @sampled
 def cools(i: Ints, f: Floats) -> int:
-    """Return 1 if an overheated motor, its fault reported, will cool down and stay cool."""
+    """Return 1 if an overheated motor, with the fault reported, will cool down and stay cool."""
     if i[s.BH] == 0 or i[s.IDEAL] != 0 or i[s.CURRENT_SUM] >> CURRENT_BITS != 0:
         return 0
     return 1 if f[m.AMBIENT] < i[s.TH] and f[m.WINDING_C] < i[s.TH] else 0

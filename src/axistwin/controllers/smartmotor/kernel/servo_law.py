@@ -2,7 +2,7 @@
 
     e = commanded - actual position        PWM = KP·e + KI·Σe (within KL) + KD·Δe + KV·velocity + KA·Δvelocity + KG
 
-Δe is the difference between two errors KS samples apart; it holds until the next one.
+Δe is the difference between two errors KS samples apart; Δe is constant between differences.
 """
 
 from axistwin.controllers.smartmotor.kernel import state as s

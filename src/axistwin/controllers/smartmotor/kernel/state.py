@@ -1,7 +1,7 @@
-"""What a motor's processor keeps: three arrays of numbers, which plain Python and the compiled kernel both work on.
+"""The state of a motor's processor: three arrays of numbers, which plain Python and the compiled kernel both use.
 
 `i`: integers, named below.  `v`: the variables and arrays of the language.  The physics keeps its floats in `f`, see
-`servo.py`.  The names are indices, so that a kernel that knows nothing but arrays can use them.
+`servo.py`.  The names are indices, as the compiled kernel uses only arrays.
 """
 
 from itertools import count, islice
@@ -24,12 +24,12 @@ CLK_ZERO = next(_slots)  # CLK = SAMPLE - CLK_ZERO
     DEPTH,  # return addresses on the stack
 ) = islice(_slots, 7)
 RETURNS, *_ = islice(_slots, 10)  # ten of them
-SWITCHES, *_ = islice(_slots, 11)  # the value of the SWITCH whose CASEs are being tested, at each depth of the stack
+SWITCHES, *_ = islice(_slots, 11)  # the value of the SWITCH in progress, at each depth of the stack
 (
-    TWAITING,  # 1: TWAIT holds the program while Bt
+    TWAITING,  # 1: TWAIT holds the program until Bt is 0
     PAUSED,  # 1: ! holds the program (BLOCKED) until a serial character arrives
-    RUN_GIVEN,  # 1: the program was started by RUN, so that RUN? is passed over
-    C2_CALLED,  # 1: C2 has been called and not been completed by RETURNI, STACK or END
+    RUN_GIVEN,  # 1: the program was started by RUN, so that RUN? is skipped
+    C2_CALLED,  # 1: C2 has been called, and RETURNI, STACK or END has not completed the call
 ) = islice(_slots, 4)
 
 # Buffered parameters (4, 13 of the base language)
@@ -39,16 +39,16 @@ KP, KI, KD, KL, KS, KV, KA, KG = islice(_slots, 8)
 F = next(_slots)  # the function word, chapter 7
 SLN, SLP, SOFT_LIMITS = islice(_slots, 3)  # chapter 3.2; SOFT_LIMITS: 1 enabled
 MFMUL, MFDIV = next(_slots), next(_slots)
-RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # taken by MFR and MSR
+RATIO_MUL, RATIO_DIV = next(_slots), next(_slots)  # the ratio, put in force by MFR and MSR
 BASE, SIZE = next(_slots), next(_slots)
 EPTR, ADDR = next(_slots), next(_slots)
 (
     RELATIVE,  # 1: D was assigned later than P
     BUFFERED_MODE,  # what G starts: a MODE
-    BUFFERED_FACTOR,  # of that mode: MF1/2/4, MC1/2/4/8
+    BUFFERED_FACTOR,  # variant of that mode: MF1/2/4, MC1/2/4/8
 ) = islice(_slots, 3)
 
-# The tuning in force (F without = takes the buffered one over); KS is the number of samples between two errors
+# The tuning in force (F without = copies the buffered one); KS is the number of samples between two errors
 TUNING, *_ = islice(_slots, 8)  # KP KI KD KL KS KV KA KG in force, in this order
 PID_RATE = next(_slots)  # PID1, 2, 4, 8
 
@@ -59,7 +59,7 @@ PID_RATE = next(_slots)  # PID1, 2, 4, 8
     COMMANDED,  # 48.16 fixed point, controller's coordinates
     VELOCITY,  # trajectory velocity now, 16.16 per sample
 ) = islice(_slots, 4)
-TARGET, TOP, RATE = islice(_slots, 3)  # P, V and A in force; of a ratio: FACTOR / TARGET
+TARGET, MAX_VELOCITY, ACCELERATION = islice(_slots, 3)  # P, V and A in force; of a ratio: FACTOR / TARGET
 # Where the shaft is: controller's position = DIRECTION * shaft + ORIGIN
 SHAFT = next(_slots)  # encoder counts from 0 when the bench is made, the machine's own direction
 DIRECTION, ORIGIN = next(_slots), next(_slots)
@@ -67,60 +67,60 @@ DIRECTION, ORIGIN = next(_slots), next(_slots)
 # Follow and cam
 (
     CTR,  # external counter
-    MASTER,  # edges of the external encoder that have arrived, as `axis.master` has them
-    MASTER_SEEN,  # of which the trajectory has followed this many
+    MASTER,  # edges of the external encoder that have arrived, in the counting of `axis.master`
+    MASTER_SEEN,  # number of these edges that the trajectory has followed
 ) = islice(_slots, 3)
 MASTER_WAY, MASTER_STEP, MASTER_REM, MASTER_ADD, MASTER_DIV, MASTER_LEFT, MASTER_END = islice(_slots, 7)
-"""A steady run of the external encoder: +1 or -1; counts per sample, and what is left over; samples to go; its end."""
-TOLD, TOLD_AT = next(_slots), next(_slots)
-"""Where the course is known, the edges are told for so many samples to come, from this place of the list on."""
+"""A steady run of the external encoder: +1 or -1; counts per sample, and remainder; samples left; end."""
+PREDICTED, PREDICTED_AT = next(_slots), next(_slots)
+"""Number of samples for which the edges have been predicted, and the index of the next prediction."""
 (
     SHOWN,  # pins whose levels are the external encoder's: 1 A, 2 B
-    BY_HAND,  # edges in MASTER that have come through the pins themselves
+    BY_HAND,  # edges in MASTER that have come through the pins
     STEP_UP,  # 1: the latest step of the external source was in the positive direction
     RESOLUTION,  # edges of four that count: 1, 2, 4 (MF1, MF2, MF4); steps count whole: 4
     STEPS,  # 1: pins A and B are step and direction
-    FOLLOW_REM,  # what MFMUL/MFDIV has left over
+    FOLLOW_REM,  # remainder of MFMUL/MFDIV
 ) = islice(_slots, 6)
 CAM_PHASE, CAM_ORIGIN, CX = islice(_slots, 3)
 CAM_BASE, CAM_SIZE, CAM_DWELL, CAM_F, CAM_FACTOR = islice(_slots, 5)  # in force
-MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # taken by MCn, wait for CI
-CI_PENDING, CI_SPOILT = next(_slots), next(_slots)  # CI waits for the zero point; it has become invalid, up to MCn
+MC_BASE, MC_SIZE, MC_FACTOR = islice(_slots, 3)  # put in force by MCn; waiting for CI
+CI_PENDING, CI_SPOILT = next(_slots), next(_slots)  # CI waits for the zero point; CI is invalid until MCn
 CAM_TABLE = next(_slots)  # 1: MCn multiplies the table instead of the external encoder's counts
 
 # Host mode
 HOST_HEAD, HOST_COUNT, HOST_LEFT = islice(_slots, 3)  # ring of points; samples left in this segment
 HOST_CLOCK, HOST_STARTED = next(_slots), next(_slots)
 HOST_SIZE = next(_slots)  # numbers in the ring
-HOST_ARMED = next(_slots)  # 1: MD is what the next G starts
+HOST_ARMED = next(_slots)  # 1: the next G starts MD
 
-# Status word W, bit by bit (0 or 1), and the three flags that are not in it
+# Status word W, bit by bit (0 or 1), and the three flags outside W
 BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK = islice(_slots, 16)
 BB, BC, BF = islice(_slots, 3)
 (
     INDEX,  # captured index position, `I`
-    INDEX_ARMED,  # 1: the next mark is captured; 0 until the position captured before has been read
-    INDEX_FORCED,  # 1: somebody holds the index line high
+    INDEX_ARMED,  # 1: the next mark is captured; 0 until the captured position has been read
+    INDEX_FORCED,  # 1: a person holds the index line high
 ) = islice(_slots, 3)
 
 # Protection
 LIMIT_C, LIMIT_D = next(_slots), next(_slots)  # 1: the pin has its limit role
 ACKNOWLEDGED_PLUS, ACKNOWLEDGED_MINUS = next(_slots), next(_slots)
 (
-    OVERLOAD,  # samples for which current or temperature has been too high
+    OVERLOAD,  # samples with too high a current or temperature
     STOPPING,  # 1: decelerating because of a fault with F=1
     PENDING,  # C1 and C2 calls that wait for the end of a statement: bits CALL_FAULT, CALL_INPUT
-    FAULT_AGAIN,  # 1: a fault has occurred within C1, which is called again when it has returned
-    WATCH_INDEX,  # 1: somebody wants to see every change of Bx
+    FAULT_AGAIN,  # 1: a fault has occurred within C1, which is called again after its return
+    OBSERVE_INDEX,  # 1: every change of Bx must be reported
 ) = islice(_slots, 5)
 INDEX_LOW, INDEX_HIGH, COUNTS_PER_REV = islice(_slots, 3)  # index marks around the shaft
 
 # Pins: bit 0 = A … bit 6 = G, 1 = high; analog in 0…1023; window of shaft positions in which no switch changes
 PINS = next(_slots)
-GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced; samples with another level
+GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced; number of samples with another level
 (
-    DEBOUNCE,  # samples for which pin G must have its new level
-    LATCHES,  # what UA= … UG= have set, bit by bit; it reaches the pin while that is an output
+    DEBOUNCE,  # samples for which a new level of pin G must last
+    LATCHES,  # levels set by UA= … UG=, bit by bit; an output pin has this level
     GO_PIN,  # 1: pin G has its go role (UG)
     BRAKE_PIN,  # the pin that carries the brake's signal (BRKC, BRKG), as its bit of PINS; 0: none
     BRAKE_READ,  # 1: an assignment has read that pin (5.1, note 2)
@@ -128,7 +128,7 @@ GO_LEVEL, GO_COUNT = next(_slots), next(_slots)  # pin G as polled and debounced
 ANALOG, *_ = islice(_slots, 7)  # seven values
 WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
 
-# What the drive does, for the physics
+# State of the drive, for the physics
 (
     DRIVE,  # a DRIVE
     PWM,  # -1023 … 1023, machine's direction
@@ -139,16 +139,16 @@ WINDOW_LOW, WINDOW_HIGH = next(_slots), next(_slots)
     IDEAL,  # 1: the shaft follows the trajectory exactly
 ) = islice(_slots, 7)
 
-# What the servo law and the physics remember (servo.py)
+# Memory of the servo law and the physics (servo.py)
 INTEGRAL, ERROR_BEFORE, DIFFERENCE, VELOCITY_BEFORE = islice(_slots, 4)
 CURRENT_SUM, HEAT, HEAT_SAMPLES = islice(_slots, 3)  # the filter of CURRENT; (0.01 A)² and their number
-SLIPPED = next(_slots)  # the shaft stands so many counts beyond SHAFT, which is what the encoder says
-COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # a bad encoder counts so many for so many; 0 of 0: it is good
-UNCOUNTED = next(_slots)  # what is left over of that
-HOT = next(_slots)  # 1: has been overheated, and is not yet cool enough to move again
+SLIPPED = next(_slots)  # counts by which the shaft is beyond SHAFT, the encoder's reading
+COUNTS_OF, COUNTS_OUT_OF = next(_slots), next(_slots)  # defective: counts OF for each OUT_OF; 0 of 0: no defect
+UNCOUNTED = next(_slots)  # remainder of that count
+HOT = next(_slots)  # 1: overheated, and not yet cool enough to move again
 
 LENGTHS, *_ = islice(_slots, 2)  # LEN, LEN1: bytes waiting
-ARRAY_BASE = next(_slots)  # where al[0] lies in `v`
+ARRAY_BASE = next(_slots)  # index of al[0] in `v`
 
 INTS = next(_slots)
 
@@ -164,9 +164,9 @@ MODES = (
 ) = range(14)  # fmt: skip
 """OFF, mode torque brake, error, servo in place, MP, MV, MT, X, MF1/2/4, MFR, MS, MSR, MC…, MD."""
 M_RELATIVE = len(MODES)
-"""What M_POSITION is told as, to those who look, while D gave the target."""
+"""Value reported instead of M_POSITION while D gave the target."""
 NO_POWER = -1
-"""What the mode is told as while there is no power."""
+"""Mode reported without power."""
 
 CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 """Why a return address lies on the stack: GOSUB, a fault's call of C1, pin G's call of C2."""

@@ -1,7 +1,7 @@
 """The trajectory generator: the commanded position of each sample (chapters 4 and 5 of the base language).
 
-    v  A ╱‾‾‾‾‾‾╲ A       In a sample the velocity changes by at most A and is at most V.  The generator takes the
-      ╱          ╲        largest one that still allows a stop at the target, so the move ends on it exactly.
+    v  A ╱‾‾‾‾‾‾╲ A       In a sample the velocity changes by at most A and is at most V.  The generator selects the
+      ╱          ╲        largest velocity that still allows a stop at the target, so the move ends there exactly.
     ─┴────────────┴─ t
 
 Velocities and accelerations are in 1/65536 count per sample (squared), positions in 1/65536 count.
@@ -66,12 +66,12 @@ def ramp_velocity(velocity: int, wanted: int, acceleration: int) -> int:
 
 
 @sampled
-def master_turns(i: Ints, told: Ints) -> None:
+def master_turns(i: Ints, predicted: Ints) -> None:
     """Turn the external encoder for a sample: to its announced count, or at constant speed."""
-    if i[s.TOLD] > 0:
-        i[s.MASTER] = told[i[s.TOLD_AT]]
-        i[s.TOLD_AT] += 1
-        i[s.TOLD] -= 1
+    if i[s.PREDICTED] > 0:
+        i[s.MASTER] = predicted[i[s.PREDICTED_AT]]
+        i[s.PREDICTED_AT] += 1
+        i[s.PREDICTED] -= 1
         return
     if i[s.MASTER_LEFT] == 0:
         return
@@ -94,7 +94,7 @@ def quadrature(count: int) -> int:
 
 @sampled
 def show_master(i: Ints, before: int) -> None:
-    """Set pins A and B to the levels of the external encoder; of a step source B is the direction, and A is low."""
+    """Set pins A and B to the levels of the external encoder; for a step source, B is the direction and A is low."""
     if i[s.MASTER] != before:
         i[s.STEP_UP] = 1 if i[s.MASTER] > before else 0
     levels = 2 * i[s.STEP_UP] if i[s.STEPS] != 0 else quadrature(i[s.MASTER] - i[s.BY_HAND])
@@ -117,7 +117,7 @@ def counted(i: Ints) -> int:
 
 @sampled
 def follow(i: Ints, moved: int) -> None:
-    """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV with the remainder kept."""
+    """Follow CTR: MF1, MF2, MF4 and MS one to one, MFR and MSR by MFMUL/MFDIV keeping the remainder."""
     step = moved
     if i[s.MODE] != s.M_FOLLOW and i[s.MODE] != s.M_STEP:
         owed = moved * i[s.FACTOR] + i[s.FOLLOW_REM]
@@ -132,21 +132,21 @@ def profile(i: Ints) -> None:
     """Move by MP, MV or X: a trapezoid, a ramp to a velocity, a ramp to a stop."""
     mode = i[s.MODE]
     velocity = i[s.VELOCITY]
-    acceleration = i[s.RATE]
+    acceleration = i[s.ACCELERATION]
     if mode == s.M_POSITION:
         remaining = (i[s.TARGET] << 16) - i[s.COMMANDED]
         if acceleration > 0:
-            velocity = next_velocity(velocity, remaining, i[s.TOP], acceleration)
+            velocity = next_velocity(velocity, remaining, i[s.MAX_VELOCITY], acceleration)
         i[s.COMMANDED] += velocity
         if velocity == remaining and -acceleration <= velocity <= acceleration:
             velocity = 0
             i[s.BT] = 0
-        elif velocity == 0 and (acceleration == 0 or i[s.TOP] == 0):
-            i[s.BT] = 0  # no travel at all
+        elif velocity == 0 and (acceleration == 0 or i[s.MAX_VELOCITY] == 0):
+            i[s.BT] = 0  # no distance
     elif mode == s.M_VELOCITY:
-        velocity = ramp_velocity(velocity, i[s.TOP], acceleration)
+        velocity = ramp_velocity(velocity, i[s.MAX_VELOCITY], acceleration)
         i[s.COMMANDED] += velocity
-        i[s.BT] = 0 if velocity == 0 and (i[s.TOP] == 0 or acceleration == 0) else 1
+        i[s.BT] = 0 if velocity == 0 and (i[s.MAX_VELOCITY] == 0 or acceleration == 0) else 1
     elif mode == s.M_STOP:
         velocity = ramp_velocity(velocity, 0, acceleration)
         i[s.COMMANDED] += velocity
@@ -160,7 +160,7 @@ def profile(i: Ints) -> None:
 def wrap(i: Ints) -> None:
     """Continue a position beyond 2^31 counts at the other end of the scale, and set Bw.
 
-    The target is shifted too, so that a move ends where it would on a longer scale.
+    The target is shifted by the same amount, so that the move keeps its length.
     """
     turn = 0
     if i[s.COMMANDED] >= WRAP // 2:

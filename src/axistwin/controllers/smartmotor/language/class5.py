@@ -1,7 +1,7 @@
-"""Words of the later generation, Class 5, and what firmware 4.76 has for them.
+"""Words of the later generation, Class 5, and their equivalents in firmware 4.76.
 
-A program may be of either generation, and its words show which.  A Class 5 motor has 8000 samples per second, so its
-numbers of speed and acceleration have another unit; positions have the same.
+The words of a program show the generation for which it was written.  A Class 5 motor has 8000 samples per second, so
+speeds and accelerations have another unit; positions have the same unit.
 """
 
 import re
@@ -16,7 +16,7 @@ RAMPS = f"one acceleration for both ramps; {RATES}"
 
 
 class Later(NamedTuple):
-    """A form of Class 5.  `here` is what 4.76 has for it, in terms of its groups; `sure`: the values are the same."""
+    """A form of Class 5.  `here`: the form in 4.76, in terms of the groups; `sure`: the values have the same unit."""
 
     form: str
     here: str
@@ -89,7 +89,7 @@ VALUES = (
 def message(found: Found) -> str:
     """Return the message of the checker."""
     note = f" ({found.note})" if found.note else ""
-    return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 has {found.here}{note}"
+    return f"{found.word} is a word of Class 5, which sets Bs here: 4.76 uses {found.here}{note}"
 
 
 def find(text: str, table: tuple[Later, ...]) -> Found | None:

@@ -49,7 +49,7 @@ class Problem:
 
 
 class Malformed(Exception):  # noqa: N818  # it is caught where the statement is read
-    """Text that is no expression, or no command.  Never leaves the reader of a statement."""
+    """Text that is not an expression or a command.  The reader of a statement catches this error."""
 
     def __init__(
         self, position: int, message: str, chapter: str = CHAPTER, rule: Rule = rules.EXPRESSION, end: int = 0
@@ -97,7 +97,7 @@ class Expression(Computed):
         return self.code[1] if known else None
 
     def value(self, motor: Processor) -> int | None:
-        """Return the value now; None: there is no value, and a flag is set."""
+        """Return the present value; None: the expression has no value, and a flag is set."""
         self.fetch(motor)
         stack = [0] * STACK
         return stack[0] if evaluate(motor.i, motor.v, stack, self.code, 0) >= 0 else None
@@ -108,7 +108,7 @@ class Reader:
 
     def __init__(self, text: str, at: int = 0, fetches: int = 0, *, assigned: bool = False) -> None:
         self.text, self.at, self._assigned = text, at, assigned
-        self._code: list[list[int]] = []  # an operation and its argument, if it has one
+        self._code: list[list[int]] = []  # an operation and, if needed, its argument
         self._height = self._highest = self._deep = 0
         self._fetches: list[Callable[[Processor], int]] = []
         self._fetched = fetches
@@ -192,7 +192,7 @@ class Reader:
             self._number(token, minuses)
         else:
             self._operand(token)
-            for _ in range(2 - minuses % 2 if minuses else 0):  # two may overflow where none would not
+            for _ in range(2 - minuses % 2 if minuses else 0):  # two negations may overflow, unlike none
                 self._negate()
 
     def _negate(self) -> None:
@@ -242,7 +242,7 @@ class Reader:
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)
         if place >= s.HIDDEN_MOST:
-            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} values from outside in one statement")
+            raise Malformed(self.at, f"more than {s.HIDDEN_MOST} external values in one statement")
         self._fetches.append(fetch)
         self._push(ops.VARIABLE, s.HIDDEN + place)
 
@@ -250,7 +250,7 @@ class Reader:
         self.at += 1
         self._deep += 1
         if self._deep > DEEPEST:
-            raise Malformed(self.at, f"more than {DEEPEST} parentheses within one another")
+            raise Malformed(self.at, f"more than {DEEPEST} nested parentheses")
         self._binary(0)
         self._expect(closing)
         self._deep -= 1

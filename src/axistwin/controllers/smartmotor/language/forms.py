@@ -1,4 +1,4 @@
-"""Entries of the command table: the sources that may give a command, and its form."""
+"""Entries of the command table: the sources that may give a command, and the form of the command."""
 
 from dataclasses import dataclass
 from enum import Enum, Flag, auto
@@ -11,8 +11,8 @@ class Accept(Flag):
 
     HOST = auto()  # over a communication channel
     PROGRAM = auto()  # in the stored program
-    BLOCK = auto()  # a label or a part of a block: in the stored program, and nothing else
-    REMOVED = auto()  # from nowhere: removed in 4.76 (1.3)
+    BLOCK = auto()  # in the stored program only: a label or a part of a block
+    REMOVED = auto()  # from no source: removed in 4.76 (1.3)
 
 
 class Form(Enum):
@@ -33,7 +33,9 @@ class Form(Enum):
 
 @dataclass(frozen=True)
 class Instruction(Command):
-    """A line of the command table.  `code` is the keyword with what follows it at once: `GOSUBn`, `A=`, `PRINT()`."""
+    """A line of the command table.  `code` is the keyword with the characters that must follow: `GOSUBn`, `A=`,
+    `PRINT()`.
+    """
 
     form: Form = Form.BARE
     written: str = ""

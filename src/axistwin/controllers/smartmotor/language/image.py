@@ -1,4 +1,4 @@
-"""Section 15 of the base language: a program as text and as the image that a host's compiler makes of it (.smx).
+"""Section 15 of the base language: a program as text, and as the image that a host's compiler makes of the text (.smx).
 
 The motor keeps the text without comments and needless blanks, each line ended by LF.  In the image a word of program
 flow contains the place where the program continues: `$`, the word's first letter, four hexadecimal digits, and the rest
@@ -8,7 +8,7 @@ from its fourth letter on, so that WHILE becomes $W003CLE, LOOP $L0000P and IF $
     llllaaaa ...                       for each label Cn its number and its place
     text with jumps                    up to FF, after which a compiler may leave a note
 
-The form of the words is known from users; of the header only sums and length are, from later firmware.
+The form of the words comes from reports of users; sums and length of the header come from later firmware.
 """
 
 import re
@@ -33,7 +33,7 @@ _header = re.compile(r"\$[0-9A-F]([0-9A-F]{3})([0-9A-F]{6})([0-9A-F]{6})[0-9A-F]
 
 
 def strip(source: str) -> str:
-    """Source text without comments and needless blanks, as the motor keeps it."""
+    """Return source text without comments and needless blanks, as the motor stores it."""
     lines = (_word.findall(_code.match(line)[0]) for line in _line_end.split(source))  # type: ignore[index]
     return "".join(" ".join(words) + "\n" for words in lines if words)
 
@@ -81,7 +81,7 @@ def encode(text: str) -> bytes:
 
 
 class Decoder:
-    """Decodes a program line by line while it is received, so that little is left to do at its end."""
+    """Decodes a program line by line during reception, so that little work is left at the end."""
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -91,7 +91,7 @@ class Decoder:
         self._begun = self._ended = False
 
     def feed(self, data: bytes) -> None:
-        """Take the next bytes.  Data after the end of the text is ignored."""
+        """Receive the next bytes.  Data after the end of the text is ignored."""
         if self._ended:
             return
         text, ended, _ = data.partition(END_OF_TEXT)
@@ -108,7 +108,7 @@ class Decoder:
         return text, self._header is None or self._header == (_sum(text), len(text))
 
     def _begin(self, *, whole: bool) -> bool:
-        """Leave out header and label table as soon as they are there, or all has come.  Returns True when done."""
+        """Skip header and label table once they are complete, or the data ends.  Return True when done."""
         if self._begun or (len(self._rest) < HEADER and not whole):
             return self._begun
         match = _header.match(self._rest)
@@ -147,7 +147,7 @@ def _words(text: str) -> Iterator[tuple[int, str, int]]:
 
 
 def _targets(text: str) -> Iterator[tuple[int, int]]:
-    """The place of each word that jumps, and where to.  A word without its counterpart jumps nowhere."""
+    """Return the place of each word that jumps, and the target.  A word without its counterpart has no target."""
     blocks: list[_Block] = []
     left: list[_Block] = []  # by BREAK
     for place, word, behind in _words(text):

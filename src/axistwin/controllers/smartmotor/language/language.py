@@ -1,7 +1,7 @@
 """The command language (3 of the base language): the text of one command or statement becomes a `Statement`.
 
-One reader for what a host sends, for the program and for the checker.  Text that is no command becomes a statement too,
-which sets Bs when it is executed.
+One reader for what a host sends, for the program and for the checker.  Invalid text becomes a statement that sets Bs
+when executed.
 """
 
 import re
@@ -28,7 +28,7 @@ EQUAL_SIGN = "8.1 Forced equal sign"
 
 @dataclass(frozen=True)
 class Elements(Computed):
-    """An assignment to an array as the interpreter's code: number of values, array, first index, values."""
+    """The interpreter's code of an assignment to an array: number of values, array, first index, values."""
 
     count: int = 1
 
@@ -97,7 +97,7 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement.  Return the text of a report, without CR.  Text that is no command only sets Bs."""
+        """Execute the statement.  Return the text of a report, without CR.  Invalid text only sets Bs."""
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None
@@ -105,7 +105,7 @@ class Statement:
         for part in self.operands:
             value = part.value(motor) if isinstance(part, Expression | Elements) else part
             if value is None:
-                return None  # abandoned: Bd or Bu says why
+                return None  # abandoned: Bd or Bu has the reason
             given.append(value)
         named = self.command.form is Form.LET
         answer = self.command.handler(motor, value=given[0]) if named else self.command.handler(motor, *given)
@@ -114,7 +114,7 @@ class Statement:
 
 @lru_cache(maxsize=4096)
 def command(text: str) -> Statement:
-    """One command from a host, its terminator removed."""
+    """Return the statement of a host's command, given without its terminator."""
     statement = read(text)
     found = statement.command
     if statement.problem is None and found is not None and Accept.HOST not in found.accepted:
@@ -125,7 +125,7 @@ def command(text: str) -> Statement:
 
 @lru_cache(maxsize=4096)
 def read(text: str) -> Statement:
-    """One statement of a program."""
+    """Return one statement of a program."""
     found: Instruction | None = None
     try:
         found, begin = _find(text)
@@ -140,7 +140,7 @@ def read(text: str) -> Statement:
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# Which command it is, and where its operands begin
+# The command of a text, and the place of its operands
 
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
@@ -207,7 +207,7 @@ _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
 
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """Digits that belong to the name: GOSUB5."""
+    """Read digits that belong to the name: GOSUB5."""
     digits, field = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not field.allows(int(digits)):
         raise Malformed(at, f"{text[at:][:20]} is out of range: {field}", found.chapter, rules.NUMBER)
@@ -224,7 +224,7 @@ def _whole(text: str, at: int, found: Instruction, end: int | None = None, *, as
 def _expect_end(reader: Reader, found: Instruction) -> None:
     rest = reader.text[reader.at :]
     if rest:
-        raise Malformed(reader.at, f"{rest[:20]} cannot stand behind this expression", found.chapter)
+        raise Malformed(reader.at, f"{rest[:20]} is not valid after this expression", found.chapter)
 
 
 def _after(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
@@ -240,7 +240,7 @@ _value = re.compile(r"[ \t]+(-?\d+)")
 
 
 def _array(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """`ab[exp]=exp`, or values in a row, of which the last one ends with a period."""
+    """Read `ab[exp]=exp`, or a list of values that ends with a period."""
     kind, _ = ARRAY_SIZES[text[:at]]
     index = Reader(text, at)
     first = index.index()
@@ -268,9 +268,9 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         listed[-1] = -listed[-1] if match[1].startswith("-") else listed[-1]
         at = match.end()
     if not listed:
-        raise Malformed(at, f"{array}[…] needs = and a value, or values in a row", EQUAL_SIGN, rules.ELEMENTS)
+        raise Malformed(at, f"{array}[…] needs = and a value, or a list of values", EQUAL_SIGN, rules.ELEMENTS)
     if text[at:].strip() != ".":
-        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is no number"
+        message = "these values do not end with a period" if at == len(text) else f"{text[at:][:20]} is not a number"
         raise Malformed(at, message, "1.1 Features added", rules.ELEMENTS)
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
@@ -284,7 +284,7 @@ def _constant(value: int) -> tuple[int, ...]:
 
 
 def _items(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """`"text",exp,#n`: what PRINT prints."""
+    """Read `"text",exp,#n`, the items of PRINT."""
     items: list[Operand] = []
     while True:
         item, at = _item(text, at, found)
@@ -326,14 +326,14 @@ def _call(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
         return (inner,)
     name, comma, _ = inner.rpartition(",")
     if not comma:
-        raise Malformed(at, f"{found.code} takes a variable and how many", found.chapter, rules.ARGUMENTS)
+        raise Malformed(at, f"{found.code} takes a variable and a number of variables", found.chapter, rules.ARGUMENTS)
     return First(name), _whole(text, at + len(name) + 1, found, len(text) - 1)
 
 
 def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, ...]:
     """Read the name after the R: Ra, RAINA1."""
     if find(text[1:]) is None:
-        raise Malformed(1, f"{text[1:][:20]} is not there: {found.syntax}", found.chapter, rules.ARGUMENTS)
+        raise Malformed(1, f"{text[1:][:20]} does not exist: {found.syntax}", found.chapter, rules.ARGUMENTS)
     return (_whole(text, 1, found),)
 
 
@@ -348,7 +348,7 @@ _port = re.compile(r"([A-H])(\d{0,2}),", re.ASCII)
 
 
 def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
-    """AOUTp,exp and DOUTpc,exp: device p = A…H; of DOUT, channel c = 0…63."""
+    """Read AOUTp,exp and DOUTpc,exp: device p = A…H; for DOUT, channel c = 0…63."""
     match = _port.match(text, at)
     digital = found.code == "DOUTp"
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):

@@ -1,4 +1,4 @@
-"""Lexical rules (3 of the base language): where a command ends, in what a host sends and in the text of a program.
+"""Lexical rules (3 of the base language): the end of a command, in a host's data and in the text of a program.
 
 A space, CR, LF or NUL ends a command; between quotes a space does not.  A list of array values ends with its
 period.  In a program, a tab is a space, `'` begins a comment, and IF, ELSEIF, WHILE, SWITCH and CASE take the word

@@ -2,10 +2,10 @@
 
     WHILE a<3   ──▶  0  S_IF    statement 0, exit 11, expression      A statement takes one sample.  Labels, ENDIF, ENDS
       a=a+1          11 S_LET …                                       and comments take none.  ELSE, ELSEIF, BREAK and
-    LOOP             …  S_JUMP  statement 2, to 0                     LOOP are jumps, where they are reached at all.
+    LOOP             …  S_JUMP  statement 2, to 0                     LOOP are jumps, if reached at all.
 
-A statement that is no command, or a part of a block without the other parts, sets Bs when it is reached.  A condition
-that is no expression sets Bs and does not hold.
+An invalid statement, or a part of a block without the other parts, sets Bs when reached.  A condition that is not an
+expression sets Bs and is false.
 """
 
 from bisect import bisect_right
@@ -45,7 +45,7 @@ class Place(NamedTuple):
 
 @dataclass
 class _Block:
-    """An IF, WHILE or SWITCH and what belongs to it, by the numbers of the statements."""
+    """An IF, WHILE or SWITCH block with all its parts, by the numbers of the statements."""
 
     begin: int
     parts: list[int] = field(default_factory=list)
@@ -54,14 +54,14 @@ class _Block:
     end: int = -1
 
     def after(self, number: int) -> int:
-        """The next part of the block after this statement, or the end of the block."""
+        """Return the next part of the block after this statement, or the end of the block."""
         at = bisect_right(self.parts, number)
         return self.parts[at] if at < len(self.parts) else self.end
 
 
 @dataclass(frozen=True)
 class Program:
-    """A program that can be run.  `code` is the interpreter's; an empty text is a program without statements."""
+    """A compiled program.  `code` is for the interpreter; an empty text is a program without statements."""
 
     text: str
     code: Sequence[int]
@@ -78,7 +78,7 @@ class Program:
 
     @classmethod
     def compile(cls, text: str | bytes, *, announces: frozenset[int] = frozenset()) -> "Program":
-        """A program from its source text.  Never fails: an invalid statement sets Bs when it is reached."""
+        """Return the program of a source text.  Never fails: an invalid statement sets Bs when it is reached."""
         return Compilation(text if isinstance(text, str) else text.decode("latin-1"), announces).result()
 
     def announcing(self, numbers: frozenset[int]) -> "Program":
@@ -96,14 +96,14 @@ class Program:
 
 
 class Compilation:
-    """A program that is being compiled, piece by piece, so that no piece takes long however long the program is."""
+    """A compilation in progress, done in pieces, so that no piece takes long even for a long program."""
 
     def __init__(self, text: str, announces: frozenset[int] = frozenset()) -> None:
         self._pieces = _pieces(text, announces)
         self._program: Program | None = None
 
     def go_on(self) -> bool:
-        """Compile one more piece.  Returns True if the program is complete."""
+        """Compile one more piece.  Return True if the program is complete."""
         if self._program is None:
             try:
                 next(self._pieces)
@@ -112,7 +112,7 @@ class Compilation:
         return self._program is not None
 
     def result(self) -> Program:
-        """Compile what is left.  Returns the program."""
+        """Compile the rest.  Return the program."""
         while not self.go_on():
             pass
         assert self._program is not None
@@ -142,16 +142,16 @@ def _place(lines: Sequence[int], begin: int, end: int) -> Place:
 
 
 def word(statement: Statement) -> str:
-    """The keyword of a statement as the command table has it; empty: it is no command.
+    """Return the keyword of a statement as in the command table; empty if the statement is invalid.
 
-    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block also if what follows is no expression.
+    IF, ELSEIF, WHILE, SWITCH and CASE keep their place in the block even if no expression follows.
     """
     sound = statement.problem is None or WITHOUT_VALUE in statement.operands
     return str(statement.command.code) if statement.command is not None and sound else ""
 
 
 class _Matcher:
-    """Finds what belongs together: IF and ENDIF, WHILE and LOOP, SWITCH and ENDS.  What is left over is broken."""
+    """Finds the parts of each block: IF and ENDIF, WHILE and LOOP, SWITCH and ENDS.  Unmatched parts are broken."""
 
     def __init__(self, statements: list[Statement]) -> None:
         self.statements = statements
@@ -205,9 +205,9 @@ class _Matcher:
 
     def _left_over(self, keyword: str) -> str:
         if not self._open:
-            return f"there is no {keyword} before it"
+            return f"no {keyword} before this statement"
         begin = self._open[-1].begin
-        return f"there is no {keyword} before it that is still open; {self.statements[begin].text} has not ended"
+        return f"no open {keyword} before this statement; {self.statements[begin].text} has not ended"
 
     def _part(self, number: int, keyword: str) -> None:
         block = self._inner(keyword)
@@ -221,7 +221,7 @@ class _Matcher:
                 block.otherwise = word(self.statements[number])
 
     def _break(self, number: int) -> None:
-        """BREAK leaves the innermost SWITCH or WHILE."""
+        """Find the innermost SWITCH or WHILE, which BREAK leaves."""
         if self._left:
             self._left[-1].breaks.append(number)
         else:
@@ -243,7 +243,7 @@ class _Matcher:
 
 
 class _Writer:
-    """Writes the code.  Where a jump goes is put in when everything else is there."""
+    """Writes the code.  The targets of jumps are inserted after all other code."""
 
     def __init__(
         self, statements: Sequence[Statement], blocks: Mapping[int, _Block], announces: frozenset[int]
@@ -277,7 +277,7 @@ class _Writer:
             self._find_label(*call)
 
     def _head(self, operation: int, number: int) -> int:
-        """Begin a statement, for the time being with itself as its target.  Returns the place of the target."""
+        """Begin a statement whose target is at first the statement itself.  Return the place of the target."""
         self.heads.append(len(self.code))
         if number in self._announces and not self._within(number):
             self.code += (ops.S_FETCH, ~number, len(self.code) + ops.HEAD)
@@ -334,14 +334,14 @@ class _Writer:
         self._calls.append((target + 1, digits(statement), target - 2, len(self.code)))
 
     def _find_label(self, at: int, label: int, begin: int, end: int) -> None:
-        """Without its label, a GOTO or GOSUB is a statement that sets Bs."""
+        """Find the label of a GOTO or GOSUB; without its label, the statement sets Bs."""
         if label in self.labels:
             self.code[at] = self.labels[label]
         else:
             self.code[begin], self.code[begin + 2] = ops.S_TRAP, end
 
     def _condition(self, number: int, statement: Statement) -> None:
-        """IF, ELSEIF, WHILE: to the next part of the block if it does not hold."""
+        """Write IF, ELSEIF, WHILE: a jump to the next part of the block if the condition is false."""
         block = self.blocks[number]
         if number != block.begin:
             self._jump(number, block.end)
@@ -386,7 +386,7 @@ class _Writer:
                 yield
 
     def _case(self, case: int) -> int:
-        """A comparison with a constant; what is no constant sets Bs, and nothing is equal to it."""
+        """Write a comparison with a constant; any other CASE sets Bs, and is never equal."""
         if self.statements[case].problem is not None:
             target = self._head(ops.S_IF, case)
             self.code += WITHOUT_VALUE.code

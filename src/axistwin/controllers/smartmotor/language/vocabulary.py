@@ -1,4 +1,4 @@
-"""Characters become commands (sections 2 and 3 of the base language): terminators, quotes, lists of array values."""
+"""Reception of commands (sections 2 and 3 of the base language): terminators, quotes, lists of array values."""
 
 import re
 from collections.abc import Callable
@@ -16,7 +16,7 @@ LIST_VALUE = re.compile(r"-?\d+\.?|\.", re.ASCII)
 
 
 class Words:
-    """Collects the characters of a command, and executes it at its terminator."""
+    """Collects the characters of a command, and executes the command at its terminator."""
 
     def __init__(self, obey: Callable[[str], None], overflow: Callable[[], None]) -> None:
         self._obey, self._overflow = obey, overflow
@@ -29,7 +29,7 @@ class Words:
         return bool(self._text or self._list)
 
     def forget(self) -> bool:
-        """Drop the command that has begun; returns whether one had."""
+        """Drop an incomplete command.  Return True if a command had begun."""
         begun = self.begun
         self._text.clear()
         self._list.clear()
@@ -41,13 +41,15 @@ class Words:
         self._dropping = True
 
     def take(self, byte: int) -> None:
-        """A character below 80h.  Quotes keep a space in the command; the other terminators end it in any case."""
+        """Receive a character below 80h.  A space between quotes is part of the command; other terminators always
+        end the command.
+        """
         if byte in TERMINATORS and not (byte == SPACE and self._quoted):
             self._end(byte)
             return
         self._quoted ^= byte == QUOTE
         if len(self._text) < LONGEST:
-            if byte >= SPACE or self._text:  # a control character by itself means nothing
+            if byte >= SPACE or self._text:  # a control character alone has no effect
                 self._text.append(byte)
         elif not self._dropping:
             self._dropping = True
@@ -67,7 +69,7 @@ class Words:
             self._obey(word)
 
     def _continue_list(self, word: str, terminator: int) -> None:
-        """`aw[0] 0 100 500 700.` comes as words of which the last one ends with a period."""
+        """Collect `aw[0] 0 100 500 700.`, a list of values whose last one ends with a period."""
         listed = LIST_VALUE.fullmatch(word) is not None
         if listed:
             self._list.append(word)

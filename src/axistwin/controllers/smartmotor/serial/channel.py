@@ -1,6 +1,6 @@
 """A serial channel (chapters 6 and 10, section 2 of the base language): characters in and out, and their receiver.
 
-    byte ── line errors ── echo ──┬── command:  address, words up to a space, CR, LF or NUL, binary records
+    byte ── line errors ── echo ──┬── command:  address, words up to a space, CR, LF or NUL; binary records
                                   ├── data:     a FIFO of 16 bytes for LEN and GETCHR
                                   └── transfer: a program being loaded, an upload waiting for its acknowledgement
 
@@ -49,7 +49,7 @@ class Transfer(Protocol):
         """Take a received character."""
 
     def spoil(self) -> None:
-        """Take note of a character with a line error."""
+        """Handle a character with a line error."""
 
 
 class Dispatcher(Protocol):
@@ -61,7 +61,7 @@ class Dispatcher(Protocol):
     channels: "tuple[Channel, Channel]"
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Bring the state to the last sample by now."""
+        """Advance the state to the last sample up to now."""
 
     def update_outputs(self) -> None:
         """Update outputs after a change of the state."""
@@ -96,7 +96,7 @@ class Channel:
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, lambda: self.flag_new(ChannelError.OVERFLOW))
-        self._record, self._spoilt = bytearray(), False  # a binary record; True if it contains a line error
+        self._record, self._spoilt = bytearray(), False  # reads a binary record; True if it contains a line error
         self._timeout_ns = 0
         """Time within which a command must end, from its first character; 0: no time-out."""
         self._begun_ns: int | None = None
@@ -105,13 +105,13 @@ class Channel:
         uart.on_receive, uart.on_idle = self.receive, self._idle
 
     def close(self) -> None:
-        """Receive and send nothing any more: the motor is switched off."""
+        """Stop receiving and sending: the motor is switched off."""
         self.shut()
         self.transfer = None
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
     def receive(self, byte: int, errors: LineError) -> None:
-        """Receive a character.  A line error is flagged, and spoils the command in which it occurs."""
+        """Receive a character.  A line error is flagged, and the command that contains the character is spoiled."""
         if not self.open:
             return
         self.received = True
@@ -135,7 +135,7 @@ class Channel:
             self.motor.clock.call_later(self._timeout_ns, lambda: self._expire(began_ns))
 
     def _expire(self, began_ns: int) -> None:
-        """Drop the command that began at this time and has not ended; flag Bs."""
+        """Drop the command that began at this time and is still incomplete; flag Bs."""
         if self._begun_ns == began_ns and self.motor.powered:
             self._begun_ns = None
             self._record.clear()
@@ -149,12 +149,12 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """Take characters as commands again."""
+        """Interpret characters as commands again."""
         self.transfer = None
         self._words.forget()
 
     def get_character(self) -> int:
-        """GETCHR: the next byte of the FIFO; 0 if it is empty."""
+        """GETCHR: return the next byte of the FIFO; 0 if the FIFO is empty."""
         byte = self.fifo.popleft() if self.fifo else 0
         self.motor.i[s.LENGTHS + self.number] = len(self.fifo)
         return byte
@@ -177,12 +177,12 @@ class Channel:
             self.motor.execute(self, text)
 
     def _take_binary(self, byte: int) -> None:
-        """Take an address, which holds until the next one, or the first byte of a binary record."""
+        """Receive an address, which is valid until the next address, or the first byte of a binary record."""
         if self._words.forget() and not self.asleep:  # an incomplete command
             self.flag_new(ChannelError.SCAN)
         if byte <= LAST_ADDRESS:
-            self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])  # ADDR is changed by SADDRn only
-        elif byte in RECORDS:  # for any motor: its bytes are neither addresses nor commands
+            self.addressed = byte in (GLOBAL, GLOBAL + self.motor.i[s.ADDR])  # only SADDRn changes ADDR
+        elif byte in RECORDS:  # for any motor: the bytes of a record are neither addresses nor commands
             self._record.append(byte)
         elif byte == STATUS_QUERY and self._active:
             self.motor.report_host_mode(self)
@@ -221,7 +221,7 @@ class Channel:
         return self.addressed and not self.asleep
 
     def flag_new(self, error: ChannelError) -> None:
-        """Set the flag of a receive error.  A motor at rest is not disturbed if the flag is set already."""
+        """Set the flag of a receive error.  If the flag is set already, a motor at rest is not disturbed."""
         self.motor.catch_up(changing=False)
         if self.motor.i[FLAGS[error]] and error & self.errors:
             return
@@ -230,16 +230,16 @@ class Channel:
         self.motor.update_outputs()
 
     def flag(self, error: ChannelError) -> None:
-        """Set the flag of an error, and record for RCHN that this channel had the error."""
+        """Set the flag of an error, and note the error for RCHN of this channel."""
         slot = FLAGS[error]
         if not self.motor.i[slot]:
-            for channel in self.motor.channels:  # the flag has been cleared meanwhile
+            for channel in self.motor.channels:  # the flag has been cleared since
                 channel.errors &= ~error
         self.motor.i[slot] = 1
         self.errors |= error
 
     def status(self) -> ChannelError:
-        """RCHN of this channel: the errors whose flags have not been cleared since."""
+        """RCHN of this channel: return the errors whose flags have not been cleared since."""
         return ChannelError(sum(bit for bit, slot in FLAGS.items() if bit & self.errors and self.motor.i[slot]))
 
     def _spoil(self, byte: int, errors: LineError) -> None:
@@ -287,7 +287,7 @@ class Channel:
             action()
 
     def set_up(self, fmt: UartFormat, *, data_mode: bool, timeout_ns: int = 0) -> None:
-        """OCHN: from the next character on."""
+        """OCHN: put new settings in force from the next character on."""
         self.open, self._data_mode = True, data_mode
         self._timeout_ns, self._begun_ns = 0 if data_mode else timeout_ns, None
         self._record.clear()
@@ -297,6 +297,6 @@ class Channel:
         self._words.forget()
 
     def shut(self) -> None:
-        """CCHN: receive and send nothing any more; characters that are waiting to be sent are lost."""
+        """CCHN: stop receiving and sending; characters that wait to be sent are lost."""
         self.open = False
         self.uart.queue.clear()

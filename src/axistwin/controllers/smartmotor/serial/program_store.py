@@ -29,8 +29,8 @@ class Download:
     def __init__(self, motor: Processor, channel: Channel) -> None:
         self.motor, self.channel = motor, channel
         self._decoder = image.Decoder()
-        self._size, self._fresh = 0, bytearray()  # bytes of the text so far, and those that are not decoded yet
-        self._complete = False  # FF has come; the rest is a compiler's note
+        self._size, self._fresh = 0, bytearray()  # bytes of the decoded text, and bytes not decoded yet
+        self._complete = False  # FF has been received; the rest is a compiler's note
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
@@ -38,11 +38,11 @@ class Download:
         self._supervise()
 
     def take(self, byte: int) -> None:
-        """Take a byte of the program.  After each block but the last the motor answers 06."""
+        """Receive a byte of the program.  The motor answers each block except the last with 06."""
         ended = byte == self._last == END
         self._count, self._last, self._last_ns = self._count + 1, byte, self.motor.clock.now
         self._complete |= byte == END
-        if self._size == self.motor.options.program_bytes:  # of a program that is too long, the rest is ignored
+        if self._size == self.motor.options.program_bytes:  # the rest of a program that is too long is ignored
             self._sound &= self._complete
         elif not self._complete:
             self._keep(byte)
@@ -62,7 +62,7 @@ class Download:
         self._fresh.clear()
 
     def spoil(self) -> None:
-        """Take a byte with a line error: the program is invalid."""
+        """Receive a byte with a line error: the program is invalid."""
         self._sound = False
         self.take(0)
 
@@ -83,7 +83,7 @@ class Download:
             acknowledge()
 
     def _supervise(self) -> None:
-        """End the download when the host has sent nothing for long.  After a single FF it counts as complete."""
+        """End the download after a long silence of the host.  After a single FF the program counts as complete."""
         if not self._active:
             return
         clock = self.motor.clock
@@ -123,7 +123,9 @@ class Upload:
         self._send()
 
     def take(self, byte: int) -> None:
-        """06 asks for the next block; any other character ends the upload and is taken as usual."""
+        """Handle a character: 06 requests the next block; any other character ends the upload and is then handled as
+        usual.
+        """
         if byte == ACKNOWLEDGE:
             self._send()
         else:
@@ -148,9 +150,9 @@ def power_up(motor: Processor) -> None:
 
 
 def load(motor: Processor) -> None:
-    """LOAD: stop the program and take a new one, an image or source text.  Comments and blanks are not kept.
-
-    Refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 comes.  The new program is not locked.
+    """LOAD: stop the program and receive a new one, an image or source text.  Comments and blanks are not stored.
+    Refused while a fault has not been cleared (2.0 item 6): Bs is set and no 06 is sent.  The new program is not
+    locked.
     """
     channel = motor.host
     if channel is None or any(motor.i[fault] for fault in (s.BR, s.BL, s.BE, s.BH)):
@@ -165,23 +167,23 @@ def load(motor: Processor) -> None:
 
 
 def upload(motor: Processor) -> None:
-    """UPLOAD: send the readable text of the program.  A locked one is not sent, and Bs is set."""
+    """UPLOAD: send the readable text of the program.  A locked program is not sent, and Bs is set."""
     _upload(motor, motor.nonvolatile.program.encode("latin-1"))
 
 
 def upload_image(motor: Processor) -> None:
-    """UP: send the image of the program, with header and jumps.  A locked one is not sent, and Bs is set."""
+    """UP: send the image of the program, with header and jumps.  A locked program is not sent, and Bs is set."""
     _upload(motor, image.encode(motor.nonvolatile.program))
 
 
 def lock(motor: Processor) -> None:
-    """LOCKP: the program cannot be uploaded any more, until another one is loaded."""
+    """LOCKP: forbid uploads of the program until another program is loaded."""
     motor.nonvolatile.locked = True
     motor.nonvolatile.save(motor.store)
 
 
 def checksum_report(motor: Processor) -> str:
-    """RCKS: two sums of six hexadecimal digits, of the label addresses and of the text; P, or F if it is broken.
+    """RCKS: two sums of six hexadecimal digits, of the label addresses and of the text; P, or F for an invalid program.
 
     A program of END alone has 000000 0000E1 P.  F sets Bk.
     """

@@ -1,6 +1,6 @@
 """Communications (section 2 of the base language): echo, addresses, sleep, baud rate, opening and closing of channels.
 
-What a channel does with its characters is in `channel.py`.
+The handling of characters is in `channel.py`.
 """
 
 import re
@@ -17,22 +17,22 @@ BAUD_RATES = (2400, 4800, 9600, 19200, 38400)
 
 
 def query(motor: Processor) -> None:
-    """Q: host mode's status, in binary."""
+    """Q: report the status of host mode, in binary."""
     motor.send(host_mode.status(motor))
 
 
 def echo(motor: Processor, channel: int = 0) -> None:
-    """ECHO, ECHO1: send every character back that comes in, addresses and terminators too."""
+    """ECHO, ECHO1: send every received character back, including addresses and terminators."""
     motor.channels[channel].echoing = True
 
 
 def echo_off(motor: Processor, channel: int = 0) -> None:
-    """ECHO_OFF, ECHO_OFF1: as at power-up."""
+    """ECHO_OFF, ECHO_OFF1: end the echo; the state at power-up."""
     motor.channels[channel].echoing = False
 
 
 def sleep(motor: Processor, channel: int = 0) -> None:
-    """SLEEP, SLEEP1: execute nothing on this channel but WAKE.  The echo continues."""
+    """SLEEP, SLEEP1: execute only WAKE on this channel.  The echo continues."""
     motor.channels[channel].asleep = True
 
 
@@ -42,7 +42,7 @@ def wake(motor: Processor, channel: int = 0) -> None:
 
 
 def silent(motor: Processor, channel: int = 0) -> None:
-    """SILENT, SILENT1: what the program prints and reports on this channel is not sent."""
+    """SILENT, SILENT1: suppress the output of the program and its reports on this channel."""
     motor.channels[channel].silent = True
 
 
@@ -52,7 +52,7 @@ def talk(motor: Processor, channel: int = 0) -> None:
 
 
 def address(motor: Processor, number: int) -> None:
-    """SADDRn: the motor's address, 0 to 120; anything else sets Bs.  The addressed motor stays addressed."""
+    """SADDRn: set the motor's address, 0 to 120; other values set Bs.  The addressed motor stays addressed."""
     if 0 <= number <= LAST_ADDRESS - GLOBAL:
         motor.i[s.ADDR] = number
     else:
@@ -60,9 +60,8 @@ def address(motor: Processor, number: int) -> None:
 
 
 def baud(motor: Processor, rate: int) -> None:
-    """BAUDn: channel 0 at 2400, 4800, 9600, 19200 or 38400 bit/s; else Bs is set.
-
-    It takes effect at once: a character on the wire ends at the old rate, the next one begins at the new rate.
+    """BAUDn: set channel 0 to 2400, 4800, 9600, 19200 or 38400 bit/s; other values set Bs.  The change takes effect
+    at once: a character on the wire ends at the old rate, the next character has the new rate.
     """
     fmt = motor.channels[0].uart.format
     if rate not in BAUD_RATES or fmt is None:
@@ -83,9 +82,9 @@ CLOSING = re.compile(r"(RS[24]|IIC),(?P<channel>[01])")
 def open_channel(motor: Processor, parameters: str) -> None:
     """OCHN(type,channel,parity,baud,stop,data,mode): RS2 or RS4, 0 or 1, N O E, a baud rate, 1 or 2, 7 or 8, C or D.
 
-    C: commands; D: data for LEN and GETCHR.  RS4 takes pin G (channel 0) or pins E and F (channel 1); RS2 on channel 1
-    does not exist.  Anything else sets Bs.  A time-out in ms may follow the mode: a command that has not ended so long
-    after its first character is dropped, flag Bs; 0, or none: it may take any time.
+    C: commands; D: data for LEN and GETCHR.  RS4 takes pin G (channel 0) or pins E and F (channel 1); RS2 on channel
+    1 does not exist.  Anything else sets Bs.  A time-out in ms may follow the mode: a command that is still
+    incomplete after this time is dropped, flag Bs; 0, or none: no time-out.
     """
     match = OPENING.fullmatch(parameters)
     if match is None or int(match["baud"]) not in BAUD_RATES or (match["type"], match["channel"]) == ("RS2", "1"):
@@ -98,7 +97,7 @@ def open_channel(motor: Processor, parameters: str) -> None:
 
 
 def close_channel(motor: Processor, parameters: str) -> None:
-    """CCHN(type,channel): the channel neither receives nor sends any more.  Anything else sets Bs."""
+    """CCHN(type,channel): close the channel for receiving and sending.  Other arguments set Bs."""
     match = CLOSING.fullmatch(parameters)
     if match is None:
         motor.syntax_error()
@@ -109,12 +108,12 @@ def close_channel(motor: Processor, parameters: str) -> None:
 
 
 def rs4(motor: Processor) -> None:
-    """RS4: channel 0 is RS-485; pin G is its direction line, high while the motor transmits."""
+    """RS4: make channel 0 RS-485; pin G is the direction line, high while the motor transmits."""
     _wire(motor, motor.channels[0], rs485=True)
 
 
 def rs2(motor: Processor) -> None:
-    """RS2: channel 0 is RS-232; pin G, if it has been the direction line, is an input."""
+    """RS2: make channel 0 RS-232; pin G becomes an input if it was the direction line."""
     _wire(motor, motor.channels[0], rs485=False)
 
 
