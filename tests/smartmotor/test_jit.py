@@ -9,6 +9,7 @@ import pytest
 
 from axistwin.controllers.smartmotor.kernel import jit, servo
 from axistwin.errors import MissingExtraError, UsageError
+from axistwin.storage import user_cache
 
 needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 
@@ -180,4 +181,4 @@ def test_caches_that_nobody_uses_are_removed(only_these):
 @needs_numba
 def test_a_cache_directory_that_is_not_absolute_is_ignored(monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
-    assert jit._user_cache().is_absolute()
+    assert user_cache().is_absolute()

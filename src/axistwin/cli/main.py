@@ -32,6 +32,11 @@ class Command:
 
 
 GROUPS = {
+    "Begin": (
+        Command("examples", "start", "List the examples, or copy one."),
+        Command("new", "start", "Write a new scene from five answers."),
+        Command("docs", "start", "Open the pages of the documentation."),
+    ),
     "Run programs and scenes": (
         Command("demo", "runs", "A short session that needs nothing but the package."),
         Command("run", "runs", "Run a program or a conversation at full speed."),
