@@ -260,8 +260,8 @@ class Disk:
     """A disk on which there is room for so many bytes."""
 
     def __init__(self, room: int, monkeypatch) -> None:
-        self.room, self._write = room, os.pwrite
-        monkeypatch.setattr(output.os, "pwrite", self.write)
+        self.room, self._write = room, output._write_part
+        monkeypatch.setattr(output, "_write_part", self.write)
 
     def write(self, file: int, data: bytes, place: int) -> int:
         if place >= self.room:

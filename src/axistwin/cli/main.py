@@ -9,6 +9,7 @@ import os
 import sys
 from dataclasses import dataclass
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any
 
 import click
@@ -105,6 +106,7 @@ def main(arguments: list[str] | None = None) -> None:
 def _run(arguments: list[str] | None) -> int:
     if sys.stdout is None:  # stdout was closed
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
+    _prepare_output()
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
@@ -128,6 +130,14 @@ def _run(arguments: list[str] | None) -> int:
         print(f"axistwin: {one_line(str(error))}", file=sys.stderr)
         return 2 if isinstance(error, UsageError | LinkError) else 1
     return result if isinstance(result, int) else 0
+
+
+def _prepare_output() -> None:
+    """Write every character: a pipe on Windows gets UTF-8, and another encoding a `?` for what it has not."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper) and stream.encoding.lower() != "utf-8":
+            piped = sys.platform == "win32" and not stream.isatty()
+            stream.reconfigure(encoding="utf-8" if piped else None, errors="replace")
 
 
 def _discard_output() -> None:
