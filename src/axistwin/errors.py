@@ -22,6 +22,11 @@ def one_line(message: str) -> str:
     return shown if len(shown) <= MOST_MESSAGE else f"{shown[: MOST_MESSAGE // 2]} … {shown[-MOST_MESSAGE // 2 :]}"
 
 
+def with_article(noun: str) -> str:
+    """Return a noun with its article: an IF1, an 1811, a SmartMotor."""
+    return f"{'an' if noun.lower().startswith((*'aeiou', '18')) else 'a'} {noun}"
+
+
 class AxistwinError(Exception):
     """An error that the user can correct.  The message is one line with the remedy."""
 
@@ -78,6 +83,10 @@ class PlacedError(AxistwinError):
 
 class SceneError(PlacedError):
     """A scene file that cannot be built."""
+
+
+class NoSceneError(SceneError, UsageError):
+    """A scene file that does not exist or cannot be opened."""
 
 
 class ProgramError(PlacedError):

@@ -13,7 +13,7 @@ NAMES = ["cut-to-length", "drill", "winder", "xy-table"]
 
 
 def test_the_examples_are_listed():
-    assert [line.split()[0] for line in run("examples").out.splitlines()] == NAMES
+    assert [line.split()[0] for line in run("examples").out.splitlines()[1:]] == NAMES
     listed = json.loads(run("examples", "--json").out)["examples"]
     assert [one["name"] for one in listed] == NAMES
     assert listed[1] == {"name": "drill", "title": "An X-Y table with a drill", "scene": "scene.toml"}
@@ -45,11 +45,14 @@ def test_nothing_is_overwritten(tmp_path):
         (["examples", "zzz", "x"], "no example 'zzz': expected cut-to-length, drill, winder, xy-table"),
         (["examples", "drill"], "the directory for the copy is missing: e.g. axistwin examples drill my-drill"),
         (["docs", "prots"], "no page 'prots': did you mean ports?"),
-        (["docs", "--json"], "--json is for the list of pages: expected axistwin docs --list --json"),
     ],
 )
 def test_wrong_words_are_refused(words, message):
     assert refused(*words) == (2, f"axistwin: {message}\n")
+
+
+def test_json_is_for_the_list_only():
+    assert json.loads(run("docs", "--json").err)["exit_code"] == 2
 
 
 def test_a_directory_that_cannot_be_written_is_refused(tmp_path):
@@ -84,7 +87,7 @@ def test_every_page_of_the_list_is_written_with_its_title(site):
     assert len(listed) > 30
     for page in listed:
         assert "<h1" in (site / "docs" / f"{page['name']}.html").read_text(encoding="utf-8")
-    assert [line.split()[0] for line in run("docs", "--list").out.splitlines()] == [page["name"] for page in listed]
+    assert [line.split()[0] for line in run("docs", "--list").out.splitlines()[1:]] == [page["name"] for page in listed]
 
 
 def test_a_page_is_opened_in_the_browser(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker, Rule
 from axistwin.controllers.front import Group
+from axistwin.errors import with_article
 from axistwin.motion.profile import Profile
 from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.plant.joystick import JoystickInputs
@@ -283,3 +284,8 @@ class Product:
     """The inputs for a joystick, if it has them."""
     front: tuple[Group, ...] = ()
     """Its front panel."""
+
+    @property
+    def indefinite(self) -> str:
+        """The model with its article, in the maker's spelling: an IF1, an 1811, a SmartMotor."""
+        return with_article(self.title.partition(",")[0].split()[1])

@@ -15,6 +15,7 @@ import click
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.bench.actions import on_a_bus
 from axistwin.bench.options import read_options
+from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
@@ -32,7 +33,7 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 
 
 @click.command()
-@click.argument("target", metavar="MODEL|PORT")
+@click.argument("target", metavar="MODEL|PORT", shell_complete=complete_model)
 @click.option("--no-init", is_flag=True, help="Do not initialise a virtual controller.")
 @click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time per real time.")
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; for a virtual controller also 'instant'.")

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import click
 
+from axistwin.cli.common.completing import complete_page
+from axistwin.cli.common.listing import print_rows
 from axistwin.cli.common.names import unknown
 from axistwin.errors import UsageError
 from axistwin.guide import pages
-from axistwin.reports.columns import columns
 from axistwin.storage import reason, user_cache
 from axistwin.version import VERSION
 
 
 @click.command()
-@click.argument("page", default=pages.START)
+@click.argument("page", default=pages.START, shell_complete=complete_page)
 @click.option("--list", "listing", is_flag=True, help="List the pages.")
 @click.option("--text", "as_text", is_flag=True, help="Print the page instead of opening it.")
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), metavar="DIR",
@@ -62,8 +63,7 @@ def _list(names: dict[str, str], as_json: bool) -> None:
         listed = [{"name": name, "title": title} for name, title in names.items()]
         click.echo(json.dumps({"pages": listed}, ensure_ascii=False))
         return
-    for line in columns(names.items()):
-        click.echo(line)
+    print_rows(("page", "title"), names.items())
 
 
 def _print(page: str) -> None:

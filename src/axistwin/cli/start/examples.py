@@ -5,14 +5,15 @@ from pathlib import Path
 
 import click
 
+from axistwin.cli.common.completing import complete_example
+from axistwin.cli.common.listing import print_rows
 from axistwin.cli.common.names import unknown
 from axistwin.errors import UsageError
 from axistwin.guide.shipped import examples as shipped
-from axistwin.reports.columns import columns
 
 
 @click.command()
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=complete_example)
 @click.argument("directory", type=click.Path(file_okay=False, path_type=Path), required=False, metavar="[DIR]")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text.")
 def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
@@ -32,8 +33,7 @@ def examples(name: str | None, directory: Path | None, as_json: bool) -> None:
             listed = [{"name": one.name, "title": one.title, "scene": one.scene} for one in found.values()]
             click.echo(json.dumps({"examples": listed}, ensure_ascii=False))
             return
-        for line in columns((one.name, one.title) for one in found.values()):
-            click.echo(line)
+        print_rows(("example", "title"), ((one.name, one.title) for one in found.values()))
         return
     if name not in found:
         raise unknown("example", name, found)
