@@ -39,7 +39,22 @@ class MissingExtraError(UsageError):
     """A library for an optional feature is not installed."""
 
     def __init__(self, library: str, extra: str) -> None:
-        super().__init__(f'needs {library}: pip install "axistwin[{extra}]"')
+        super().__init__(f"needs {library}: {installation(extra, library)}")
+
+
+def installation(extra: str, library: str) -> str:
+    """Return the commands that install an extra: the libraries by name, and the extra itself in a clone."""
+    from importlib.metadata import PackageNotFoundError, requires  # lazy import: slow
+
+    try:
+        wanted = requires("axistwin") or []
+    except PackageNotFoundError:  # run from the sources
+        wanted = []
+    markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
+    parts = [one.partition(";") for one in wanted]
+    named = [name.strip() for name, _, marker in parts if marker.strip() in markers] or [library.lower()]
+    words = " ".join(f'"{name}"' for name in named)
+    return f'pip install {words}, or in a clone pip install ".[{extra}]"'
 
 
 class PlacedError(AxistwinError):

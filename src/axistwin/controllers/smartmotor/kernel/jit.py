@@ -21,12 +21,12 @@ from shutil import rmtree
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
-from axistwin.errors import MissingExtraError, UsageError
+from axistwin.errors import MissingExtraError, UsageError, installation
 from axistwin.storage import user_cache, write_whole
 
 F = TypeVar("F", bound=Callable[..., object])
 
-SLOW = 'SmartMotors run in plain Python, many times slower: pip install "axistwin[fast]"'
+SLOW = "SmartMotors run in plain Python, many times slower"
 SETTINGS = "auto", "on", "off"
 COMPILING = "compiling for SmartMotors: this takes some seconds, once for each version"
 SEAL = "whole.json"
@@ -67,7 +67,7 @@ def available() -> bool:
 
 def note() -> str:
     """Return one line for the user if Numba would make SmartMotors faster; otherwise an empty text."""
-    return "" if setting() == "off" or available() else SLOW
+    return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
 def best(function: F) -> F:
