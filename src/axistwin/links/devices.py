@@ -3,13 +3,15 @@
 import asyncio
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from logging import getLogger
 from threading import Thread
 from typing import TYPE_CHECKING, Any, Protocol
 
-from axistwin.links.plug import CHUNK
+from axistwin.errors import LinkError
+from axistwin.links.plug import CHUNK, HostEnd
 from axistwin.links.writer import STALLED, Writer
 from axistwin.sim.frames import UartFormat
 
@@ -218,3 +220,19 @@ def control_lines(device: "serial.Serial") -> Lines | None:
         return None
     lines: Lines = device
     return lines
+
+
+@contextmanager
+def opening(url: object) -> Iterator[None]:
+    """Turn the errors of pyserial in this context into LinkError."""
+    try:
+        yield
+    except DEVICE_ERRORS as error:
+        raise LinkError(
+            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
+        ) from None
+
+
+def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
+    """Set both output lines of a device, or of a host's end."""
+    of.dtr, of.rts = dtr, rts

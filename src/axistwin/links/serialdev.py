@@ -15,8 +15,8 @@ from logging import getLogger
 from typing import TYPE_CHECKING
 
 from axistwin.errors import LinkError
-from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, error_text, settings_of, stream
-from axistwin.links.plug import HostEnd, Plug
+from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of, stream
+from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.serial_port import Flow
@@ -85,7 +85,7 @@ class SerialDevice:
         assert self._lines is not None
         host, dsr, cts = self.plug.serial.host, self._lines.dsr, self._lines.cts
         if (host.dtr, host.rts) != (dsr, cts) and not self.plug.gate.closed:
-            self.plug.change(lambda: _set_lines(host, dsr, cts))
+            self.plug.change(lambda: set_lines(host, dsr, cts))
         self._poll = self._loop.call_later(POLL_S, self._poll_lines)
 
     # To the host
@@ -97,7 +97,7 @@ class SerialDevice:
     def _drive(self, _: object = None) -> None:
         """Copy the controller's output lines to the device."""
         assert self._lines is not None
-        self._lines.dtr, self._lines.rts = self.plug.serial.dtr, self.plug.serial.rts
+        set_lines(self._lines, self.plug.serial.dtr_line.level, self.plug.serial.rts_line.level)
 
     def _follow_format(self) -> None:
         """Set the real UART to the format of the controller's UART."""
@@ -132,13 +132,5 @@ class SerialDevice:
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
     import serial  # lazy import: most ports do not need it
 
-    try:
+    with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
-    except DEVICE_ERRORS as error:
-        raise LinkError(
-            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
-        ) from None
-
-
-def _set_lines(host: HostEnd, dsr: bool, cts: bool) -> None:
-    host.dtr, host.rts = dsr, cts
