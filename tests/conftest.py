@@ -21,7 +21,7 @@ SLOW_FOLDERS = {"panel", "sessions", "basic"}
 SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
-    "cli": "board cli demo ending motors plot record run serve serve_trace term",
+    "cli": "board cli demo ending motors other_systems plot record run serve serve_trace term",
     "compumotor": "closed_loop closed_loop_maintenance closed_loop_stall command_list decisions home interactions"
     " manual_moves manual_programming manual_requests manual_sequences manual_stop moves outputs owners"
     " state_machine streaming streaming_moments",
@@ -33,6 +33,7 @@ SLOW_FILES = {
     "editor": "editing lsp",
     "examples": "scenes",
     "fault_injection": "anywhere machines",
+    "guide": "new shipped",
     "links": "bus c_hosts fairness pty repeats tcp telnet urls",
     "motion": "profile",
     "plots": "plot_trace",
@@ -50,6 +51,10 @@ SLOW_FILES = {
 """Files in which a test takes more than 5 ms on average, and all of them a quarter of a second; without `test_`."""
 
 
+POSIX_ONLY = {"test_pty.py", "test_serialdev.py", "test_term.py"}
+"""Files that import modules which Windows does not have; `test_other_systems.py` tests ports and terminals there."""
+
+
 def pytest_configure() -> None:
     """Keep bytecode, whatever the environment says: each process that a test starts would compile all sources again."""
     sys.dont_write_bytecode = False
@@ -63,6 +68,8 @@ def is_slow(path: Path) -> bool:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    if sys.platform == "win32" and collection_path.name in POSIX_ONLY:
+        return True
     return True if config.option.markexpr == "quick" and is_slow(collection_path) else None
 
 

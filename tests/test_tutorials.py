@@ -128,7 +128,7 @@ def test_what_ci_does_is_done_here():
     workflow = files(page("ci"))[".github/workflows/test.yml"]
     install, test = re.findall(r"- run: (.*)$", workflow, re.MULTILINE)
     project = tomllib.loads((HOME / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert install == f"pip install {project['name']} pytest"
+    assert install == f"pip install wheels/{project['name']}-*.whl pytest"
     assert "fast" in project["optional-dependencies"]
     assert project["entry-points"]["pytest11"] == {"axistwin": "axistwin.testing.pytest_plugin"}
     assert any({*test.split()} <= {*command.split()} for command, _ in acts(page("pyserial")))

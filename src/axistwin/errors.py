@@ -22,6 +22,11 @@ def one_line(message: str) -> str:
     return shown if len(shown) <= MOST_MESSAGE else f"{shown[: MOST_MESSAGE // 2]} … {shown[-MOST_MESSAGE // 2 :]}"
 
 
+def with_article(noun: str) -> str:
+    """Return a noun with its article: an IF1, an 1811, a SmartMotor."""
+    return f"{'an' if noun.lower().startswith((*'aeiou', '18')) else 'a'} {noun}"
+
+
 class AxistwinError(Exception):
     """An error that the user can correct.  The message is one line with the remedy."""
 
@@ -34,7 +39,22 @@ class MissingExtraError(UsageError):
     """A library for an optional feature is not installed."""
 
     def __init__(self, library: str, extra: str) -> None:
-        super().__init__(f'needs {library}: pip install "axistwin[{extra}]"')
+        super().__init__(f"needs {library}: {installation(extra, library)}")
+
+
+def installation(extra: str, library: str) -> str:
+    """Return the commands that install an extra: the libraries by name, and the extra itself in a clone."""
+    from importlib.metadata import PackageNotFoundError, requires  # lazy import: slow
+
+    try:
+        wanted = requires("axistwin") or []
+    except PackageNotFoundError:  # run from the sources
+        wanted = []
+    markers = {f"extra == {quote}{extra}{quote}" for quote in "'\""}
+    parts = [one.partition(";") for one in wanted]
+    named = [name.strip() for name, _, marker in parts if marker.strip() in markers] or [library.lower()]
+    words = " ".join(f'"{name}"' for name in named)
+    return f'pip install {words}, or in a clone pip install ".[{extra}]"'
 
 
 class PlacedError(AxistwinError):
@@ -78,6 +98,10 @@ class PlacedError(AxistwinError):
 
 class SceneError(PlacedError):
     """A scene file that cannot be built."""
+
+
+class NoSceneError(SceneError, UsageError):
+    """A scene file that does not exist or cannot be opened."""
 
 
 class ProgramError(PlacedError):

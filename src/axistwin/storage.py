@@ -264,6 +264,18 @@ def _sync(path: Path) -> None:
         os.close(directory)
 
 
+def user_cache() -> Path:
+    """Return the directory for what can be made again.  Raises RuntimeError without a home directory."""
+    if sys.platform == "win32":
+        cache = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    elif sys.platform == "darwin":
+        cache = Path.home() / "Library" / "Caches"
+    else:
+        given = os.environ.get("XDG_CACHE_HOME", "")
+        cache = Path(given) if os.path.isabs(given) else Path.home() / ".cache"
+    return cache / "axistwin"
+
+
 def reason(error: OSError) -> str:
     """Return the system's reason for an error."""
     return (error.strerror or str(error)).lower()

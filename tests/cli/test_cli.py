@@ -55,7 +55,7 @@ def test_no_command_shows_the_help_and_is_wrong_usage(capsys):
 
 def test_a_command_that_does_not_exist(capsys):
     assert main("fly") == 2
-    assert "No such command 'fly'" in capsys.readouterr().err
+    assert "no command 'fly'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", list(cli.COMMANDS))

@@ -149,7 +149,7 @@ def test_traces_and_a_plot(axistwin, tmp_path):
         (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
         (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
         (("a.toml", "a.if1", "--state", "x"), "set these in the scene"),
-        (("if1",), "the PROGRAM for the if1 is missing"),
+        (("if1",), "the PROGRAM for an IF1 is missing"),
     ],
 )
 def test_wrong_usage(axistwin, arguments, words):

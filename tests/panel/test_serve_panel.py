@@ -93,7 +93,7 @@ def test_without_its_extra_one_line_says_what_to_install():
     result = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, timeout=PATIENCE_S)
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1
-    assert 'pip install "axistwin[panel]"' in result.stderr
+    assert 'in a clone pip install ".[panel]"' in result.stderr
 
 
 def test_a_token_is_for_a_panel_and_has_letters_and_digits():

@@ -58,7 +58,7 @@ class Controller:
     def serial(self) -> SerialPort:
         """The host's end of the serial port.  Raises UsageError if the controller has no port of its own."""
         if self._plug is None:
-            raise UsageError(f"{self.name} has no serial port: a {self.product.model} is reached through its `bus`")
+            raise UsageError(f"{self.name} has no serial port: {self.product.indefinite} is reached through its `bus`")
         if "serial" in self._lines:
             raise UsageError(
                 f"{self.name} is in the daisy chain {self._lines['serial']!r}: use the port that `chain` returned"
@@ -83,7 +83,9 @@ class Controller:
     def bus(self) -> RegisterPort:
         """The registers as the host accesses them on the bus.  Raises UsageError if the controller has no registers."""
         if self._abilities.bus is None:
-            raise UsageError(f"{self.name} is on no bus: a {self.product.model} is reached through its `serial` port")
+            raise UsageError(
+                f"{self.name} is on no bus: {self.product.indefinite} is reached through its `serial` port"
+            )
         return self._abilities.bus
 
     @property

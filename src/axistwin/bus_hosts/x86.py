@@ -3,7 +3,7 @@
 IN and OUT access the boards of a bench.  While a board interrupts and interrupts are enabled, the processor takes the
 vector between two instructions.  Every instruction takes the same time (`instruction_ns`), so only average speed is
 realistic.  Virtual time follows the processor at each port access, and events of the bench are executed when due.
-Unicorn is an optional extra: `pip install "axistwin[x86]"`.
+Unicorn is an optional extra: `pip install ".[x86]"` in a clone, or `pip install unicorn`.
 """
 
 from collections.abc import Mapping

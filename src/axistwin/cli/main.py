@@ -1,19 +1,23 @@
 """The command line: `axistwin COMMAND`.  The module of a command is imported when the command is used.
 
-Results go to stdout, messages to stderr.  Exit codes: 0 done, 1 errors in the checked or executed program, 2 wrong
-usage, 130 interrupted.
+Results go to stdout, messages to stderr; with --json an error is a JSON object there.  Exit codes: 0 done, 1 errors in
+the checked or executed program, 2 wrong usage (a missing file or port too), 130 interrupted.
 """
 
 import errno
+import json
 import os
 import sys
 from dataclasses import dataclass
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
-from axistwin.errors import AxistwinError, LinkError, UsageError, one_line
+from axistwin.cli.common.names import unknown
+from axistwin.errors import AxistwinError, LinkError, PlacedError, UsageError, one_line
 from axistwin.version import VERSION
 
 
@@ -32,6 +36,12 @@ class Command:
 
 
 GROUPS = {
+    "Begin": (
+        Command("examples", "start", "List the examples, or copy one."),
+        Command("new", "start", "Write a new scene from five answers."),
+        Command("docs", "start", "Open the pages of the documentation."),
+        Command("completion", "start", "Completion of commands, models and files, for shells."),
+    ),
     "Run programs and scenes": (
         Command("demo", "runs", "A short session that needs nothing but the package."),
         Command("run", "runs", "Run a program or a conversation at full speed."),
@@ -70,6 +80,20 @@ class LazyGroup(click.Group):
         """Import a command; return None for an unknown name."""
         return COMMANDS[cmd_name].load() if cmd_name in COMMANDS else None
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command of the first word.  Raises UsageError with the nearest name for an unknown command."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            raise unknown("command", args[0], COMMANDS)
+        return super().resolve_command(ctx, args)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the commands that begin so, without importing them."""
+        found = [command for command in COMMANDS.values() if command.name.startswith(incomplete)]
+        options = super(click.Group, self).shell_complete(ctx, incomplete) if incomplete.startswith("-") else []
+        return [CompletionItem(command.name, help=command.summary) for command in found] + options
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
         """Write the commands of each group without importing them."""
         width = max(map(len, COMMANDS))
@@ -100,6 +124,8 @@ def main(arguments: list[str] | None = None) -> None:
 def _run(arguments: list[str] | None) -> int:
     if sys.stdout is None:  # stdout was closed
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
+    _prepare_output()
+    as_json = "--json" in (sys.argv[1:] if arguments is None else arguments)
     try:
         result: Any = axistwin.main(arguments, prog_name="axistwin", standalone_mode=False)
         sys.stdout.flush()
@@ -108,7 +134,10 @@ def _run(arguments: list[str] | None) -> int:
     except KeyboardInterrupt:
         return 130
     except click.ClickException as error:
-        error.show()
+        if as_json:
+            _print_error(error.format_message(), error.exit_code)
+        else:
+            error.show()
         return error.exit_code
     except BrokenPipeError:  # the reader of the output has ended
         _discard_output()
@@ -120,9 +149,29 @@ def _run(arguments: list[str] | None) -> int:
         print(f"axistwin: the output cannot be written: {os.strerror(error.errno).lower()}", file=sys.stderr)
         return 1
     except AxistwinError as error:
-        print(f"axistwin: {one_line(str(error))}", file=sys.stderr)
-        return 2 if isinstance(error, UsageError | LinkError) else 1
+        code = 2 if isinstance(error, UsageError | LinkError) else 1
+        if as_json:
+            _print_error(str(error), code, error if isinstance(error, PlacedError) else None)
+        else:
+            print(f"axistwin: {one_line(str(error))}", file=sys.stderr)
+        return code
     return result if isinstance(result, int) else 0
+
+
+def _print_error(message: str, code: int, place: PlacedError | None = None) -> None:
+    """Print an error as one JSON object to stderr; a place is given by file, line and column."""
+    found: dict[str, object] = {"error": one_line(message), "exit_code": code}
+    if place is not None:
+        found |= {"error": place.message, "file": place.file, "line": place.line, "column": place.column}
+    print(json.dumps(found, ensure_ascii=False), file=sys.stderr)
+
+
+def _prepare_output() -> None:
+    """Write every character: a pipe on Windows gets UTF-8, and another encoding a `?` for what it has not."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper) and stream.encoding.lower() != "utf-8":
+            piped = sys.platform == "win32" and not stream.isatty()
+            stream.reconfigure(encoding="utf-8" if piped else None, errors="replace")
 
 
 def _discard_output() -> None:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.diagnostics import Checker, Rule
 from axistwin.controllers.front import Group
+from axistwin.errors import with_article
 from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.sim.alarms import Alarms
@@ -236,3 +237,8 @@ class Product:
     """Makes a host for the registers of a board on a bus."""
     joystick: JoystickInputs | None = None
     front: tuple[Group, ...] = ()
+
+    @property
+    def indefinite(self) -> str:
+        """The model with its article, in the maker's spelling: an IF1, an 1811, a SmartMotor."""
+        return with_article(self.title.partition(",")[0].split()[1])

@@ -13,6 +13,7 @@ from axistwin.conversations.conversation import named_model
 from axistwin.diagnostics.checking import read_acts, sessions
 from axistwin.editor import compumotor, digiplan, smartmotor
 from axistwin.editor.answers import Hover, Item, Symbol
+from axistwin.errors import with_article
 
 _LINE = re.compile(r"(?P<before>\s*(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])\s*)(?P<rest>.*)", re.DOTALL)
 _ESCAPE = re.compile(r"\\(?:x[0-9A-Fa-f]{2}|.?)")
@@ -160,7 +161,7 @@ def _terminal(made: Product | None, text: str, at: int, offset: int) -> Hover | 
     if word[0] not in known:
         return None
     kind = "axis" if "." in word[0] else "terminal or line"
-    return Hover(f"**{word[0]}** {kind} of a {made.title}", offset + word.start(), offset + word.end())
+    return Hover(f"**{word[0]}** {kind} of {with_article(made.title)}", offset + word.start(), offset + word.end())
 
 
 def _headers(text: str) -> list[Item]:

@@ -13,7 +13,7 @@ from enum import Enum
 from itertools import count
 from typing import Any
 
-from axistwin.errors import UsageError
+from axistwin.errors import UsageError, with_article
 from axistwin.fault_injection import places, triggers
 from axistwin.fault_injection.chance import Chance
 from axistwin.fault_injection.kinds import PLACES, THINGS, kind_of
@@ -208,7 +208,9 @@ class Faults:
             on = here
         if not on:
             example = kind.on.value.partition(",")[0]
-            raise UsageError(f"fault {kind.name} acts on a {THINGS[kind.on]}: expected its name, e.g. {example}")
+            raise UsageError(
+                f"fault {kind.name} acts on {with_article(THINGS[kind.on])}: expected its name, e.g. {example}"
+            )
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:

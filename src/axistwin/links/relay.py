@@ -16,7 +16,6 @@ Hardware on raw TCP (`socket://`) receives characters only.
 """
 
 import asyncio
-import termios
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
@@ -27,9 +26,9 @@ from typing import TYPE_CHECKING
 from axistwin.bench import Bench
 from axistwin.bench.bench import SharedLine
 from axistwin.errors import LinkError
+from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, error_text, opening, set_lines, settings_of
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
-from axistwin.links.serialdev import Lines, control_lines, error_text, opening, set_lines, settings_of
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
@@ -160,7 +159,7 @@ class Relay:
     def _write(self, data: bytes) -> None:
         try:
             self._device.write(data)
-        except (OSError, ValueError, termios.error) as error:
+        except DEVICE_ERRORS as error:
             if not self._closing:
                 self._loop.call_soon_threadsafe(self._lose, error)
 
@@ -168,7 +167,7 @@ class Relay:
         """Log an act that the device cannot do.  `_listen` detects a lost device."""
         try:
             do()
-        except (OSError, ValueError, termios.error) as error:
+        except DEVICE_ERRORS as error:
             if not self._closing:
                 self._warn_once(f"cannot {what}: {error_text(error)}")
 

@@ -9,18 +9,15 @@ crossed cable, as between two computers).  With `--flow none`, or on a device wi
 """
 
 import asyncio
-import os
-import termios
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from logging import getLogger
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from axistwin.errors import LinkError
-from axistwin.links.plug import CHUNK, HostEnd, Plug
+from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of, stream
+from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
-from axistwin.links.writer import Writer
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.serial_port import Flow
 
@@ -31,21 +28,6 @@ log = getLogger("axistwin.links")
 
 POLL_S = 0.02
 """Interval in which the input lines are polled; their changes cause no event."""
-
-
-class Lines(Protocol):
-    """The control lines of a serial device: two outputs, two inputs."""
-
-    dtr: bool
-    rts: bool
-
-    @property
-    def dsr(self) -> bool:
-        """Data set ready."""
-
-    @property
-    def cts(self) -> bool:
-        """Clear to send."""
 
 
 class SerialDevice:
@@ -59,10 +41,8 @@ class SerialDevice:
         self.format = plug.default_format if url.baud is None else replace(plug.default_format, baudrate=url.baud)
         self.url = replace(url, baud=self.format.baudrate)
         self._device = _open(url, self.format)
-        self._descriptor: int = self._device.fileno()
         self._applied = self.format
         self._loop = asyncio.get_running_loop()
-        self._writer = Writer(self._descriptor, f"{plug.name}: {self.name}")
         self._poll: asyncio.TimerHandle | None = None
         self._unsubscribe: list[Callable[[], None]] = []
         self._lines: Lines | None = None
@@ -74,7 +54,7 @@ class SerialDevice:
     def _begin(self) -> None:
         plug = self.plug
         plug.serial.host.format = self.format
-        self._loop.add_reader(self._descriptor, self._readable)
+        self._stream = stream(self._device, f"{plug.name}: {self.name}", plug.send, self._lose)
         self._unsubscribe = [plug.pacer.subscribe(self._follow_format)]
         self._lines = control_lines(self._device) if plug.flow is not Flow.NONE else None
         if self._lines is not None:
@@ -91,22 +71,11 @@ class SerialDevice:
             unsubscribe()
         if self._poll is not None:
             self._poll.cancel()
-        self._loop.remove_reader(self._descriptor)
-        self._writer.clear()
+        self._stream.close()
         self._device.close()
         self.plug.disconnect(self)
 
     # From the host
-
-    def _readable(self) -> None:
-        try:
-            data = os.read(self._descriptor, CHUNK)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self._lose(error.strerror or str(error))
-        else:
-            self.plug.send(data) if data else self._lose("end of file")
 
     def _lose(self, reason: str) -> None:
         log.warning("%s: lost %s: %s", self.plug.name, self.name, reason)
@@ -123,7 +92,7 @@ class SerialDevice:
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
         """Send characters to the host."""
-        self._writer.write(data)
+        self._stream.write(data)
 
     def _drive(self, _: object = None) -> None:
         """Copy the controller's output lines to the device."""
@@ -139,7 +108,7 @@ class SerialDevice:
         self._applied = self.plug.serial.host.format = wanted
         try:
             self._device.apply_settings(settings_of(wanted))
-        except (OSError, ValueError, termios.error) as error:
+        except DEVICE_ERRORS as error:
             log.warning("%s: %s does not support %s: %s", self.plug.name, self.name, wanted, error)
 
     # Called by the plug
@@ -153,11 +122,11 @@ class SerialDevice:
 
     def pause(self) -> None:
         """Stop reading from the device."""
-        self._loop.remove_reader(self._descriptor)
+        self._stream.pause()
 
     def resume(self) -> None:
         """Continue reading from the device."""
-        self._loop.add_reader(self._descriptor, self._readable)
+        self._stream.resume()
 
 
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
@@ -165,40 +134,3 @@ def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
 
     with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
-
-
-@contextmanager
-def opening(url: object) -> Iterator[None]:
-    """Turn the errors of pyserial in this context into LinkError."""
-    try:
-        yield
-    except (OSError, ValueError, termios.error) as error:
-        raise LinkError(
-            f"cannot open {url}: {error_text(error)}: check that it exists, is free and permits access"
-        ) from None
-
-
-def error_text(error: Exception) -> str:
-    """Return the text of a device error; pyserial and termios give numbers only."""
-    number = getattr(error, "errno", None) or (error.args[0] if isinstance(error, termios.error) else None)
-    return os.strerror(number).lower() if number else str(error)
-
-
-def settings_of(fmt: UartFormat) -> dict[str, Any]:
-    """Return a format as keyword arguments of pyserial."""
-    return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
-
-
-def control_lines(device: "serial.Serial") -> Lines | None:
-    """Return the control lines of the device, or None if the device has no control lines (a pty)."""
-    try:
-        device.dtr = device.dtr
-    except OSError:
-        return None
-    lines: Lines = device
-    return lines
-
-
-def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
-    """Set both output lines of a device, or of a host's end."""
-    of.dtr, of.rts = dtr, rts

@@ -1,10 +1,12 @@
 """A server: the controllers of a bench on real ports."""
 
+import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import Bench
+from axistwin.errors import LinkError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import HostPort, Plug
 from axistwin.links.single_client import Gate, SingleClient
@@ -13,6 +15,12 @@ from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
     from axistwin.links.bus import Registers, Slot
+
+
+NO_PTY = (
+    "a pty needs Linux: expected a port on TCP, e.g. rfc2217://127.0.0.1:2217; for a host that opens a serial device, "
+    "connect two virtual ones (com0com, socat) and name one of them, e.g. serial://COM5"
+)
 
 
 class OpenPort(Protocol):
@@ -121,6 +129,8 @@ async def _open(plug: Plug, url: PortUrl) -> OpenPort:
     """Open a serial port; each transport is imported on first use."""
     match url.scheme:
         case "pty":
+            if sys.platform != "linux":
+                raise LinkError(NO_PTY)
             from axistwin.links.pty import PtyPort
 
             return PtyPort(plug, url)

@@ -33,7 +33,6 @@ LINGER_S = 1.0
 """Time in which a client that has closed its side still gets answers, as in `printf '(' | nc -N 127.0.0.1 5001`."""
 IDLE_S = 60
 """Seconds of silence after which the system checks the connection (TCP keep-alive)."""
-HUNG_UP = getattr(select, "POLLRDHUP", 0) | select.POLLHUP | select.POLLERR
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
@@ -107,9 +106,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         """
         if self._leaving or self.plug.full or self._transport.is_closing():
             return True
-        poll = select.poll()
-        poll.register(self._transport.get_extra_info("socket"), HUNG_UP)
-        return bool(poll.poll(0))
+        return _hung_up(self._socket)
 
     def drop(self) -> None:
         """Disconnect the client."""
@@ -195,7 +192,8 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
 def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket:
     sock = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)  # asyncio disables Nagle only for IPPROTO_TCP
     try:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # On Windows SO_REUSEADDR would let a second server take over the address.
+        sock.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR), 1)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)  # before listening: connections inherit it
         sock.bind(address)
     except OSError:
@@ -203,6 +201,15 @@ def _listening_socket(family: int, address: tuple[object, ...]) -> socket.socket
         raise
     sock.setblocking(False)
     return sock
+
+
+def _hung_up(sock: socket.socket) -> bool:
+    """True if the other end is closed.  On Windows, which has no `poll`, the event loop finds this out by reading."""
+    if not hasattr(select, "poll"):
+        return False
+    poll = select.poll()
+    poll.register(sock, getattr(select, "POLLRDHUP", 0) | select.POLLHUP | select.POLLERR)
+    return bool(poll.poll(0))
 
 
 def _keep_alive(sock: socket.socket) -> None:

@@ -141,7 +141,7 @@ def _built(client: Client, look: Look) -> list[Refresh]:
 
 
 def _text(*place: str) -> str:
-    return resources.files(__package__).joinpath(*place).read_text()
+    return resources.files(__package__).joinpath(*place).read_text(encoding="utf-8")
 
 
 def views(look: Look) -> Iterator[Refresh]:

@@ -105,7 +105,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
     application = FastAPI(openapi_url=None)
     app.user_middleware.clear()  # of an earlier panel in this process
     app.middleware_stack = None
-    icon = (resources.files(__package__) / "panel.svg").read_text()
+    icon = (resources.files(__package__) / "panel.svg").read_text(encoding="utf-8")
 
     @ui.page("/")
     async def visit(request: Request) -> None:

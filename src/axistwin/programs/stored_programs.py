@@ -57,7 +57,7 @@ def store_program(source: bytes, file: str, bench: Bench) -> None:
 def check_motor(controller: Controller) -> None:
     """Raise UsageError if the controller is not a motor."""
     if motor_of(controller) is None:
-        raise UsageError(f"{controller.name} is a {controller.product.model}: a stored program is for a SmartMotor")
+        raise UsageError(f"{controller.name} is {controller.product.indefinite}: a stored program is for a SmartMotor")
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:

@@ -75,7 +75,7 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected .if1, .181x or a conversation .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        raise UsageError(f"{file} is not for {name}, which is a {bench[name].product.model}")
+        raise UsageError(f"{file} is not for {name}, which is {bench[name].product.indefinite}")
     return suffix
 
 

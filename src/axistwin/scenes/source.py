@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from axistwin.bench import rules
-from axistwin.errors import ProgramError, SceneError, UsageError
+from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError
 from axistwin.numbers import NumberError, check_values
 from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile, scene_schema
@@ -153,11 +153,11 @@ class Given(Source):
 
 
 def read_text(file: Path) -> str:
-    """Return the text of a scene file.  Raises SceneError."""
+    """Return the text of a scene file.  Raises NoSceneError, SceneError."""
     try:
         return file.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise SceneError(f"cannot be read: {error.strerror}", file=str(file)) from None
+        raise NoSceneError(f"cannot be read: {error.strerror}", file=str(file)) from None
     except UnicodeDecodeError:
         raise SceneError("is not a text file in UTF-8", file=str(file)) from None
 

@@ -5,13 +5,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 Provenance = Mapping[str, str]
+BINARY: int = getattr(os, "O_BINARY", 0)
+"""Windows would otherwise write CR LF for each LF."""
 
 
 class Output:
     """A file that grows by whole pieces.  Raises OSError if the disk is full; its former contents are kept."""
 
     def __init__(self, path: Path) -> None:
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | BINARY, 0o666)
         self._size = 0
 
     def append(self, data: bytes) -> None:
@@ -21,7 +23,8 @@ class Output:
     def replace_end(self, data: bytes, of: int) -> None:
         """Replace the last `of` bytes by a piece; restore them if the write fails."""
         start = self._size - of
-        before = os.pread(self._file, of, start)
+        os.lseek(self._file, start, os.SEEK_SET)
+        before = os.read(self._file, of)
         try:
             _write_at(self._file, data, start)
         except BaseException:
@@ -39,5 +42,11 @@ class Output:
 def _write_at(file: int, data: bytes, place: int) -> None:
     left = memoryview(data)
     while left:
-        written = os.pwrite(file, left, place)
+        written = _write_part(file, left, place)
         left, place = left[written:], place + written
+
+
+def _write_part(file: int, data: memoryview, place: int) -> int:
+    """Write as much as there is room for; return the number of bytes."""
+    os.lseek(file, place, os.SEEK_SET)
+    return os.write(file, data)

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from axistwin.bench import FAMILIES, product
+from axistwin.cli.common.completing import complete_checked
 from axistwin.controllers.diagnostics import Diagnostic, Severity
 from axistwin.controllers.product import Product
 from axistwin.diagnostics import codes
@@ -31,7 +32,7 @@ FORMATS = ("text", "json", "sarif", "github")
 
 
 @click.command()
-@click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...")
+@click.argument("arguments", nargs=-1, metavar="[MODEL] FILE...", shell_complete=complete_checked)
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", help="Output format; text if left out.")
 @click.option("--json", "as_json_", is_flag=True, help="The same as --format json.")
 @click.option("--fix", is_flag=True, help="Apply every fix that has only one reading, and list the fixes.")

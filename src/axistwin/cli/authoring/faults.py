@@ -6,11 +6,11 @@ from typing import Any
 
 import click
 
+from axistwin.cli.common.listing import print_rows
 from axistwin.fault_injection.kinds import KINDS, THINGS
 from axistwin.fault_injection.table import Kind
-from axistwin.reports.columns import columns
 
-HEADINGS = ("fault", "of a", "parameters", "what happens")
+HEADINGS = ("fault", "on", "parameters", "what happens")
 
 
 @click.command()
@@ -30,8 +30,7 @@ def faults(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"faults": [as_dict(kind) for kind in KINDS.values()]}, ensure_ascii=False))
         return
-    for line in columns([HEADINGS, *rows()]):
-        click.echo(line)
+    print_rows(HEADINGS, rows())
 
 
 def rows() -> Iterator[tuple[str, ...]]:

@@ -17,7 +17,7 @@ def lsp() -> int:
     fixes, and the labels, sequences and moves of a program.  docs/editors.md has the settings for VS Code, Neovim,
     Helix and Emacs.
 
-    Needs the extra lsp: pip install "axistwin[lsp]".  Exit code 1 if the editor ends it without a `shutdown`.
+    Needs the extra lsp: pip install ".[lsp]" in a clone.  Exit code 1 if the editor ends it without a `shutdown`.
 
     \b
     Example, in Helix's languages.toml:

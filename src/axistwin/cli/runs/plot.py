@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from axistwin.cli.common.completing import complete_trace
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.errors import UsageError
 from axistwin.plots.picture import check_suffix, save, show
@@ -12,7 +13,7 @@ from axistwin.units import to_ns, to_seconds
 
 
 @click.command()
-@click.argument("trace", type=FILE)
+@click.argument("trace", type=FILE, shell_complete=complete_trace)
 @click.option("--out", "-o", type=FILE, help="FILE.svg or FILE.png; TRACE.png if left out.")
 @click.option("--show", "on_screen", is_flag=True, help="Show the picture in a window.")
 @click.option(

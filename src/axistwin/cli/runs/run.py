@@ -10,6 +10,8 @@ from pathlib import Path
 
 import click
 
+from axistwin.bench import product
+from axistwin.cli.common.completing import complete_program, complete_target
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.target import bench_for
 from axistwin.diagnostics.checking import errors_in
@@ -25,8 +27,8 @@ SECONDS = Number(min=0)
 
 
 @click.command()
-@click.argument("target", metavar="MODEL|SCENE.toml")
-@click.argument("program", type=FILE, required=False)
+@click.argument("target", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
+@click.argument("program", type=FILE, required=False, shell_complete=complete_program)
 @click.option("--for", "seconds", type=SECONDS, help="Total virtual time, from switching on.")
 @click.option(
     "--trace", "traces", type=FILE, multiple=True, help="Write a trace: FILE.csv, .vcd (GTKWave) or .parquet."
@@ -74,7 +76,9 @@ def run(
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
     """
     if program is None and not target.endswith(".toml"):
-        raise UsageError(f"the PROGRAM for the {target} is missing: only a scene runs without a PROGRAM")
+        raise UsageError(
+            f"the PROGRAM for {product(target).indefinite} is missing: only a scene runs without a PROGRAM"
+        )
     loaded = running.scene_program() if program is None else running.load(program, target)
     what = target if program is None else program.name
     if plot is not None:

@@ -7,11 +7,14 @@ clients are served further.
 import asyncio
 import logging
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from traceback import walk_tb
 from typing import Any
 
 INTERRUPTED = 130
+ENDS = {"SIGINT": INTERRUPTED, "SIGTERM": 0, "SIGBREAK": 0}
+"""Signals and their exit codes; SIGBREAK exists on Windows, for Ctrl-Break and service managers."""
 OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
 """Modules whose callbacks and tasks serve the bench; and those among them that only show the bench."""
 
@@ -25,9 +28,18 @@ def ending() -> asyncio.Future[int]:
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
     loop.set_exception_handler(lambda _, context: _handle_exception(ended, context))
-    for number, code in ((signal.SIGINT, INTERRUPTED), (signal.SIGTERM, 0)):
-        loop.add_signal_handler(number, _end, ended, code)
+    for name, code in ENDS.items():
+        if (number := getattr(signal, name, None)) is not None:
+            _subscribe(loop, number, partial(_end, ended, code))
     return ended
+
+
+def _subscribe(loop: asyncio.AbstractEventLoop, number: int, callback: Callable[[], None]) -> None:
+    """Call `callback` in the loop for each such signal."""
+    try:
+        loop.add_signal_handler(number, callback)
+    except NotImplementedError:  # Windows: the interpreter calls the handler between two instructions
+        signal.signal(number, lambda *_: loop.is_closed() or loop.call_soon_threadsafe(callback))
 
 
 def fail(ended: asyncio.Future[int], error: BaseException) -> None:

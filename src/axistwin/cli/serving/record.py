@@ -96,11 +96,13 @@ def record(
 
 
 def _format(model: str | None, line: str | None) -> UartFormat:
-    usual = USUAL if model is None else product(model).line
-    if usual is None:
+    if model is None:
+        return line_format(line, USUAL)[0]
+    made = product(model)
+    if made.line is None:
         serial = ", ".join(name for name in FAMILIES if product(name).line is not None)
-        raise UsageError(f"a {model} is on a bus and cannot be recorded: expected one of {serial}")
-    return line_format(line, usual)[0]
+        raise UsageError(f"{made.indefinite} is on a bus and cannot be recorded: expected one of {serial}")
+    return line_format(line, made.line)[0]
 
 
 def _headers(device: str, model: str | None, line: UartFormat, on_for: float) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 import asyncio
 import gc
+import json
 import logging
 import shlex
 from collections import Counter
@@ -15,6 +16,7 @@ import click
 
 from axistwin.bench import Bench, product
 from axistwin.bench.options import read_options
+from axistwin.cli.common.completing import complete_target
 from axistwin.cli.serving import served as what_is
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.served import Ports
@@ -22,7 +24,7 @@ from axistwin.cli.serving.sparing import Sparing
 from axistwin.errors import MissingExtraError, UsageError
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
-from axistwin.links.urls import parse, parse_as
+from axistwin.links.urls import PortUrl, parse, parse_as
 from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ CATCH_UP_S = 0.1
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.argument("what", metavar="MODEL|SCENE.toml")
+@click.argument("what", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
 @click.option(
     "--tcp", multiple=True, metavar="H:P", help="Raw TCP. Without a host: only this machine. Port 0: any free port."
 )
@@ -65,6 +67,7 @@ CATCH_UP_S = 0.1
     "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
 )
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
+@click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Show the lines to paste into pyserial, PyVISA and EPICS asyn.")
 @click.option(
     "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
@@ -82,13 +85,15 @@ def serve(
     panel: str | None,
     panel_token: str | None,
     show_hosts: bool,
+    as_json: bool,
     options: tuple[str, ...],
     **ports: tuple[str, ...],
 ) -> int:
     """Put a controller, or all controllers of a scene, on real ports, and run until interrupted.
 
     For each port one line is printed, such as `if1 listening on tcp://127.0.0.1:5001`.  Several ports may lead to the
-    same controller: the first client is connected, and others are refused until it disconnects.
+    same controller: the first client is connected, and others are refused until it disconnects.  With --json the ports
+    are one JSON object: {"ports": [{"name": "if1", "url": "tcp://127.0.0.1:5001", "hosts": []}], "panel": null}.
 
     The exit code is 130 after an interrupt (Ctrl-C) and 0 after SIGTERM.  Both save the data kept without power, as
     switching off does.
@@ -135,7 +140,8 @@ def serve(
         else:
             server = shown.session.serve(flow=Flow(flow), reset=reset_on_connect)
             shown.session.each_bench(files.end_unless_of(bench))
-        return asyncio.run(_serve(server, wanted, shown, show_hosts, files))
+        show = _show_json if as_json else _show_lines
+        return asyncio.run(_serve(server, wanted, shown, partial(show, server, show_hosts), files))
 
 
 def _panel(served: what_is.Served, speed: float | None, panel: str | None, token: str | None) -> "Panel | None":
@@ -248,18 +254,20 @@ def _log_to_stderr() -> None:
         handler.addFilter(Sparing())
 
 
-async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: bool, files: _Files) -> int:
+Show = Callable[[str | None], None]
+"""Prints the ports; the argument is the panel's address."""
+
+
+async def _serve(server: Server, wanted: Ports, shown: "Panel | None", show: Show, files: _Files) -> int:
     ended = ending()
     server.pacer.on_defect = partial(fail, ended)  # also for an error while the panel advances time
     try:
         for name, url in wanted:
             await server.open(name, url)
-        if shown is not None:
-            click.echo(f"panel on {await shown.open()}")
+        panel = None if shown is None else await shown.open()
         _freeze_objects()
         _start(server, shown)
-        for line in _lines(server, show):
-            click.echo(line)
+        show(panel)
         if files.open:
             _catch_up_regularly(server.pacer, files)
         return await ended
@@ -288,18 +296,29 @@ def _freeze_objects() -> None:
     gc.freeze()
 
 
-def _lines(server: Server, show_hosts: bool) -> Iterator[str]:
+def _show_lines(server: Server, show_hosts: bool, panel: str | None) -> None:
+    if panel is not None:
+        click.echo(f"panel on {panel}")
     for name, url in server.ports:
-        yield f"{name} listening on {url}"
-        if show_hosts:
-            from axistwin.cli.serving import host_lines  # lazy import: only on request
+        click.echo(f"{name} listening on {url}")
+        for line in _host_lines(server, name, url) if show_hosts else ():
+            click.echo(f"    {line}")
 
-            shown = (
-                host_lines.bus(url)
-                if url.scheme == "bus"
-                else host_lines.lines(name, url, server.bench.port(name).host.format)
-            )
-            yield from (f"    {line}" for line in shown)
+
+def _show_json(server: Server, show_hosts: bool, panel: str | None) -> None:
+    ports = [
+        {"name": name, "url": str(url), "hosts": list(_host_lines(server, name, url)) if show_hosts else []}
+        for name, url in server.ports
+    ]
+    click.echo(json.dumps({"ports": ports, "panel": panel}, ensure_ascii=False))
+
+
+def _host_lines(server: Server, name: str, url: PortUrl) -> Iterator[str]:
+    from axistwin.cli.serving import host_lines  # lazy import: only on request
+
+    if url.scheme == "bus":
+        return host_lines.bus(url)
+    return host_lines.lines(name, url, server.bench.port(name).host.format)
 
 
 def _catch_up_regularly(pacer: Pacer, files: _Files) -> None:

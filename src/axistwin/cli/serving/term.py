@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import re
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -14,6 +15,7 @@ import click
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.bench.actions import on_a_bus
 from axistwin.bench.options import read_options
+from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
@@ -31,7 +33,7 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 
 
 @click.command()
-@click.argument("target", metavar="MODEL|PORT")
+@click.argument("target", metavar="MODEL|PORT", shell_complete=complete_model)
 @click.option("--no-init", is_flag=True, help="Do not initialise a virtual controller.")
 @click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time per real time.")
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; for a virtual controller also 'instant'.")
@@ -79,8 +81,9 @@ def term(
       axistwin term socket://127.0.0.1:5001
       axistwin term rfc2217://127.0.0.1:2217 --line '2400 7E1'
       axistwin term /dev/ttyUSB0
+      axistwin term COM3
     """
-    if target.lower() not in FAMILIES and not set(target) & set("/:"):
+    if target.lower() not in FAMILIES and not _is_port(target):
         raise UsageError(f"no model or port {target!r}: expected {', '.join(FAMILIES)} or e.g. socket://127.0.0.1:5001")
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
@@ -91,6 +94,10 @@ def term(
     if wrong := [name for name, given in local.items() if given]:
         raise UsageError(f"--{wrong[0].replace('_', '-')} is for a virtual controller, not for a port")
     return asyncio.run(_port(target, line, ENDS[end], keyboard))
+
+
+def _is_port(target: str) -> bool:
+    return bool(set(target) & set("/:")) or re.fullmatch(r"COM\d+", target, re.IGNORECASE) is not None
 
 
 def _bench(model: str, **options: Any) -> Bench:

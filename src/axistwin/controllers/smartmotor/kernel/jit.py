@@ -22,12 +22,12 @@ from shutil import rmtree
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast
 
-from axistwin.errors import MissingExtraError, UsageError
-from axistwin.storage import write_whole
+from axistwin.errors import MissingExtraError, UsageError, installation
+from axistwin.storage import user_cache, write_whole
 
 F = TypeVar("F", bound=Callable[..., object])
 
-SLOW = 'SmartMotors run in plain Python, many times slower: pip install "axistwin[fast]"'
+SLOW = "SmartMotors run in plain Python, many times slower"
 SETTINGS = "auto", "on", "off"
 COMPILING = "compiling for SmartMotors: this takes some seconds, once for each version"
 SEAL = "whole.json"
@@ -68,7 +68,7 @@ def available() -> bool:
 
 def note() -> str:
     """Return one line for the user if Numba would make SmartMotors faster; otherwise an empty text."""
-    return "" if setting() == "off" or available() else SLOW
+    return "" if setting() == "off" or available() else f"{SLOW}: {installation('fast', 'numba')}"
 
 
 def best(function: F) -> F:
@@ -182,20 +182,11 @@ def _cache_directory(functions: tuple[FunctionType, ...]) -> Path | None:
     if not all(os.path.exists(function.__code__.co_filename) for function in functions):
         return None
     try:
-        directory = _user_cache() / "axistwin" / f"smartmotor-{fingerprint(functions)}"
+        directory = user_cache() / f"smartmotor-{fingerprint(functions)}"
         directory.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):  # RuntimeError: no home directory
         return None
     return directory if os.access(directory, os.W_OK) else None
-
-
-def _user_cache() -> Path:
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
-    given = os.environ.get("XDG_CACHE_HOME", "")
-    return Path(given) if os.path.isabs(given) else Path.home() / ".cache"
 
 
 def fingerprint(functions: tuple[FunctionType, ...]) -> str:

@@ -1,0 +1,42 @@
+"""Rows of text: a table as wide as the terminal, or fields between tabs for a pipe."""
+
+import sys
+from collections.abc import Iterable, Sequence
+from shutil import get_terminal_size
+from textwrap import wrap
+
+import click
+
+NARROWEST = 100
+"""Width of a terminal from which a table is more readable than one paragraph per row."""
+
+
+def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
+    """Print the rows, fitted to the terminal; into a pipe or a file, one line per row."""
+    if not sys.stdout.isatty():
+        for row in (headings, *rows):
+            click.echo("\t".join(row))
+        return
+    width = get_terminal_size().columns
+    if width >= NARROWEST:
+        _print_table(headings, rows, title, width)
+        return
+    for first, *others in rows:
+        for line in wrap(first, width):
+            click.echo(line)
+        for line in wrap("; ".join(filter(None, others)), max(width - 4, 1)):
+            click.echo(f"    {line}")
+
+
+def _print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str, width: int) -> None:
+    from rich.box import SIMPLE_HEAD  # lazy import: only for a terminal
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=title or None, box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1), title_justify="left")
+    for place, heading in enumerate(headings):
+        table.add_column(heading, style="bold" if place == 0 else "", no_wrap=place == 0)
+    for row in rows:
+        table.add_row(*map(Text, row))
+    Console(width=width).print(table)

@@ -1,0 +1,13 @@
+"""Names that a user has mistyped."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from axistwin.errors import UsageError
+
+
+def unknown(kind: str, name: str, names: Iterable[str]) -> UsageError:
+    """Return the error for an unknown name, with the nearest name or all of them."""
+    listed = list(names)
+    near = get_close_matches(name.lower(), listed, 1)
+    return UsageError(f"no {kind} {name!r}: {f'did you mean {near[0]}?' if near else 'expected ' + ', '.join(listed)}")

@@ -1,0 +1,76 @@
+"""`axistwin docs`: the pages of the documentation, in a browser or as text."""
+
+import json
+import sys
+import webbrowser
+from pathlib import Path
+
+import click
+
+from axistwin.cli.common.completing import complete_page
+from axistwin.cli.common.listing import print_rows
+from axistwin.cli.common.names import unknown
+from axistwin.errors import UsageError
+from axistwin.guide import pages
+from axistwin.storage import reason, user_cache
+from axistwin.version import VERSION
+
+
+@click.command()
+@click.argument("page", default=pages.START, shell_complete=complete_page)
+@click.option("--list", "listing", is_flag=True, help="List the pages.")
+@click.option("--text", "as_text", is_flag=True, help="Print the page instead of opening it.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), metavar="DIR",
+              help="Write the HTML pages into this directory, and open nothing.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="With --list: one JSON object instead of text.")
+def docs(page: str, listing: bool, as_text: bool, out: Path | None, as_json: bool) -> None:
+    """Open a PAGE of the documentation in the browser; without PAGE its first page.
+
+    The pages come with axistwin and need no network.  The address of the page is printed, too.
+
+    \b
+    Examples:
+      axistwin docs
+      axistwin docs ports
+      axistwin docs --list
+      axistwin docs scenes --text | less
+    """
+    names = pages.names()
+    if listing:
+        _list(names, as_json)
+        return
+    if as_json:
+        raise UsageError("--json is for the list of pages: expected axistwin docs --list --json")
+    wanted = page.removesuffix(".md")
+    if wanted not in names:
+        raise unknown("page", page, names)
+    if as_text:
+        _print(pages.text(wanted))
+        return
+    try:
+        place = pages.build(out or user_cache() / f"pages-{VERSION}") / f"{wanted}.html"
+    except (OSError, RuntimeError) as error:
+        why = reason(error) if isinstance(error, OSError) else str(error)
+        raise UsageError(f"cannot write the pages: {why}: choose a directory with --out DIR") from None
+    address = place.resolve().as_uri()
+    click.echo(address)
+    if out is None and not webbrowser.open(address):
+        click.echo("axistwin: no browser was found: open the address by hand, or use --text", err=True)
+
+
+def _list(names: dict[str, str], as_json: bool) -> None:
+    if as_json:
+        listed = [{"name": name, "title": title} for name, title in names.items()]
+        click.echo(json.dumps({"pages": listed}, ensure_ascii=False))
+        return
+    print_rows(("page", "title"), names.items())
+
+
+def _print(page: str) -> None:
+    if not sys.stdout.isatty():
+        click.echo(page)
+        return
+    from rich.console import Console  # lazy import: only for a terminal
+    from rich.markdown import Markdown
+
+    Console().print(Markdown(page))

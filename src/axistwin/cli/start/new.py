@@ -1,0 +1,105 @@
+"""`axistwin new`: a new scene from a few answers."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from axistwin.errors import UsageError
+from axistwin.guide import new_scene
+from axistwin.guide.new_scene import Answers
+from axistwin.numbers import NumberError, whole
+from axistwin.storage import reason
+
+
+@click.command()
+@click.argument("directory", type=click.Path(file_okay=False, path_type=Path), metavar="DIR")
+@click.option("--models", metavar="MODEL,…", help="The controllers: if1, if2, 1810, 1811, smartmotor.")
+@click.option("--axes", metavar="N", help="Axes of each IF1 or IF2: 1 to 3.")
+@click.option("--travel", metavar="N", help="Distance between the limit switches, in pulses or counts.")
+@click.option("--host", metavar="HOST", help="scene: simulated; outside: your program at a port; both.")
+@click.option("--port", metavar="URL", help="Port of the first controller, e.g. tcp://127.0.0.1:5001.")
+@click.option("--yes", "-y", is_flag=True, help="Ask nothing: use the default for each missing option.")
+@click.option("--panel", metavar="[H:]P", help="Then serve the scene, with a panel for browsers at this port.")
+def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> Any:
+    """Write a new scene into the directory DIR, from the answers to five questions.
+
+    The scene has comments, and a first program for each controller.  It runs at once.  An option answers its question.
+    No file is overwritten.
+
+    \b
+    Examples:
+      axistwin new cell
+      axistwin new cell --models if1,smartmotor --axes 2 --yes
+      axistwin new cell --yes --panel 8080
+    """
+    scene = directory / "scene.toml"
+    if scene.exists():
+        raise UsageError(f"{scene} exists already: choose another directory")
+    texts = new_scene.files(_answers(given, asking=not yes))
+    if there := [directory / name for name in texts if (directory / name).exists()]:
+        raise UsageError(f"{there[0]} exists already: choose another directory")
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (directory / name).write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise UsageError(f"cannot write to {directory}: {reason(error)}: choose another directory") from None
+    for name in texts:
+        click.echo(directory / name)
+    if panel is None:
+        click.echo(f"axistwin: next: axistwin {'serve' if len(texts) == 1 else 'run'} {scene}", err=True)
+        return 0
+    from axistwin.cli.serving.serve import serve  # lazy import: rarely used
+
+    return serve.main([str(scene), "--panel", panel], standalone_mode=False)
+
+
+def _answers(given: dict[str, str | None], *, asking: bool) -> Answers:
+    def answer(name: str, question: str, default: str, read: Callable[[str], Any]) -> Any:
+        text = given[name]
+        return _ask(question, default, read) if asking and text is None else read(default if text is None else text)
+
+    models = answer("models", "Models, of if1, if2, 1810, 1811, smartmotor", "if1", new_scene.read_models)
+    return Answers(
+        models,
+        answer("axes", "Axes of each IF1 or IF2, 1 to 3 (other models have one)", "2", _axes),
+        answer("travel", "Travel of each axis, in motor pulses or encoder counts", "20000", _travel),
+        answer("host", "Host: scene (simulated), outside (your own program), both", new_scene.BOTH, _host),
+        answer("port", "Port of the first controller", "tcp://127.0.0.1:5001", new_scene.read_port),
+    )
+
+
+def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
+    """Ask until the answer is valid.  Raises UsageError at the end of the input."""
+    while True:
+        try:
+            return read(click.prompt(question, default=default, err=True))
+        except UsageError as error:
+            click.echo(f"axistwin: {error}", err=True)
+        except click.Abort as end:
+            if isinstance(end.__context__, EOFError):
+                raise UsageError("the answers have ended: expected five, or --yes for the defaults") from None
+            raise
+
+
+def _axes(text: str) -> int:
+    return _whole("number of axes", text, 1, len(new_scene.DIGIPLAN_AXES), "2")
+
+
+def _travel(text: str) -> int:
+    return _whole("travel", text, new_scene.LEAST_TRAVEL, new_scene.MOST_TRAVEL, "20000")
+
+
+def _whole(what: str, text: str, low: int, high: int, example: str) -> int:
+    try:
+        return whole(text, low, high)
+    except NumberError:
+        raise UsageError(f"invalid {what} {text!r}: expected {low} to {high}, e.g. {example}") from None
+
+
+def _host(text: str) -> str:
+    if text not in new_scene.HOSTS:
+        raise UsageError(f"invalid host {text!r}: expected {', '.join(new_scene.HOSTS)}")
+    return text

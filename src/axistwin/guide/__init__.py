@@ -1,0 +1,1 @@
+"""The way in: the examples and pages that come with axistwin, and new scenes."""

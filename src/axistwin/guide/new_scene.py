@@ -1,0 +1,155 @@
+"""A new scene from a few answers: the scene file with comments, and a first program for each controller."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+
+from axistwin.bench import FAMILIES
+from axistwin.errors import UsageError
+from axistwin.links.urls import PortUrl, parse
+
+DIGIPLAN_AXES = "XYZ"
+SUFFIXES = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
+LEAST_TRAVEL, MOST_TRAVEL = 100, 100_000_000
+INSIDE, OUTSIDE, BOTH = HOSTS = ("scene", "outside", "both")
+"""The host is simulated by the scene, or is a program at a port, or either: `run` simulates it, `serve` has ports."""
+BUS_PORT = 1811
+FIRST = {"digiplan": "127.0.0.1:5001", "smartmotor": "127.0.0.1:5001", "compumotor": f"127.0.0.1:{BUS_PORT}"}
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What the scene is to have."""
+
+    models: tuple[str, ...]
+    axes: int
+    """Number of axes of each IF1 and IF2; other models have one."""
+    travel: int
+    """Distance between the limit switches, in motor pulses or encoder counts."""
+    host: str
+    port: PortUrl
+    """Port of the first controller on a serial line; the others use the next numbers."""
+
+
+def read_models(text: str) -> tuple[str, ...]:
+    """Return the models of a list such as `if1, smartmotor`.  Raises UsageError."""
+    models = tuple(word.lower() for word in text.replace(",", " ").split())
+    if wrong := [model for model in models if model not in FAMILIES]:
+        raise UsageError(f"no model {wrong[0]!r}: expected one or more of {', '.join(FAMILIES)}")
+    if not models:
+        raise UsageError(f"no model is given: expected one or more of {', '.join(FAMILIES)}")
+    return models
+
+
+def read_port(text: str) -> PortUrl:
+    """Return a port that a scene can have: on TCP, because the ports of several controllers are numbered."""
+    port = parse(text)
+    if port.scheme not in ("tcp", "rfc2217"):
+        raise UsageError(f"invalid first port {text!r}: expected tcp or rfc2217, e.g. tcp://127.0.0.1:5001")
+    return port
+
+
+def files(answers: Answers) -> dict[str, str]:
+    """Return the text of each file by its name; the scene is first."""
+    names = _names(answers.models)
+    programs = {} if answers.host == OUTSIDE else dict(_programs(answers, names))
+    return {"scene.toml": "\n".join(_scene(answers, names, list(programs))) + "\n", **programs}
+
+
+def _names(models: Sequence[str]) -> list[str]:
+    """Return a name for each controller: its model, with a number if there are several of this model."""
+    several, seen = Counter(models), Counter[str]()
+    names = []
+    for model in models:
+        seen[model] += 1
+        names.append(model if several[model] == 1 else f"{model}_{seen[model]}")
+    return names
+
+
+def _scene(answers: Answers, names: Sequence[str], programs: Sequence[str]) -> Iterator[str]:
+    yield "# A new scene.  All keys are described by `axistwin docs scenes`."
+    yield "#"
+    if answers.host != OUTSIDE:
+        yield "#     axistwin run scene.toml                   the programs below, at full speed"
+    if answers.host != INSIDE:
+        yield "#     axistwin serve scene.toml                 the ports below, for your own host program"
+    yield "#     axistwin serve scene.toml --panel 8080    the bench in a browser, http://127.0.0.1:8080/"
+    yield "#     axistwin check scene.toml                 errors in this file"
+    yield ""
+    yield 'title = "A new scene"'
+    ports = _ports(answers)
+    for index, (model, name) in enumerate(zip(answers.models, names, strict=True)):
+        yield from ("", "[[controller]]", f'model = "{model}"', f'name = "{name}"')
+        if programs:
+            yield _program_line(FAMILIES[model], programs[index])
+        if answers.host != INSIDE:
+            yield f'ports = ["{ports[index]}"]'
+        yield from _axes(answers, model)
+
+
+def _program_line(family: str, program: str) -> str:
+    if family == "smartmotor":
+        return f'program = "{program}"               # stored in the motor; it starts at power-up'
+    return f'host = "{program}"                  # a simulated host sends these lines'
+
+
+def _ports(answers: Answers) -> list[PortUrl]:
+    """Return one port per controller, with ascending numbers; 0 stays 0, which is any free port."""
+    serial, bus = count(answers.port.port), count(BUS_PORT)
+    found = []
+    for model in answers.models:
+        if FAMILIES[model] == "compumotor":
+            found.append(PortUrl("bus", answers.port.host, next(bus) if answers.port.port else 0))
+        else:
+            found.append(replace(answers.port, port=next(serial) if answers.port.port else 0))
+    return found
+
+
+def _axes(answers: Answers, model: str) -> Iterator[str]:
+    family = FAMILIES[model]
+    axes = {"digiplan": DIGIPLAN_AXES[: answers.axes], "compumotor": ("motor",), "smartmotor": ("shaft",)}[family]
+    unit = "encoder counts" if family == "smartmotor" else "motor pulses"
+    for axis in axes:
+        yield from ("", f"[controller.axes.{axis}]")
+        yield f"limits = [-100, {answers.travel}]    # in {unit}: a limit switch opens beyond each"
+        if family == "smartmotor":
+            yield 'motor = "frame23"          # a data sheet: frame17, frame23, frame34; without it the motor is ideal'
+    if family != "smartmotor":
+        yield "# motor = { torque = [[0, 1.2], [5000, 0.4]], inertia = 3e-5 }    # pulses/s, N·m: the motor can stall"
+
+
+def _programs(answers: Answers, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    distance = min(answers.travel // 2, 4000)
+    for model, name in zip(answers.models, names, strict=True):
+        family = FAMILIES[model]
+        write = {"digiplan": _command_lines, "compumotor": _board_commands, "smartmotor": _source}[family]
+        yield f"{name}{SUFFIXES[family]}", "\n".join(write(answers, distance)) + "\n"
+
+
+def _command_lines(answers: Answers, distance: int) -> Iterator[str]:
+    yield "; Each axis moves there and back.  The initialisation is done first."
+    for axis in DIGIPLAN_AXES[: answers.axes]:
+        yield f"{axis}{distance}@1000$"
+        yield f"{axis}-{distance}$"
+    yield "K                       ; the faults: 0 if there are none"
+
+
+def _board_commands(_: Answers, distance: int) -> Iterator[str]:
+    yield "; The motor moves there and back."
+    yield "default_velocity_and_acceleration 00 5000 50000"
+    yield f"go_relative {distance}"
+    yield f"go_relative -{distance}"
+    yield "position_from_absolute_zero"
+
+
+def _source(_: Answers, distance: int) -> Iterator[str]:
+    yield "' The motor moves there and back, within its limit switches."
+    yield "ZS"
+    yield "MP A=800 V=400000"
+    yield f"P={distance} G TWAIT"
+    yield 'PRINT("there ",@P,#13)'
+    yield "WAIT=800                ' samples"
+    yield "P=0 G TWAIT"
+    yield 'PRINT("home ",@P,#13)'
+    yield "END"

@@ -1,0 +1,71 @@
+"""The files that come with axistwin: examples and pages, in the installed package or in a clone."""
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from axistwin.errors import UsageError
+from axistwin.storage import reason
+
+PACKAGE = Path(__file__).parents[1]
+CLONE = PACKAGE.parents[1]
+LOOSE = ".toml"
+"""Suffix of a scene in the folder of the examples itself; all loose files there belong to this scene."""
+
+
+def folder(name: str) -> Path:
+    """Return the folder `examples` or `docs`.  Raises UsageError if the package came without it."""
+    for place in (PACKAGE / name, CLONE / name):
+        if place.is_dir():
+            return place
+    raise UsageError(f"this installation has no {name}: install axistwin from its wheel or from a clone")
+
+
+@dataclass(frozen=True)
+class Example:
+    """An example: its name, its title, and its files."""
+
+    name: str
+    title: str
+    root: Path
+    files: tuple[Path, ...]
+
+    @property
+    def scene(self) -> str:
+        """Name of its scene file; "" without one."""
+        return next((str(file.relative_to(self.root)) for file in self.files if file.suffix == LOOSE), "")
+
+    def copy(self, target: Path) -> list[Path]:
+        """Copy the files into a directory and return their new paths.  Raises UsageError; nothing is overwritten."""
+        wanted = {file: target / file.relative_to(self.root) for file in self.files}
+        if there := [path for path in wanted.values() if path.exists()]:
+            raise UsageError(f"{there[0]} exists already: choose another directory")
+        try:
+            for file, path in wanted.items():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(file, path)
+        except OSError as error:
+            raise UsageError(f"cannot copy to {target}: {reason(error)}: choose another directory") from None
+        return list(wanted.values())
+
+
+def examples() -> dict[str, Example]:
+    """Return the examples by name."""
+    return {example.name: example for example in _examples(folder("examples"))}
+
+
+def _examples(root: Path) -> Iterator[Example]:
+    for place in sorted(path for path in root.iterdir() if path.is_dir() and path.name != "__pycache__"):
+        files = tuple(sorted(path for path in place.rglob("*") if path.is_file()))
+        page = place / "README.md"
+        yield Example(place.name, _title(page) if page.exists() else place.name, place, files)
+    loose = tuple(sorted(path for path in root.iterdir() if path.is_file()))
+    for scene in loose:
+        if scene.suffix == LOOSE:
+            yield Example(scene.stem, _title(scene), root, loose)
+
+
+def _title(path: Path) -> str:
+    """Return the first line of a page or a scene, without its mark."""
+    return path.read_text(encoding="utf-8").partition("\n")[0].strip("# .")

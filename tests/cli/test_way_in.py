@@ -1,0 +1,190 @@
+"""Wrong words, errors for machines, widths, ports for machines, and completion in shells."""
+
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from unittest.mock import patch
+
+import pytest
+from click.testing import CliRunner
+
+from axistwin.bench import FAMILIES
+from axistwin.cli.common import completing
+from axistwin.cli.main import COMMANDS, axistwin, main
+
+from ..command import PATIENCE_S, ended, refused, run, running
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("rnu", "no command 'rnu': did you mean run?"),
+        ("Serve", "no command 'Serve': did you mean serve?"),
+        ("xyz", f"no command 'xyz': expected {', '.join(COMMANDS)}"),
+    ],
+)
+def test_an_unknown_command(word, message):
+    assert refused(word) == (2, f"axistwin: {message}\n")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "if1", "no.if1"), ("run", "no.toml"), ("check", "no.toml"), ("check", "if1", "no.if1"),
+        ("serve", "no.toml"), ("plot", "no.csv"), ("diff", "no.csv", "no.vcd"), ("replay", "no.talk"),
+    ],
+)  # fmt: skip
+def test_a_missing_file_is_wrong_usage_everywhere(words):
+    code, message = refused(*words)
+    assert code == 2
+    assert message.endswith("cannot be read: No such file or directory\n")
+
+
+def test_errors_for_machines(tmp_path):
+    scene = tmp_path / "a.toml"
+    scene.write_text('[[controller]]\nmodel = "if9"\n')
+    for words, code, rest in (
+        (("rnu",), 2, {}),
+        (("run", "if1", tmp_path), 2, {}),
+        (("run", scene), 1, {"file": str(scene), "line": 2, "column": 1}),
+    ):
+        found = run(*words, "--json")
+        assert (found.code, found.out) == (code, "")
+        error = json.loads(found.err)
+        assert error.pop("error")
+        assert error == {"exit_code": code, **rest}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("run", "if1"), "the PROGRAM for an IF1 is missing"),
+        (("serve", "1811", "--tcp", ":0"), "an 1811 is reached through its `bus`"),
+        (("serve", "if2", "--bus", ":0"), "an IF2 is reached through its `serial` port"),
+        (("serve", "smartmotor", "--bus", ":0"), "a SmartMotor is reached through its `serial` port"),
+    ],
+)
+def test_models_have_their_article(words, message):
+    assert message in run(*words).err
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 160])
+@pytest.mark.parametrize("words", [["commands", "1811"], ["commands", "smartmotor"], ["faults"], ["docs", "--list"]])
+def test_no_table_is_wider_than_the_terminal(monkeypatch, width, words):
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr(sys, "stdout", Terminal())
+    with pytest.raises(SystemExit, match="0"):
+        main(words)
+    lines = re.sub(r"\x1b\[[\d;]*m", "", sys.stdout.getvalue()).splitlines()
+    assert len(lines) > 20
+    assert max(map(len, lines)) <= width
+
+
+@pytest.mark.parametrize("words", [["commands", "1811"], ["faults"], ["examples"]])
+def test_a_pipe_gets_fields_between_tabs(words):
+    lines = run(*words).out.splitlines()
+    assert len({line.count("\t") for line in lines}) == 1
+    assert not any("  " in line for line in lines)
+
+
+def test_the_ports_for_machines():
+    with running("serve", "if1", "--tcp", ":0", "--json", "--show-hosts") as program:
+        shown = json.loads(program.stdout.readline())
+        (port,) = shown["ports"]
+        assert (shown["panel"], port["name"], port["url"][:16]) == (None, "if1", "tcp://127.0.0.1:")
+        assert any(line.startswith("pyserial") for line in port["hosts"])
+        assert ended(program)[0] == 0
+
+
+def completed(shell, *words):
+    """Return the values that the script of a shell gets from the program."""
+    asked = {"COMP_WORDS": " ".join(("axistwin", *words)), "COMP_CWORD": str(len(words))}
+    with patch.dict(os.environ, asked | {"_AXISTWIN_COMPLETE": f"{shell}_complete"}):
+        done = CliRunner().invoke(axistwin, prog_name="axistwin", catch_exceptions=False)
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    return lines[1::3] if shell == "powershell" else [line.partition(",")[2] for line in lines]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("cell/scene.toml", "cell/feed.if1", "cell/deep/home.sms", "cell/notes.txt", "a.csv", ".hidden/x.toml"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("shell", ["bash", "powershell"])
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (("r",), ["run", "record", "replay"]),
+        (("run", ""), [*FAMILIES, "cell/scene.toml"]),
+        (("run", "i"), ["if1", "if2"]),
+        (("run", "ce"), ["cell/scene.toml"]),
+        (("run", "cell/"), ["cell/scene.toml"]),
+        (("serve", "cell/s"), ["cell/scene.toml"]),
+        (("run", "if1", ""), ["cell/deep/home.sms", "cell/feed.if1"]),
+        (("check", "cell/f"), ["cell/feed.if1"]),
+        (("plot", "a"), ["a.csv"]),
+        (("commands", "18"), ["1810", "1811"]),
+        (("examples", "d"), ["drill"]),
+        (("docs", "po"), ["ports"]),
+        (("run", "--pl"), ["--plot"]),
+        (("completion", "b"), ["bash"]),
+    ],
+)
+def test_values_are_completed(shell, words, found):
+    assert completed(shell, *words) == found
+
+
+def test_the_search_for_files_has_an_end(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(completing, "MOST_SEEN", 1)
+    for name in ("a/1.toml", "a/2.toml", "b/c/3.toml", "b/c/d/e/f/4.toml"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    assert sorted(completing._files("", (".toml",))) == ["a/1.toml", "a/2.toml"]
+    monkeypatch.setattr(completing, "MOST_SEEN", 100)
+    assert "b/c/3.toml" in completing._files("", (".toml",))
+    assert "b/c/d/e/f/4.toml" not in completing._files("", (".toml",))
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
+def test_each_shell_has_a_script(shell):
+    text = run("completion", shell).out
+    assert "_AXISTWIN_COMPLETE" in text
+    assert f"{shell}_complete" in text
+    if (program := shutil.which(shell)) is not None:
+        assert subprocess.run([program, "-n"], input=text, text=True, check=False).returncode == 0
+
+
+def test_bash_completes_with_the_script(tmp_path):
+    bash = shutil.which("bash")
+    if bash is None:
+        pytest.skip("bash is not installed")
+    program = tmp_path / "axistwin"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m axistwin "$@"\n')
+    program.chmod(0o755)
+    words = run("completion", "bash").out + (
+        'COMP_WORDS=(axistwin run smar); COMP_CWORD=2; _axistwin_completion axistwin smar run; echo "${COMPREPLY[@]}"\n'
+    )
+    environment = os.environ | {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(
+        [bash, "-c", words], capture_output=True, text=True, env=environment, timeout=PATIENCE_S, check=False
+    )
+    assert done.stdout.split() == ["smartmotor"]
+
+
+def test_the_models_of_the_completion_are_all():
+    assert tuple(FAMILIES) == completing.MODELS

@@ -1,0 +1,32 @@
+"""The page about the first hour, and README: what they show is what happens."""
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+from ..command import run
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "begin.md").read_text(encoding="utf-8")
+
+
+def test_the_consoles_show_what_is_printed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    consoles = re.findall(r"^```console\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+    acts = [
+        act for block in consoles for act in re.findall(r"^\$ axistwin (.*)\n((?:(?!\$ ).*\n)*)", block, re.MULTILINE)
+    ]
+    assert [run(*shlex.split(words)).out for words, _ in acts] == [shown for _, shown in acts]
+    assert len(acts) == 5
+
+
+def test_the_error_for_programs_is_that_of_the_page():
+    (shown,) = re.findall(r"^\{.*\}$", PAGE, re.MULTILINE)
+    assert json.loads(run("rnu", "--json").err) == json.loads(shown)
+
+
+def test_no_page_names_a_package_index():
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.py")]
+    named = re.compile(r"pip install \\?[\"']?axistwin(?![\w./-]*\.whl)")
+    assert [page.name for page in pages if named.search(page.read_text(encoding="utf-8"))] == []
