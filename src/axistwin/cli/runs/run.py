@@ -3,21 +3,23 @@
 import json
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
 
+from axistwin.bench import FAMILIES, Bench
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.target import bench_for
-from axistwin.diagnostics.checking import errors_in
+from axistwin.controllers.product import Product
+from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
 from axistwin.errors import UsageError
 from axistwin.programs import running
 from axistwin.programs.running import Outcome
-from axistwin.programs.stored_programs import only_motor
 from axistwin.reports import transcript
+from axistwin.reports.refusals import Refusal, models_at, refusals
 from axistwin.reports.run_record import RunRecord, recording_run
 from axistwin.units import to_ns
 
@@ -35,6 +37,7 @@ SECONDS = Number(min=0)
     "--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
 )
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
+@click.option("--strict", is_flag=True, help="Exit with 1 if the controller refuses a line.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
 @click.option(
@@ -47,6 +50,7 @@ def run(
     traces: tuple[Path, ...],
     signals: str | None,
     plot: Path | None,
+    strict: bool,
     as_json: bool,
     options: tuple[str, ...],
     state: Path | None,
@@ -59,7 +63,9 @@ def run(
     PROGRAM is a conversation (.talk), IF1/IF2 command lines as typed at a terminal (.if1), commands for an 1810 or 1811
     in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  Before
     command lines the initialisation is done.  A line is sent when the one before has ended; `;` starts a comment,
-    `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller differs from the conversation.
+    `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
+
+    Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
 
     \b
     Examples:
@@ -100,25 +106,51 @@ def run(
             )
         with _progress(f"running {what}"):
             outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
-            if program is not None and running.is_stored(program):
-                notes = (outcome.note, errors_in(program, only_motor(bench, str(program)).product))
-                outcome = replace(outcome, note="; ".join(note for note in notes if note))
     for controller in bench.controllers.values():
         controller.store.end()
     if plot is not None and memory is not None:
         from axistwin.plots import of_trace, save
 
         save(of_trace(memory.trace(), title=target if program is None else f"{target}  {program.name}"), plot)
-    _report(record, outcome, as_json)
-    return 1 if outcome.difference else 0
+    refused = refusals(record.said, _sent_programs(target, program, bench))
+    if refused:
+        lines = len({(each.file, each.error.line) for each in refused})
+        checked = f"{'' if target.endswith('.toml') else target + ' '}{target if program is None else program}"
+        told = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
+        outcome = replace(outcome, note="; ".join(note for note in (outcome.note, told) if note))
+    _report(record, outcome, refused, as_json)
+    return 1 if outcome.difference or (strict and refused) else 0
 
 
-def _report(record: RunRecord, outcome: Outcome, as_json: bool) -> None:
+def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[HostProgram]:
+    """Return the programs that the run has sent or stored: the user's and those of the scene."""
+    models = models_at(bench)
+    named: list[tuple[str, Path]] = []
+    if target.endswith(".toml"):
+        from axistwin.scenes.scene import Scene  # lazy import: pydantic
+
+        named += Scene.load(Path(target)).named_programs()
+    if program is not None:
+        fits = [name for name, made in models.items() if name and _is_for(program, made)]
+        named.append((fits[0] if len(bench.controllers) > 1 and kind_of(program) != ".talk" and fits else "", program))
+    return [
+        sent
+        for endpoint, file in named
+        for sent in host_programs(load(file), kind_of(file), endpoint, models, str(file))[0]
+    ]
+
+
+def _is_for(program: Path, made: Product) -> bool:
+    model = MODELS.get(kind_of(program))
+    return model is not None and FAMILIES[model] == FAMILIES[made.model]
+
+
+def _report(record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], as_json: bool) -> None:
     if as_json:
         difference = asdict(outcome.difference) if outcome.difference else None
-        click.echo(json.dumps({**transcript.as_dict(record), "difference": difference, "note": outcome.note}))
+        click.echo(json.dumps({**transcript.as_dict(record, refused), "difference": difference, "note": outcome.note}))
         return
-    for line in transcript.text(record):
+    for line in transcript.text(record, refused):
         click.echo(line)
     click.echo()
     for line in transcript.summary(record):
