@@ -4,20 +4,28 @@ import re
 from collections.abc import Iterable
 from typing import Protocol
 
-from axistwin.bench import actions
-from axistwin.errors import AxistwinError, UsageError
+from axistwin.bench import Say, Wait, actions
+from axistwin.errors import AxistwinError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
+from axistwin.teaching import Tutor
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
+from axistwin.units import to_seconds
 
 _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
 Enter sends a line to the controller.  Commands of the terminal:
+  :next                what to type next                         virtual
+  :why                 why nothing moves                         virtual
+  :explain 1670        meaning of a number, command, code, pin   virtual
+  :init                initialise the controller                 virtual
+  :tutor off           asides about what is typed, on or off     virtual
+  :load FILE           load a program and start it               virtual
   :pins                level of every terminal                   virtual
   :axes                position of every axis                    virtual
   :drive input1 high   force a terminal high or low, or release  virtual
@@ -26,6 +34,14 @@ Enter sends a line to the controller.  Commands of the terminal:
   :wait 0.5            wait, in seconds
   :help                show this list
   :quit                leave, also Ctrl-D"""
+
+
+MEANINGS = {
+    found[1]: found[2].strip()
+    for line in HELP.splitlines()
+    if (found := re.match(r"  :([a-z]+)(?: \S+)*?  +(.*?)(?:  +virtual)?$", line))
+}
+"""The commands and their meanings, for completion."""
 
 
 class End(Protocol):
@@ -51,6 +67,16 @@ class LocalCommands:
         """Return True for such a command.  An IF1 sequence also begins with a colon, but is upper case."""
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
 
+    def asides(self, line: bytes) -> list[str]:
+        """Return the tutor's asides about a line that is sent next.  Raises ProgramError for an unknown command."""
+        if self._virtual is None or not self._virtual.tutor.on:
+            return []
+        return self._virtual.tutor.sending(self._virtual.read(line))
+
+    def asides_about(self, error: ProgramError) -> list[str]:
+        """Return the tutor's asides about a line that cannot be sent."""
+        return [] if self._virtual is None or not self._virtual.tutor.on else self._virtual.tutor.unreadable(error)
+
     async def obey(self, line: str) -> bool:
         """Execute a command; return False to leave.  An error is shown on the screen."""
         found = _COMMAND.fullmatch(line)
@@ -73,6 +99,18 @@ class LocalCommands:
                 self.screen.tell(*columns(_pins(self._virtual_end())))
             case "axes":
                 self.screen.tell(*columns(_axes(self._virtual_end())))
+            case "why":
+                self.screen.tell(*self._tutor().why())
+            case "next":
+                self.screen.tell(*self._tutor().next())
+            case "explain":
+                self.screen.tell(*self._tutor().explain(words))
+            case "init":
+                await self._initialise(self._virtual_end())
+            case "tutor":
+                self._tutor().on = _switch(words)
+            case "load":
+                self._virtual_end().load(words)
             case "drive":
                 self._drive(*words.partition(" ")[::2])
             case "speed":
@@ -86,8 +124,30 @@ class LocalCommands:
             raise UsageError("this command is for a virtual controller: a port transfers characters only")
         return self._virtual
 
+    def _tutor(self) -> Tutor:
+        return self._virtual_end().tutor
+
+    async def _initialise(self, end: VirtualEnd) -> None:
+        """Perform the acts that make the controller ready, in its own time."""
+        acts = 0
+        for act in end.tutor.initialisation():
+            acts += 1
+            if isinstance(act, Wait):
+                await end.wait(to_seconds(act.ns))
+            elif isinstance(act, Say):
+                self.screen.said(act.data)
+                end.send(act.data)
+        if not acts:
+            self.screen.tell("the controller is ready: no initialisation is needed")
+
     def _drive(self, target: str, value: str) -> None:
         self._virtual_end().do(target, value.strip())
+
+
+def _switch(words: str) -> bool:
+    if words not in ("on", "off"):
+        raise UsageError(f"invalid switch {shortened(words)}: expected :tutor on or :tutor off")
+    return words == "on"
 
 
 def _seconds(words: str) -> float:
