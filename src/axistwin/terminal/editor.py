@@ -110,6 +110,11 @@ class LineEditor:
             self.interrupted = True
             lines.put_nowait(None)
 
+    def close(self) -> None:
+        """End the input."""
+        if self._session.app.is_running and not self._session.app.is_done:
+            self._session.app.exit(exception=EOFError())
+
     def status(self) -> HTML:
         """Return the status line: time, positions, state, and the meaning of the command at the cursor."""
         assert self._end is not None, "a port has no status line"

@@ -169,8 +169,8 @@ async def _with_person(
         try:
             code = await _converse(screen, commands, lines, end, keyboard)
         finally:
-            reading.cancel()
-            await asyncio.gather(reading, return_exceptions=True)
+            editor.close()
+            await reading
     return 130 if editor.interrupted else code
 
 
