@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from axistwin import Bench
 from axistwin.cli.main import main
+from axistwin.cli.runs.run import _Progress
 
 
 @pytest.fixture
@@ -218,3 +220,24 @@ def test_refused_lines_of_the_hosts_of_a_scene(axistwin):
 def test_strict_without_a_refused_line(axistwin):
     Path("a.if1").write_text("X100$\n")
     assert axistwin("if1", "a.if1", "--strict")[0] == 0
+
+
+def test_an_interrupted_run_shows_what_was_done(axistwin, monkeypatch):
+    def interrupt(bench, deadline_ns):
+        bench.run(3)
+        raise KeyboardInterrupt
+
+    Path("a.if1").write_text("X1000@1000$\n")
+    monkeypatch.setattr("axistwin.programs.running._finish_run", lambda bench, *_: interrupt(bench, 0))
+    code, out, err = axistwin("if1", "a.if1", "--plot", "a.svg")
+    assert (code, err) == (130, "axistwin: interrupted at 5.71812 s\n")
+    assert "X        0  1000" in out
+    assert Path("a.svg").stat().st_size > 0
+
+
+def test_progress_is_in_virtual_time(tmp_path):
+    bench = Bench()
+    bench.run(30)
+    (tmp_path / "t.vcd").write_bytes(bytes(2_500_000))
+    shown = str(_Progress("a.if1", bench, 120.0, (tmp_path / "t.vcd",)).__rich__())
+    assert re.fullmatch(r"running a\.if1: 30\.0 s, 25 %, \d+ times real time, trace 2\.5 MB", shown)

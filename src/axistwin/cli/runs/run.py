@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
+from time import monotonic
 
 import click
 
@@ -65,6 +66,8 @@ def run(
     command lines the initialisation is done.  A line is sent when the one before has ended; `;` starts a comment,
     `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
 
+    Ctrl-C ends the run: what was done so far is printed and drawn.
+
     Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
 
     \b
@@ -104,8 +107,12 @@ def run(
             stack.enter_context(
                 tracing(bench, path, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))
             )
-        with _progress(f"running {what}"):
-            outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
+        interrupted = False
+        with _progress(_Progress(what, bench, seconds, traces)):
+            try:
+                outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
+            except KeyboardInterrupt:
+                interrupted, outcome = True, Outcome(note=f"interrupted at {bench.seconds:g} s")
     for controller in bench.controllers.values():
         controller.store.end()
     if plot is not None and memory is not None:
@@ -119,6 +126,8 @@ def run(
         told = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
         outcome = replace(outcome, note="; ".join(note for note in (outcome.note, told) if note))
     _report(record, outcome, refused, as_json)
+    if interrupted:
+        return 130
     return 1 if outcome.difference or (strict and refused) else 0
 
 
@@ -166,13 +175,32 @@ def _report(record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], as_
         click.echo(f"axistwin: {outcome.difference}", err=True)
 
 
+class _Progress:
+    """The state of a run in one line: virtual time, per cent, times real time, size of the traces."""
+
+    def __init__(self, what: str, bench: Bench, seconds: float | None, traces: Sequence[Path]) -> None:
+        self._what, self._bench, self._seconds, self._traces = what, bench, seconds, traces
+        self._began_s = monotonic()
+
+    def __rich__(self) -> str:
+        """Return the line for the present moment."""
+        now_s = self._bench.seconds
+        parts = [f"running {self._what}: {now_s:.1f} s"]
+        if self._seconds:
+            parts.append(f"{min(100.0, 100 * now_s / self._seconds):.0f} %")
+        parts.append(f"{now_s / max(monotonic() - self._began_s, 1e-3):.0f} times real time")
+        if size := sum(path.stat().st_size for path in self._traces if path.exists()):
+            parts.append(f"trace {size / 1e6:.1f} MB")
+        return ", ".join(parts)
+
+
 @contextmanager
-def _progress(words: str) -> Iterator[None]:
-    """Show a progress indicator on a terminal."""
+def _progress(progress: _Progress) -> Iterator[None]:
+    """Show the progress on a terminal."""
     if not sys.stderr.isatty():
         yield
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(words):
+    with Console(stderr=True).status(progress):
         yield
