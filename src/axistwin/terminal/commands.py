@@ -11,7 +11,7 @@ from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.teaching import Tutor
+from axistwin.teaching import Pupil, Tutor
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds
@@ -26,6 +26,7 @@ Enter sends a line to the controller.  Commands of the terminal:
   :init                initialise the controller                 virtual
   :tutor off           asides about what is typed, on or off     virtual
   :load FILE           load a program and start it               virtual
+  :store WAIT=9 END    the same for a SmartMotor's program text  virtual
   :pins                level of every terminal                   virtual
   :axes                position of every axis                    virtual
   :drive input1 high   force a terminal high or low, or release  virtual
@@ -62,6 +63,7 @@ class LocalCommands:
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
+        self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
         """Return True for such a command.  An IF1 sequence also begins with a colon, but is upper case."""
@@ -76,6 +78,14 @@ class LocalCommands:
     def asides_about(self, error: ProgramError) -> list[str]:
         """Return the tutor's asides about a line that cannot be sent."""
         return [] if self._virtual is None or not self._virtual.tutor.on else self._virtual.tutor.unreadable(error)
+
+    def check_lesson(self) -> bool:
+        """Show the next task if the present one is done.  Return True at the end of the lesson."""
+        if self.lesson is None:
+            return False
+        while self.lesson.check():
+            self.screen.tell("done." if self.lesson.over else f"done.  {self.lesson.task}")
+        return self.lesson.over
 
     async def obey(self, line: str) -> bool:
         """Execute a command; return False to leave.  An error is shown on the screen."""
@@ -109,6 +119,12 @@ class LocalCommands:
                 await self._initialise(self._virtual_end())
             case "tutor":
                 self._tutor().on = _switch(words)
+            case "store":
+                self._virtual_end().store(words)
+            case "task" | "show" if self.lesson is None:
+                raise UsageError(f":{name} is for lessons: axistwin learn MODEL")
+            case "task" | "show":
+                self.screen.tell(*self._lesson_lines(name))
             case "load":
                 self._virtual_end().load(words)
             case "drive":
@@ -123,6 +139,11 @@ class LocalCommands:
         if self._virtual is None:
             raise UsageError("this command is for a virtual controller: a port transfers characters only")
         return self._virtual
+
+    def _lesson_lines(self, name: str) -> list[str]:
+        """Return the present task of the lesson, or its solution."""
+        assert self.lesson is not None, "checked by the caller"
+        return [self.lesson.task] if name == "task" else [f"type  {line}" for line in self.lesson.solution]
 
     def _tutor(self) -> Tutor:
         return self._virtual_end().tutor

@@ -3,11 +3,9 @@
 prompt_toolkit draws and edits; what it offers comes from the command table.
 """
 
-import os
 from asyncio import Queue
 from collections.abc import Iterable
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from prompt_toolkit import PromptSession
@@ -22,6 +20,7 @@ from axistwin.errors import LinkError
 from axistwin.teaching import Tutor
 from axistwin.terminal.commands import MEANINGS
 from axistwin.terminal.screen import PROMPT
+from axistwin.terminal.state import state_file
 
 if TYPE_CHECKING:
     from axistwin.terminal.virtual import VirtualEnd
@@ -31,16 +30,9 @@ EVERY_S = 0.25
 Lines = Queue[bytes | LinkError | None]
 
 
-def history_file(model: str) -> Path:
-    """Return the file with the lines typed in earlier sessions."""
-    usual = Path.home() / (".local/state" if os.name == "posix" else "AppData/Local")
-    state = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA") or usual
-    return Path(state) / "axistwin" / f"history-{model}"
-
-
 def history(model: str) -> History:
     """Return the history of a model; it is not kept if its file cannot be written."""
-    file = history_file(model)
+    file = state_file(f"history-{model}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.touch()

@@ -49,6 +49,12 @@ class VirtualEnd(ABC):
             raise UsageError("no program to load: expected a file, e.g. :load home.sms")
         self.session.load(self.controller.name, file, program_text(Path(file)))
 
+    def store(self, text: str) -> None:
+        """Load the text of a program into a SmartMotor, and start the program.  Raises AxistwinError."""
+        if not text:
+            raise UsageError("no program to store: expected its text, e.g. :store RTEMP END")
+        self.session.load(self.controller.name, "typed.sms", f"{text}\n")
+
     @property
     def status(self) -> str:
         """The virtual time, the positions and the state, in one line."""

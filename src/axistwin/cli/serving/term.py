@@ -17,6 +17,7 @@ from axistwin.bench.options import read_options
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
+from axistwin.teaching import Lesson, Pupil
 from axistwin.terminal.commands import LocalCommands
 from axistwin.terminal.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
@@ -28,6 +29,11 @@ if TYPE_CHECKING:
 ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
 """Longest initialisation, in virtual time; after that the user has to initialise the controller."""
+
+STARTED_S = 1.5
+"""Time from power-up until any controller is ready for the first word of a lesson."""
+LOOK_S = 0.1
+"""Interval at which the step of a lesson is checked."""
 
 Lines = asyncio.Queue[bytes | LinkError | None]
 """Typed lines; None: end of the input; an error: the port has failed."""
@@ -134,6 +140,46 @@ async def _virtual(
         other.close()
 
 
+async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
+    """Open a terminal for a lesson.  Return True if the lesson is over, and the exit code."""
+    from axistwin.sessions.session import Session
+    from axistwin.terminal.virtual import BoardEnd, SerialEnd
+
+    person = sys.stdin.isatty()
+    session = Session(build, 1.0 if person else None)
+    screen, (controller,) = _screen("us"), session.bench.controllers.values()
+    _greet(controller.product.title)
+    if FAMILIES[controller.product.model] == "digiplan" and lesson.initialised:
+        _initialise(session.bench, controller, screen)
+    else:
+        session.bench.run(STARTED_S)
+    other = (
+        BoardEnd(session, screen.tell, screen.aside)
+        if on_a_bus(controller)
+        else SerialEnd(session, screen.heard, screen.aside)
+    )
+    commands = LocalCommands(other, screen, other)
+    commands.lesson = pupil = Pupil(lesson, session.bench)
+    screen.tell(pupil.task)
+    lines = Lines()
+    watching = asyncio.create_task(_watch(commands, lines)) if person else None
+    try:
+        code = await _with_person(screen, commands, lines, end, "us", other)
+    finally:
+        if watching is not None:
+            watching.cancel()
+        pupil.close()
+        other.close()
+    return pupil.over, code
+
+
+async def _watch(commands: LocalCommands, lines: Lines) -> None:
+    """End the conversation when the lesson is over."""
+    while not commands.check_lesson():
+        await asyncio.sleep(LOOK_S)
+    lines.put_nowait(None)
+
+
 async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int:
     from axistwin.terminal.port import PortEnd
 
@@ -225,6 +271,8 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
                 screen.aside(*commands.asides_about(error))
         if not screen.person:
             await commands.end.run_until_quiet()
+            if commands.check_lesson():
+                break
         screen.prompt()
     screen.close()
     return 0
