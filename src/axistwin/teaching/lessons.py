@@ -145,7 +145,7 @@ BOARD = (
     Lesson("A repeating sequence", (
         Step(f"Begin sequence 1: type  {DEFAULTS}  and  D9 01", (DEFAULTS, "D9 01", ":wait 1"),
              lambda it: "D9 01" in it.said),
-        Step("Three moves, each while trigger 2 is low: type  repeat 2 3,  wait_for_trigger 2 low,  go_relative 100,  D8",
+        Step("Three moves while trigger 2 is low: type  repeat 2 3,  wait_for_trigger 2 low,  go_relative 100,  D8",
              ("repeat 2 3", "wait_for_trigger 2 low", "go_relative 100", "D8", ":wait 1"), lambda it: "D8" in it.said),
         Step("Perform it, with trigger 2 low: type  perform_sequence 1  and  :drive trigger2 low",
              ("perform_sequence 1", ":drive trigger2 low", ":wait 8"), moved("motor", 300)),
