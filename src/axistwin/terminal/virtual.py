@@ -3,6 +3,7 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from axistwin.bench.codec import codec_of
@@ -15,6 +16,8 @@ from axistwin.units import S
 
 PATIENCE_NS = 60 * S
 """Longest virtual time to wait for an idle controller."""
+LOOK_S = 0.1
+"""Longest real time to wait for an advance before the pacer is woken."""
 
 
 class VirtualEnd(ABC):
@@ -86,10 +89,15 @@ class VirtualEnd(ABC):
 
     async def _advance(self, until: Callable[[], bool]) -> None:
         advanced = asyncio.Event()
-        unsubscribe = self.session.pacer.subscribe(advanced.set)
+        pacer = self.session.pacer
+        unsubscribe = pacer.subscribe(advanced.set)
         while not until():
             advanced.clear()
-            await advanced.wait()
+            with suppress(TimeoutError):  # a load leaves the pacer asleep
+                await asyncio.wait_for(advanced.wait(), LOOK_S)
+                continue
+            pacer.sync()
+            pacer.work()
         unsubscribe()
 
     def close(self) -> None:
