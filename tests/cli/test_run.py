@@ -1,11 +1,14 @@
 """`axistwin run`."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from axistwin import Bench
 from axistwin.cli.main import main
+from axistwin.cli.runs.run import _Progress
 
 
 @pytest.fixture
@@ -174,3 +177,67 @@ def test_a_scene(axistwin):
     code, out, _ = axistwin("a.toml", "a.talk")
     assert code == 0
     assert r"1.502083  left: < U\r" in out
+
+
+REFUSED = [
+    ("if1", "a.if1", "X1000@99999$\nX100$\nx\n", ["DP301", "DP101"]),
+    ("1811", "a.181x", "33 00 00 00 10\n70\n", ["CM305"]),
+    ("smartmotor", "a.sms", "UCI UDI ZS\nFOO\nEND\n", ["SM101"]),
+    ("if1", "a.talk", "+1.5\n> (\n< U\\r\n> U61\\r\n+1.5\n> x\n> y\\r\n", ["DP101"]),
+]
+
+
+@pytest.mark.parametrize(("model", "name", "text", "codes"), REFUSED)
+def test_refused_lines_are_marked_in_the_listing(axistwin, model, name, text, codes):
+    Path(name).write_text(text)
+    code, out, err = axistwin(model, name, "--for", "5")
+    marked = [line.split()[1] for line in out.splitlines() if re.match(r" {16}! ", line)]
+    assert (code, marked) == (0, codes)
+    assert err == f"axistwin: {len(codes)} line{'s' * (len(codes) > 1)} refused: axistwin check {model} {name}\n"
+    assert axistwin(model, name, "--for", "5", "--strict")[0] == 1
+    assert [each["code"] for each in json.loads(axistwin(model, name, "--for", "5", "--json")[1])["refused"]] == codes
+
+
+def test_a_refused_line_is_marked_below_its_message(axistwin):
+    Path("a.if1").write_text("X100$\nx\nX100$\n")
+    lines = [line[16:].partition(" up to")[0] for line in axistwin("if1", "a.if1")[1].splitlines()]
+    at = lines.index(r"> x\r")
+    assert lines[at + 1] == "! DP101 unknown character 'x': commands are upper case  (a.if1:2:1)"
+    assert lines[at + 2] == r"> X100$\r"
+
+
+def test_refused_lines_of_the_hosts_of_a_scene(axistwin):
+    two = '[[controller]]\nmodel="if1"\nname="{}"\nhost="{}.if1"\n'
+    Path("s.toml").write_text(two.format("a", "a") + two.format("b", "b"))
+    Path("a.if1").write_text("X10$\n")
+    Path("b.if1").write_text("X10$\nx\n")
+    code, out, err = axistwin("s.toml", "--strict")
+    assert (code, err) == (1, "axistwin: 1 line refused: axistwin check s.toml\n")
+    assert "b: ! DP101 unknown character" in out
+    assert "a: !" not in out
+
+
+def test_strict_without_a_refused_line(axistwin):
+    Path("a.if1").write_text("X100$\n")
+    assert axistwin("if1", "a.if1", "--strict")[0] == 0
+
+
+def test_an_interrupted_run_shows_what_was_done(axistwin, monkeypatch):
+    def interrupt(bench, deadline_ns):
+        bench.run(3)
+        raise KeyboardInterrupt
+
+    Path("a.if1").write_text("X1000@1000$\n")
+    monkeypatch.setattr("axistwin.programs.running._finish_run", lambda bench, *_: interrupt(bench, 0))
+    code, out, err = axistwin("if1", "a.if1", "--plot", "a.svg")
+    assert (code, err) == (130, "axistwin: interrupted at 5.71812 s\n")
+    assert "X        0  1000" in out
+    assert Path("a.svg").stat().st_size > 0
+
+
+def test_progress_is_in_virtual_time(tmp_path):
+    bench = Bench()
+    bench.run(30)
+    (tmp_path / "t.vcd").write_bytes(bytes(2_500_000))
+    shown = str(_Progress("a.if1", bench, 120.0, (tmp_path / "t.vcd",)).__rich__())
+    assert re.fullmatch(r"running a\.if1: 30\.0 s, 25 %, \d+ times real time, trace 2\.5 MB", shown)

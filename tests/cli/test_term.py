@@ -196,7 +196,7 @@ def test_a_port_that_goes_away_is_told():
 class Person:
     """Somebody at a terminal, which is a pty."""
 
-    def __init__(self, *arguments: str, columns: int = 120) -> None:
+    def __init__(self, *arguments: str, columns: int = 120, **more: str) -> None:
         self.master, slave = pty.openpty()
         termios.tcsetwinsize(slave, (40, columns))
         words = [*PROGRAM, *arguments]
@@ -205,7 +205,7 @@ class Person:
             stdin=slave,
             stdout=slave,
             stderr=slave,
-            env={name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")},
+            env={name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")} | more,
             start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # so that Ctrl-C is an interrupt
         )
@@ -234,8 +234,8 @@ class Person:
 def person():
     people: list[Person] = []
 
-    def sit_down(*arguments: str, columns: int = 120) -> Person:
-        people.append(Person(*arguments, columns=columns))
+    def sit_down(*arguments: str, columns: int = 120, TERM: str = "dumb", **more: str) -> Person:  # noqa: N803
+        people.append(Person(*arguments, columns=columns, TERM=TERM, **more))
         return people[-1]
 
     yield sit_down
@@ -245,7 +245,7 @@ def person():
 
 
 def test_a_person_at_a_terminal(person: Callable[..., Person]):
-    me = person("term", "if1", "--speed", "max")
+    me = person("term", "if1", "--speed", "max", "--no-tutor")
     me.see("axistwin: Digiplan IF1 stepper motor interface.  :help lists the commands, :quit leaves.")
     me.see("< U\x1b[2m<CR>\x1b[0m")
     me.see("> ")
@@ -304,3 +304,43 @@ def test_control_characters_are_in_words_and_terminators_end_a_line():
 
 def test_a_prompt_makes_room_for_an_answer():
     assert shown(b"C\r", person=True) == "> \r\x1b[K< C<CR>\n"
+
+
+def test_a_person_at_a_line_editor(person: Callable[..., Person], tmp_path):
+    me = person("term", "if1", "--speed", "max", TERM="xterm", PROMPT_TOOLKIT_NO_CPR="1", XDG_STATE_HOME=str(tmp_path))
+    me.see("U61")
+    me.type("x100\r")
+    me.see("refused: unknown character 'x'")
+    me.type("F\r")
+    me.see("8 data fault")
+    me.type("\x04")
+    assert me.leave() == 0
+    assert "+x100" in (tmp_path / "axistwin" / "history-if1").read_text()
+
+
+TUTORED = [
+    ("if1", ":init\nx\nF\n:why\n", ["  8 data fault (A wrong message, or the buffer overflowed)"]),
+    ("smartmotor", ":why\n:init\n:next\n", ["type  A=100", "the plus limit is active (Bp)"]),
+    ("1811", "go_relatve 5\ngo_relative 5\n:explain DP301\n", ["refused: ignored: 31", "no command 'go_relatve'"]),
+]
+
+
+@pytest.mark.parametrize(("model", "typed", "expected"), TUTORED)
+def test_the_tutor(model, typed, expected):
+    out = term(model, *AT_ONCE, "--no-init" if model == "if1" else "--tutor", "--tutor", typed=typed).out
+    for line in expected:
+        assert line in out
+    assert "\x1b" not in out
+
+
+def test_the_tutor_is_off_in_a_pipe_and_can_be_switched():
+    assert "data fault" not in term("if1", *AT_ONCE, typed="x\nF\n").out
+    assert "data fault" in term("if1", *AT_ONCE, typed="x\n:tutor on\nF\n").out
+    assert "invalid switch 'maybe'" in term("if1", *AT_ONCE, typed=":tutor maybe\n").out
+
+
+def test_a_program_is_loaded(tmp_path):
+    (tmp_path / "a.sms").write_text("UCI UDI ZS\nA=100 V=100000 P=300 G\nEND\n")
+    out = term("smartmotor", *AT_ONCE, typed=f":load {tmp_path}/a.sms\n:wait 1\n:axes\n:load\n").out
+    assert "shaft  300" in out
+    assert "expected a file, e.g. :load home.sms" in out

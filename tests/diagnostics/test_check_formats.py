@@ -74,6 +74,58 @@ def test_a_scene_that_is_right_by_itself_but_cannot_be_built(check):
     assert re.fullmatch(r"bench\.toml:5:1: error: if1 has no pin 'inptu1': .* \[SC110\]", line)
 
 
+NAMING = """
+[[controller]]
+model = "if1"
+name = "left"
+host = ["bad.if1", "both.talk"]
+[[controller]]
+model = "smartmotor"
+name = "right"
+program = "home.sms"
+[[script]]
+at = 5
+on = "left"
+do = ["input1 high", "load late.if1"]
+"""
+
+
+def test_a_scene_is_checked_with_all_that_it_names(check):
+    for name, text in {
+        "scene.toml": NAMING,
+        "bad.if1": "X100$\nx\n",
+        "both.talk": "; host: outside\n+2\nleft: > y\\r\nright: > FOO \n",
+        "late.if1": "X1000@99999$\n",
+    }.items():
+        Path(name).write_text(text)
+    result = check("scene.toml")
+    assert result.return_value == 1
+    assert [re.sub(r": (error|warning): .* \[", " ", line) for line in result.stdout.splitlines()] == [
+        "scene.toml → bad.if1:2:1 DP101]",
+        "scene.toml → both.talk:3:9 DP401]",
+        "scene.toml → both.talk:4:10 SM503]",
+        "scene.toml → home.sms:1:1 SM103]",
+        "scene.toml → late.if1:1:6 DP301]",
+    ]
+    assert result.stderr.startswith("axistwin: scene.toml: ")
+    found = json.loads(check("scene.toml", "--json").stdout)
+    assert {(each["file"], each["scene"]) for each in found["diagnostics"]} >= {("bad.if1", "scene.toml")}
+    assert found["files"] == ["scene.toml", "bad.if1", "both.talk", "home.sms", "late.if1"]
+
+
+def test_an_unreadable_line_of_a_host_is_reported_once(check):
+    Path("scene.toml").write_text('[[controller]]\nmodel = "if1"\nhost = "bad.if1"\n')
+    Path("bad.if1").write_text("Xé$\n", encoding="utf-8")
+    (line,) = check("scene.toml").stdout.splitlines()
+    assert line.startswith("scene.toml → bad.if1:1:2: error:")
+
+
+def test_fixes_reach_the_programs_of_a_scene(check):
+    Path("scene.toml").write_text('[[controller]]\nmodel = "smartmotor"\nprogram = "home.sms"\n')
+    assert check("scene.toml", "--fix").return_value == 0
+    assert Path("home.sms").read_text() == "A=100 \nEND\n"
+
+
 @pytest.mark.parametrize("example", sorted((Path(__file__).parents[2] / "examples").rglob("*.toml")), ids=str)
 def test_the_example_scenes_are_right(check, example):
     assert check(str(example)).stderr == f"axistwin: {example}: nothing wrong\n"

@@ -51,6 +51,7 @@ GROUPS = {
     "Connect hosts and controllers": (
         Command("serve", "serving", "Put controllers on real ports: TCP, pty, RFC2217, serial, bus."),
         Command("term", "serving", "An interactive terminal on a virtual or a real controller."),
+        Command("learn", "serving", "Six short lessons for a model, in the terminal."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),
     ),

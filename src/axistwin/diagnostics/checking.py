@@ -4,7 +4,7 @@ The checkers of the families find the errors.  This module converts programs of 
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
@@ -57,21 +57,59 @@ def diagnose(program: Path, checker: Checker, codec: Codec = CHARACTERS) -> list
     return _diagnose(load(program), kind_of(program), checker, codec, str(program))
 
 
-def errors_in(program: Path, made: Product) -> str:
-    """Return a note on the errors of a motor's program, which the motor itself ignores; "" without errors."""
-    assert made.check is not None, "a motor's programs can be checked"
-    errors = sum(found.severity is Severity.ERROR for found in diagnose(program, made.check))
-    return (
-        f"{errors} error{'s' * (errors != 1)} in the program: axistwin check {made.model} {program}" if errors else ""
-    )
-
-
 def diagnose_text(text: str, suffix: str, made: Product, file: str = "") -> list[Diagnostic]:
     """Return all errors and warnings of a program text.  Raises UsageError if the product has no checker."""
     if made.check is None:
         raise UsageError(f"programs for {made.model} cannot be checked")
     found = _diagnose(text, suffix, made.check, codec_of(made), file)
     return sorted([*found, *_headers(text, made)]) if suffix == ".talk" else found
+
+
+@dataclass(frozen=True)
+class HostProgram:
+    """The data of one program for one endpoint, with the errors and warnings in these data."""
+
+    file: str
+    endpoint: str
+    suffix: str
+    sessions: Sequence[Session]
+    found: Sequence[Diagnostic]
+
+    @property
+    def errors(self) -> list[Diagnostic]:
+        """The lines that the controller refuses."""
+        return [each for each in self.found if each.severity is Severity.ERROR]
+
+
+def host_programs(
+    text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
+) -> tuple[list[HostProgram], list[Diagnostic]]:
+    """Return what a program sends to each endpoint, and the diagnostics of unreadable lines.
+
+    `endpoint` is the endpoint of all lines that name no other; `models` has the product at each endpoint.
+    """
+    lines, model = text.splitlines(), named_model(text.splitlines()) if suffix == ".talk" else ""
+    made = product(model) if model else models.get(endpoint)
+    codec = CHARACTERS if made is None else codec_of(made)
+    acts, unread = read_acts(lines, suffix, codec, file)
+    if suffix == ".talk":
+        sent = {name or endpoint: sessions for name, sessions in _by_controller(acts, lines, codec).items()}
+    else:
+        (only,) = sessions(acts, lines, suffix, codec)
+        sent = {endpoint: only}
+    return [
+        HostProgram(file, name, suffix, listed, checker(listed))
+        for name, listed in sent.items()
+        if name in models and (checker := models[name].check) is not None
+    ], unread
+
+
+def diagnose_named(
+    text: str, suffix: str, endpoint: str, models: Mapping[str, Product], file: str = ""
+) -> list[Diagnostic]:
+    """Return all errors and warnings of a program for `endpoint`; a conversation may name other endpoints."""
+    sent, unread = host_programs(text, suffix, endpoint, models, file)
+    return sorted([*unread, *(found for each in sent for found in each.found)])
 
 
 def _headers(text: str, made: Product) -> Iterator[Diagnostic]:
@@ -144,7 +182,7 @@ def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Code
     """Return the characters sent to each controller."""
     match suffix:
         case ".talk":
-            return _conversation(acts, lines, codec)
+            return _by_controller(acts, lines, codec).values()
         case ".181x":
             return _typed(acts, lambda act: _sent(act, codec.places(lines[act.line - 1].partition(";")[0].rstrip())))
         case ".sms":
@@ -166,7 +204,8 @@ class _SentData:
         self.characters, self.initialised = [], False
 
 
-def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> Iterator[Sequence[Session]]:
+def _by_controller(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> dict[str, Sequence[Session]]:
+    """Return the characters of a conversation by the controller that its lines name."""
     hosts: dict[str, _SentData] = {}
     for act in acts:
         host = hosts.setdefault(act.controller, _SentData())
@@ -178,7 +217,7 @@ def _conversation(acts: Iterable[Act], lines: Sequence[str], codec: Codec) -> It
         _power(act, host)
     for host in hosts.values():
         host.switch_off()
-        yield host.sessions
+    return {name: host.sessions for name, host in hosts.items()}
 
 
 def _typed(acts: Iterable[Act], sent: Callable[[Say], Iterable[Sent]]) -> Iterator[Sequence[Session]]:

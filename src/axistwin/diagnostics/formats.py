@@ -25,13 +25,20 @@ class Checked:
     text: str
     found: Sequence[Diagnostic]
     model: str = ""
+    scene: Path | None = None
+    """The scene that names the file, if the user has not named it."""
+
+    @property
+    def shown(self) -> str:
+        """The file as shown to people: `scene.toml → moves.if1`."""
+        return str(self.file) if self.scene is None else f"{self.scene} → {self.file}"
 
 
 def as_text(checked: Checked, excerpts: bool) -> Iterator[str]:
     """Return one line per diagnostic; with `excerpts`, the source line as well."""
     lines = checked.text.splitlines() if excerpts else []
     for each in checked.found:
-        place = click.style(f"{checked.file}:{each.line}:{each.column}:", bold=True)
+        place = click.style(f"{checked.shown}:{each.line}:{each.column}:", bold=True)
         severity = click.style(f"{each.severity}:", fg=COLOURS[each.severity], bold=True)
         yield f"{place} {severity} {_message(each)} [{each.code}]"
         if each.line <= len(lines):
@@ -51,11 +58,15 @@ def _excerpt(line: str, diagnostic: Diagnostic) -> Iterator[str]:
 
 def as_json(checked: Sequence[Checked], model: str | None) -> str:
     """Return one JSON object for all files."""
-    found = [{"file": str(each.file), **_plain(diagnostic)} for each in checked for diagnostic in each.found]
+    found = [{**_file(each), **_plain(diagnostic)} for each in checked for diagnostic in each.found]
     errors = sum(each["severity"] is Severity.ERROR for each in found)
     files = [str(each.file) for each in checked]
     whole = {"model": model, "errors": errors, "warnings": len(found) - errors, "files": files, "diagnostics": found}
     return json.dumps(whole, ensure_ascii=False)
+
+
+def _file(checked: Checked) -> dict[str, str]:
+    return {"file": str(checked.file), **({} if checked.scene is None else {"scene": str(checked.scene)})}
 
 
 def _plain(diagnostic: Diagnostic) -> dict[str, Any]:

@@ -1,11 +1,13 @@
 """Find the errors in a scene: all wrong keys and values, or else the first error that prevents building it."""
 
 import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from axistwin.bench import rules
 from axistwin.controllers.diagnostics import Diagnostic
-from axistwin.diagnostics.checking import as_diagnostic
+from axistwin.controllers.product import Product
+from axistwin.diagnostics.checking import PROGRAMS, as_diagnostic, kind_of
 from axistwin.errors import SceneError
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.source import Source, read_text
@@ -20,6 +22,27 @@ def diagnose_scene(file: Path, text: str | None = None) -> list[Diagnostic]:
     """
     text = read_text(file) if text is None else text
     return sorted(_as_diagnostic(error, text) for error in _errors(file, text))
+
+
+def named_programs(scene: Path) -> Iterator[tuple[str, Path, Mapping[str, Product]]]:
+    """Yield each program that a scene names: its endpoint, its file, and the product at every endpoint.
+
+    Without any if the scene has errors of its own; a file that two tables name is yielded once for each endpoint.
+    """
+    try:
+        loaded = Scene.load(scene)
+    except SceneError:
+        return
+    seen = set()
+    for endpoint, file in loaded.named_programs():
+        if (endpoint, file) not in seen and kind_of(file) in PROGRAMS and file.is_file():
+            seen.add((endpoint, file))
+            yield endpoint, file, loaded.models
+
+
+def is_of_program(diagnostic: Diagnostic, file: Path) -> bool:
+    """True if a scene's diagnostic is only the first error in this program."""
+    return diagnostic.message.startswith(f"{file}:")
 
 
 def _errors(file: Path, text: str) -> list[SceneError]:

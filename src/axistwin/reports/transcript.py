@@ -1,6 +1,6 @@
 """Report messages and moves, as text for the user and as a dictionary for programs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from axistwin.bench import endpoints
@@ -8,6 +8,7 @@ from axistwin.bench.actions import level_name, voltage
 from axistwin.bench.codec import Codec
 from axistwin.bench.events import LevelChanged, VoltageChanged
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.reports.refusals import Refusal
 from axistwin.reports.run_record import AnyMove, Message, RunRecord
 from axistwin.sim.frames import LineError
 from axistwin.units import to_seconds
@@ -19,8 +20,15 @@ HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
 Item = Message | AnyMove | LevelChanged | VoltageChanged
 
 
-def text(run: RunRecord) -> Iterator[str]:
-    """Yield lines in order of time: `>` host, `<` controller, `!` action at the machine, `=` new level."""
+def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
+    """Yield lines in order of time: `>` host, `<` controller, `!` action at the machine, `=` new level.
+
+    After a message, `!` and a code mark each line in it that the controller refuses.
+    """
+    yield from (f"{'':14}  {refusal.words}" for refusal in refused if refusal.message is None)
+    by_message: dict[int, list[Refusal]] = {}
+    for refusal in refused:
+        by_message.setdefault(id(refusal.message), []).append(refusal)
     several = endpoints.several(run.bench)
     codecs = _codecs(run)
     levels = [c for c in run.changes if c.pin not in HIDDEN_LEVELS and not (c.flashing and c.pin == "led")]
@@ -28,6 +36,7 @@ def text(run: RunRecord) -> Iterator[str]:
     for item in sorted(told, key=_time_ns):  # an action comes before the move that it causes
         name = f"{item.controller}: " if several else ""
         yield f"{to_seconds(_time_ns(item)):14.6f}  {name}{_words(item, codecs[item.controller])}"
+        yield from (f"{'':14}  {name}{refusal.words}" for refusal in by_message.get(id(item), ()))
 
 
 def summary(run: RunRecord) -> Iterator[str]:
@@ -47,7 +56,7 @@ def summary(run: RunRecord) -> Iterator[str]:
     yield from _lost_pulses(run)
 
 
-def as_dict(run: RunRecord) -> dict[str, Any]:
+def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
     """Return a dictionary for `--json`; times in integer nanoseconds, rates in pulses/s."""
     codecs = _codecs(run)
     return {
@@ -66,6 +75,7 @@ def as_dict(run: RunRecord) -> dict[str, Any]:
             for c in run.bench.controllers.values()
             for name, axis in c.axes.items()
         ],
+        "refused": [_refused(refusal) for refusal in refused],
         "complete": run.complete,
         "end_ns": run.bench.now,
     }
@@ -85,6 +95,18 @@ def _said(message: Message, codec: Codec) -> dict[str, Any]:
         "text": codec.show(bytes(message.data)),
         **({"words": words} if (words := codec.words(bytes(message.data), message.by_host)) else {}),
         "errors": _errors(message.errors),
+    }
+
+
+def _refused(refusal: Refusal) -> dict[str, Any]:
+    error, message = refusal.error, refusal.message
+    return {
+        "time_ns": None if message is None else message.time_ns,
+        "file": refusal.file,
+        "line": error.line,
+        "column": error.column,
+        "code": error.code,
+        "message": error.message,
     }
 
 

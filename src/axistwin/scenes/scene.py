@@ -30,11 +30,12 @@
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from axistwin.bench import Bench
+from axistwin.bench import Bench, product
+from axistwin.controllers.product import Product
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source
@@ -94,6 +95,28 @@ class Scene:
         beside = self._source.file.parent
         named = {path.relative_to(beside): path for path in map(Path, self._texts) if path.is_relative_to(beside)}
         return {str(name): self._texts[str(path)] for name, path in named.items() if ".." not in name.parts}
+
+    def named_programs(self) -> Iterator[tuple[str, Path]]:
+        """Yield each program, host and conversation that the scene names: its endpoint and its file."""
+        beside = self._source.file.parent
+        for table in self._contents.controller:
+            files = [*([table.program] if table.program else []), *table.host]
+            yield from ((table.called, beside / file) for file in files)
+        for _, name, line, _ in shared_lines(self._contents):
+            yield from ((name, beside / file) for file in line.host)
+        only = self._contents.controller[0].called if len(self._contents.controller) == 1 else ""
+        for script in self._contents.script:
+            loads = (text.split(maxsplit=1) for text in script.do)
+            yield from (
+                (script.on or only, beside / words[1]) for words in loads if words[:1] == ["load"] and words[1:]
+            )
+
+    @property
+    def models(self) -> dict[str, Product]:
+        """The product at each endpoint: controllers, second channels and shared lines."""
+        found = {table.called: product(table.model) for table in self._contents.controller}
+        found |= {f"{name}.rs485": made for name, made in found.items()}
+        return found | {name: found[line.motors[0]] for _, name, line, _ in shared_lines(self._contents)}
 
     def build(self, *, served: bool = False) -> Bench:
         """Return a new bench, the same each time; the controllers have just been switched on.

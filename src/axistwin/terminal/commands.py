@@ -4,20 +4,29 @@ import re
 from collections.abc import Iterable
 from typing import Protocol
 
-from axistwin.bench import actions
-from axistwin.errors import AxistwinError, UsageError
+from axistwin.bench import Say, Wait, actions
+from axistwin.errors import AxistwinError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
+from axistwin.teaching import Pupil, Tutor
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
+from axistwin.units import to_seconds
 
 _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 HELP = """\
 Enter sends a line to the controller.  Commands of the terminal:
+  :next                what to type next                         virtual
+  :why                 why nothing moves                         virtual
+  :explain 1670        meaning of a number, command, code, pin   virtual
+  :init                initialise the controller                 virtual
+  :tutor off           asides about what is typed, on or off     virtual
+  :load FILE           load a program and start it               virtual
+  :store WAIT=9 END    the same for a SmartMotor's program text  virtual
   :pins                level of every terminal                   virtual
   :axes                position of every axis                    virtual
   :drive input1 high   force a terminal high or low, or release  virtual
@@ -26,6 +35,14 @@ Enter sends a line to the controller.  Commands of the terminal:
   :wait 0.5            wait, in seconds
   :help                show this list
   :quit                leave, also Ctrl-D"""
+
+
+MEANINGS = {
+    found[1]: found[2].strip()
+    for line in HELP.splitlines()
+    if (found := re.match(r"  :([a-z]+)(?: \S+)*?  +(.*?)(?:  +virtual)?$", line))
+}
+"""The commands and their meanings, for completion."""
 
 
 class End(Protocol):
@@ -46,10 +63,29 @@ class LocalCommands:
 
     def __init__(self, end: End, screen: Screen, virtual: VirtualEnd | None = None) -> None:
         self.end, self.screen, self._virtual = end, screen, virtual
+        self.lesson: Pupil | None = None
 
     def knows(self, line: bytes) -> bool:
         """Return True for the terminal's own commands.  An IF1 sequence also begins with a colon, but is upper case."""
         return _COMMAND.fullmatch(line.decode("latin-1")) is not None
+
+    def asides(self, line: bytes) -> list[str]:
+        """Return the tutor's asides about a line that is sent next.  Raises ProgramError for an unknown command."""
+        if self._virtual is None or not self._virtual.tutor.on:
+            return []
+        return self._virtual.tutor.sending(self._virtual.read(line))
+
+    def asides_about(self, error: ProgramError) -> list[str]:
+        """Return the tutor's asides about a line that cannot be sent."""
+        return [] if self._virtual is None or not self._virtual.tutor.on else self._virtual.tutor.unreadable(error)
+
+    def check_lesson(self) -> bool:
+        """Show the next task if the present one is done.  Return True at the end of the lesson."""
+        if self.lesson is None:
+            return False
+        while self.lesson.check():
+            self.screen.show("done." if self.lesson.over else f"done.  {self.lesson.task}")
+        return self.lesson.over
 
     async def obey(self, line: str) -> bool:
         """Execute a command; return False to leave.  An error is shown on the screen."""
@@ -73,6 +109,24 @@ class LocalCommands:
                 self.screen.show(*columns(_pins(self._virtual_end())))
             case "axes":
                 self.screen.show(*columns(_axes(self._virtual_end())))
+            case "why":
+                self.screen.show(*self._tutor().why())
+            case "next":
+                self.screen.show(*self._tutor().next())
+            case "explain":
+                self.screen.show(*self._tutor().explain(words))
+            case "init":
+                await self._initialise(self._virtual_end())
+            case "tutor":
+                self._tutor().on = _switch(words)
+            case "store":
+                self._virtual_end().store(words)
+            case "task" | "show" if self.lesson is None:
+                raise UsageError(f":{name} is for lessons: axistwin learn MODEL")
+            case "task" | "show":
+                self.screen.show(*self._lesson_lines(name))
+            case "load":
+                self._virtual_end().load(words)
             case "drive":
                 self._drive(*words.partition(" ")[::2])
             case "speed":
@@ -86,8 +140,35 @@ class LocalCommands:
             raise UsageError("this command is for a virtual controller: a port transfers characters only")
         return self._virtual
 
+    def _lesson_lines(self, name: str) -> list[str]:
+        """Return the present task of the lesson, or its solution."""
+        assert self.lesson is not None, "checked by the caller"
+        return [self.lesson.task] if name == "task" else [f"type  {line}" for line in self.lesson.solution]
+
+    def _tutor(self) -> Tutor:
+        return self._virtual_end().tutor
+
+    async def _initialise(self, end: VirtualEnd) -> None:
+        """Perform the acts that make the controller ready, in its own time."""
+        acts = 0
+        for act in end.tutor.initialisation():
+            acts += 1
+            if isinstance(act, Wait):
+                await end.wait(to_seconds(act.ns))
+            elif isinstance(act, Say):
+                self.screen.show_sent(act.data)
+                end.send(act.data)
+        if not acts:
+            self.screen.show("the controller is ready: no initialisation is needed")
+
     def _drive(self, target: str, value: str) -> None:
         self._virtual_end().do(target, value.strip())
+
+
+def _switch(words: str) -> bool:
+    if words not in ("on", "off"):
+        raise UsageError(f"invalid switch {shortened(words)}: expected :tutor on or :tutor off")
+    return words == "on"
 
 
 def _seconds(words: str) -> float:

@@ -27,25 +27,35 @@ class Line(Enum):
 class Screen:
     """Writes to `out`.  `person`: a user is typing, so a prompt is shown and input is not repeated.
 
-    `glyphs` converts characters for a national terminal.
+    `editor`: a line editor shows the prompt.  `glyphs` converts characters for a national terminal.
     """
 
     def __init__(
-        self, out: TextIO, *, person: bool, colours: bool, glyphs: Callable[[str], str] = lambda text: text
+        self,
+        out: TextIO,
+        *,
+        person: bool,
+        colours: bool,
+        editor: bool = False,
+        glyphs: Callable[[str], str] = lambda text: text,
     ) -> None:
         self.out, self.person, self.colours, self._glyphs = out, person, colours, glyphs
+        self._editor = editor
         self._line = Line.EMPTY
         self._timer: asyncio.TimerHandle | None = None
 
     def prompt(self) -> None:
         """Show the prompt if the line is empty."""
-        if self.person and self._line is Line.EMPTY:
+        if self.person and not self._editor and self._line is Line.EMPTY:
             self._write(PROMPT)
             self._line = Line.PROMPT
 
     def typed(self, line: str) -> None:
         """Note a line typed by the user, or show a line from a pipe."""
-        if self.person:
+        if self._editor:
+            self._fresh()
+            self._write(f"{PROMPT}{line}\n")
+        elif self.person:
             self._line = Line.EMPTY  # Enter has ended the line
         else:
             self._fresh()
@@ -61,6 +71,11 @@ class Screen:
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()
+
+    def aside(self, *lines: str) -> None:
+        """Show lines of the tutor, in grey."""
+        if lines:
+            self.show(*(f"{DIM}  {line}{NORMAL}" if self.colours else f"  {line}" for line in lines))
 
     def show_received(self, data: bytes) -> None:
         """Show characters from the controller."""

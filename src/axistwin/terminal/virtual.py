@@ -3,14 +3,21 @@
 import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 
 from axistwin.bench.codec import codec_of
+from axistwin.errors import UsageError
+from axistwin.scenes.hosting import program_text
 from axistwin.sessions.session import Session
 from axistwin.sim.serial_port import Flow
+from axistwin.teaching import Tutor
 from axistwin.units import S
 
 PATIENCE_NS = 60 * S
 """Longest virtual time to wait for an idle controller."""
+LOOK_S = 0.1
+"""Longest real time to wait for an advance before the pacer is woken."""
 
 
 class VirtualEnd(ABC):
@@ -19,6 +26,7 @@ class VirtualEnd(ABC):
     def __init__(self, session: Session) -> None:
         self.session, self.bench = session, session.bench
         (self.controller,) = session.bench.controllers.values()
+        self.tutor = Tutor(self.controller)
         self._unsubscribe = self._subscribe()
         session.run()
 
@@ -30,9 +38,35 @@ class VirtualEnd(ABC):
     def send(self, data: bytes) -> None:
         """Transmit a typed line."""
 
+    def read(self, line: bytes) -> bytes:
+        """Return the data that a typed line sends.  Raises ProgramError for an unknown command."""
+        return line
+
     def do(self, target: str, value: str) -> None:
         """Perform an action at the machine.  Raises AxistwinError."""
         self.session.do(self.controller.name, target, value)
+
+    def load(self, file: str) -> None:
+        """Switch the controller off and on, load a program, and start the program.  Raises AxistwinError."""
+        if not file:
+            raise UsageError("no program to load: expected a file, e.g. :load home.sms")
+        self.session.load(self.controller.name, file, program_text(Path(file)))
+
+    def store(self, text: str) -> None:
+        """Load the text of a program into a SmartMotor, and start the program.  Raises AxistwinError."""
+        if not text:
+            raise UsageError("no program to store: expected its text, e.g. :store RTEMP END")
+        self.session.load(self.controller.name, "typed.sms", f"{text}\n")
+
+    @property
+    def status(self) -> str:
+        """The virtual time, the positions and the state, in one line."""
+        self.session.pacer.sync()
+        axes = (f"{name} {axis.position}" for name, axis in self.controller.axes.items())
+        moving = any(axis.moving for axis in self.controller.axes.values())
+        in_the_way = next((str(reason) for reason in self.tutor.guide.reasons()), "")
+        state = "moving" if moving else in_the_way.partition(": type")[0] or "ready"
+        return f"{self.session.seconds:.3f} s   {'  '.join(axes)}   {state}"
 
     def set_speed(self, speed: float | None) -> None:
         """Set the ratio of virtual time to wall-clock time; None: as fast as possible."""
@@ -55,10 +89,15 @@ class VirtualEnd(ABC):
 
     async def _advance(self, until: Callable[[], bool]) -> None:
         advanced = asyncio.Event()
-        unsubscribe = self.session.pacer.subscribe(advanced.set)
+        pacer = self.session.pacer
+        unsubscribe = pacer.subscribe(advanced.set)
         while not until():
             advanced.clear()
-            await advanced.wait()
+            with suppress(TimeoutError):  # a load leaves the pacer asleep
+                await asyncio.wait_for(advanced.wait(), LOOK_S)
+                continue
+            pacer.sync()
+            pacer.work()
         unsubscribe()
 
     def close(self) -> None:
@@ -69,15 +108,22 @@ class VirtualEnd(ABC):
 
 
 class SerialEnd(VirtualEnd):
-    """A controller with a serial port.  `receive` gets the data."""
+    """A controller with a serial port.  `receive` gets the data, `aside` the lines of the tutor."""
 
-    def __init__(self, session: Session, receive: Callable[[bytes], None]) -> None:
-        self._receive = receive
+    def __init__(
+        self, session: Session, receive: Callable[[bytes], None], aside: Callable[..., None] = lambda *lines: None
+    ) -> None:
+        self._forward, self._aside = receive, aside
         super().__init__(session)
         self.do("flow", Flow.DTR.value)
 
     def _subscribe(self) -> Callable[[], object]:
         return self.controller.serial.subscribe_received(lambda byte, _: self._receive(bytes([byte])))
+
+    def _receive(self, data: bytes) -> None:
+        self._forward(data)
+        if self.tutor.on:
+            self._aside(*self.tutor.received(data))
 
     def send(self, data: bytes) -> None:
         """Transmit, as fast as the line and the controller's DTR allow."""
@@ -87,19 +133,28 @@ class SerialEnd(VirtualEnd):
 class BoardEnd(VirtualEnd):
     """A board on a bus: a line is a command in hex or by name; messages are shown in hex and by name."""
 
-    def __init__(self, session: Session, print_line: Callable[[str], None]) -> None:
-        self._print_line = print_line
+    def __init__(
+        self, session: Session, print_line: Callable[[str], None], aside: Callable[..., None] = lambda *lines: None
+    ) -> None:
+        self._print_line, self._aside = print_line, aside
         super().__init__(session)
         self._codec = codec_of(self.controller.product)
 
     def _subscribe(self) -> Callable[[], object]:
         return self.controller.bus.subscribe_received(self._received)
 
+    def read(self, line: bytes) -> bytes:
+        """Return the command of a line, in hex or by name."""
+        text = line.decode("utf-8", "replace").partition(";")[0].strip()
+        return self._codec.read(text) if text else b""
+
     def send(self, data: bytes) -> None:
         """Queue a command for the board.  Raises ProgramError for an unknown command."""
-        if text := data.decode("utf-8", "replace").partition(";")[0].strip():
-            self.session.say(self.controller.name, self._codec.read(text))
+        if command := self.read(data):
+            self.session.say(self.controller.name, command)
 
     def _received(self, message: bytes) -> None:
         shown = self._codec.show(message.rstrip(b"\0") or message[:1])
         self._print_line(f"< {shown}   {self._codec.words(message, by_host=False)}")
+        if self.tutor.on:
+            self._aside(*self.tutor.received(message))

@@ -2,7 +2,9 @@
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import click
@@ -18,6 +20,7 @@ from axistwin.diagnostics.checking import (
     as_diagnostic,
     check_kind,
     diagnose,
+    diagnose_named,
     diagnose_text,
     kind_of,
     load,
@@ -44,10 +47,12 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
     commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene (.toml).  MODEL may
     be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is
-    checked for an IF1, .181x for an 1811).  One line is printed for each diagnostic:
+    checked for an IF1, .181x for an 1811).  With a scene, all programs, hosts and conversations that the scene names
+    are checked.  One line is printed for each diagnostic:
 
     \b
       moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]
+      bench.toml → moves.if1:3:5: error: …
 
     The controller refuses an error.  It executes or ignores a warning, but probably not as intended.  All codes are in
     docs/diagnostics.md.
@@ -67,7 +72,7 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
         _explain(code, form)
         return 0
     made, files = _targets(arguments)
-    checked = [_check(file, made, fix, quiet=form != "text") for file in files]
+    checked = [one for file in files for one in _check(file, made, fix, quiet=form != "text")]
     _print(checked, made, form)
     worst = [each for one in checked for each in one.found if strict or each.severity is Severity.ERROR]
     return 1 if worst else 0
@@ -86,33 +91,58 @@ def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     return made, files
 
 
-def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
+def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Iterator[Checked]:
+    """Yield the file; after a scene, the programs that the scene names."""
     kind = kind_of(file)
     if kind == SCENE:
-        from axistwin.diagnostics.scenes import diagnose_scene  # lazy import: pydantic and all families
-        from axistwin.scenes.source import read_text
-
-        return Checked(file, read_text(file), diagnose_scene(file))
+        yield from _check_scene(file, fix, quiet)
+        return
     try:
         text = load(file)
     except ProgramError as error:  # not a text file
-        return Checked(file, "", [as_diagnostic(error)])
+        yield Checked(file, "", [as_diagnostic(error)])
+        return
     target = made or product_for(kind, text)
     check_kind(file, target)
-    if not fix:
-        return Checked(file, text, diagnose_text(text, kind, target, str(file)), target.model)
-    return _fix(file, target, quiet)
+    diagnose_it = partial(diagnose_text, suffix=kind, made=target, file=str(file))
+    yield _fixed(file, diagnose_it, quiet, target) if fix else Checked(file, text, diagnose_it(text), target.model)
 
 
-def _fix(file: Path, target: Product, quiet: bool) -> Checked:
+def _check_scene(scene: Path, fix: bool, quiet: bool) -> Iterator[Checked]:
+    from axistwin.diagnostics.scenes import (  # lazy import: pydantic and all families
+        diagnose_scene,
+        is_of_program,
+        named_programs,
+    )
+    from axistwin.scenes.source import read_text
+
+    named = []
+    for endpoint, file, models in named_programs(scene):
+        try:
+            text = load(file)
+        except ProgramError:  # the scene's own diagnostic has it
+            continue
+        diagnose_it = partial(diagnose_named, suffix=kind_of(file), endpoint=endpoint, models=models, file=str(file))
+        one = _fixed(file, diagnose_it, quiet) if fix else Checked(file, text, diagnose_it(text))
+        named.append(replace(one, model=models[endpoint].model if endpoint in models else "", scene=scene))
+    found = diagnose_scene(scene)
+    own = [each for each in found if not any(one.found and is_of_program(each, one.file) for one in named)]
+    yield Checked(scene, read_text(scene), own)
+    yield from named
+
+
+def _fixed(
+    file: Path, diagnose_it: Callable[[str], list[Diagnostic]], quiet: bool, target: Product | None = None
+) -> Checked:
+    """Apply the sure fixes, and return what is left."""
     text, encoding = check_fix.read_exactly(file)
-    better, done, left = check_fix.fix_text(text, lambda each: diagnose_text(each, kind_of(file), target))
+    better, done, left = check_fix.fix_text(text, diagnose_it)
     if done:
         check_fix.replace(file, better, encoding)
     for each in done:
         assert each.fix is not None
         click.echo(f"{file}:{each.line}:{each.column}: fixed {each.code}: {each.fix.title}", err=quiet)
-    return Checked(file, better, left, target.model)
+    return Checked(file, better, left, "" if target is None else target.model)
 
 
 def _print(checked: Sequence[Checked], made: Product | None, form: str) -> None:
@@ -125,7 +155,8 @@ def _print(checked: Sequence[Checked], made: Product | None, form: str) -> None:
     for each in checked:
         for line in as_github(each) if form == "github" else as_text(each, excerpts=sys.stdout.isatty()):
             click.echo(line)
-    name = str(checked[0].file) if len(checked) == 1 else f"{len(checked)} files"
+    given = [each.file for each in checked if each.scene is None]
+    name = str(given[0]) if len(given) == 1 else f"{len(given)} files"
     click.echo(f"axistwin: {name}: {_summary([found for each in checked for found in each.found])}", err=True)
 
 

@@ -3,23 +3,25 @@
 import json
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
+from time import monotonic
 
 import click
 
-from axistwin.bench import product
+from axistwin.bench import FAMILIES, Bench, product
 from axistwin.cli.common.completing import complete_program, complete_target
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.target import bench_for
-from axistwin.diagnostics.checking import errors_in
+from axistwin.controllers.product import Product
+from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
 from axistwin.errors import UsageError
 from axistwin.programs import running
 from axistwin.programs.running import Outcome
-from axistwin.programs.stored_programs import only_motor
 from axistwin.reports import transcript
+from axistwin.reports.refusals import Refusal, models_at, refusals
 from axistwin.reports.run_record import RunRecord, recording_run
 from axistwin.units import to_ns
 
@@ -37,6 +39,7 @@ SECONDS = Number(min=0)
     "--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
 )
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
+@click.option("--strict", is_flag=True, help="Exit with 1 if the controller refuses a line.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
 @click.option(
@@ -49,6 +52,7 @@ def run(
     traces: tuple[Path, ...],
     signals: str | None,
     plot: Path | None,
+    strict: bool,
     as_json: bool,
     options: tuple[str, ...],
     state: Path | None,
@@ -61,7 +65,11 @@ def run(
     PROGRAM is a conversation (.talk), IF1/IF2 command lines as typed at a terminal (.if1), commands for an 1810 or 1811
     in hex or by name (.181x), or a SmartMotor's source (.sms), which is stored in the motor before power-up.  Before
     command lines the initialisation is done.  A line is sent when the previous line has ended; `;` starts a comment,
-    `+2.5` waits, `! input1 high` drives a pin.  Exit code 1: the controller differs from the conversation.
+    `+2.5` waits, `! input1 high` drives a pin.  `!` and a code mark each line that the controller refuses.
+
+    Ctrl-C ends the run: what was done so far is printed and drawn.
+
+    Exit code 1: the controller differs from the conversation, or with --strict refuses a line.
 
     \b
     Examples:
@@ -102,27 +110,59 @@ def run(
             stack.enter_context(
                 tracing(bench, path, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True))
             )
-        with _progress(f"running {what}"):
-            outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
-            if program is not None and running.is_stored(program):
-                notes = (outcome.note, errors_in(program, only_motor(bench, str(program)).product))
-                outcome = replace(outcome, note="; ".join(note for note in notes if note))
+        interrupted = False
+        with _progress(_Progress(what, bench, seconds, traces)):
+            try:
+                outcome = loaded.perform(bench, None if seconds is None else to_ns(seconds))
+            except KeyboardInterrupt:
+                interrupted, outcome = True, Outcome(note=f"interrupted at {bench.seconds:g} s")
     for controller in bench.controllers.values():
         controller.store.end()
     if plot is not None and memory is not None:
         from axistwin.plots import of_trace, save
 
         save(of_trace(memory.trace(), title=target if program is None else f"{target}  {program.name}"), plot)
-    _report(record, outcome, as_json)
-    return 1 if outcome.difference else 0
+    refused = refusals(record.said, _sent_programs(target, program, bench))
+    if refused:
+        lines = len({(each.file, each.error.line) for each in refused})
+        checked = f"{'' if target.endswith('.toml') else target + ' '}{target if program is None else program}"
+        told = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
+        outcome = replace(outcome, note="; ".join(note for note in (outcome.note, told) if note))
+    _report(record, outcome, refused, as_json)
+    if interrupted:
+        return 130
+    return 1 if outcome.difference or (strict and refused) else 0
 
 
-def _report(record: RunRecord, outcome: Outcome, as_json: bool) -> None:
+def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[HostProgram]:
+    """Return the programs that the run has sent or stored: the user's and those of the scene."""
+    models = models_at(bench)
+    named: list[tuple[str, Path]] = []
+    if target.endswith(".toml"):
+        from axistwin.scenes.scene import Scene  # lazy import: pydantic
+
+        named += Scene.load(Path(target)).named_programs()
+    if program is not None:
+        fits = [name for name, made in models.items() if name and _is_for(program, made)]
+        named.append((fits[0] if len(bench.controllers) > 1 and kind_of(program) != ".talk" and fits else "", program))
+    return [
+        sent
+        for endpoint, file in named
+        for sent in host_programs(load(file), kind_of(file), endpoint, models, str(file))[0]
+    ]
+
+
+def _is_for(program: Path, made: Product) -> bool:
+    model = MODELS.get(kind_of(program))
+    return model is not None and FAMILIES[model] == FAMILIES[made.model]
+
+
+def _report(record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], as_json: bool) -> None:
     if as_json:
         difference = asdict(outcome.difference) if outcome.difference else None
-        click.echo(json.dumps({**transcript.as_dict(record), "difference": difference, "note": outcome.note}))
+        click.echo(json.dumps({**transcript.as_dict(record, refused), "difference": difference, "note": outcome.note}))
         return
-    for line in transcript.text(record):
+    for line in transcript.text(record, refused):
         click.echo(line)
     click.echo()
     for line in transcript.summary(record):
@@ -138,13 +178,32 @@ def _report(record: RunRecord, outcome: Outcome, as_json: bool) -> None:
         click.echo(f"axistwin: {outcome.difference}", err=True)
 
 
+class _Progress:
+    """The state of a run in one line: virtual time, per cent, times real time, size of the traces."""
+
+    def __init__(self, what: str, bench: Bench, seconds: float | None, traces: Sequence[Path]) -> None:
+        self._what, self._bench, self._seconds, self._traces = what, bench, seconds, traces
+        self._began_s = monotonic()
+
+    def __rich__(self) -> str:
+        """Return the line for the present moment."""
+        now_s = self._bench.seconds
+        parts = [f"running {self._what}: {now_s:.1f} s"]
+        if self._seconds:
+            parts.append(f"{min(100.0, 100 * now_s / self._seconds):.0f} %")
+        parts.append(f"{now_s / max(monotonic() - self._began_s, 1e-3):.0f} times real time")
+        if size := sum(path.stat().st_size for path in self._traces if path.exists()):
+            parts.append(f"trace {size / 1e6:.1f} MB")
+        return ", ".join(parts)
+
+
 @contextmanager
-def _progress(words: str) -> Iterator[None]:
-    """Show a progress indicator on a terminal."""
+def _progress(progress: _Progress) -> Iterator[None]:
+    """Show the progress on a terminal."""
     if not sys.stderr.isatty():
         yield
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(words):
+    with Console(stderr=True).status(progress):
         yield

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,14 +19,23 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.errors import LinkError, ProgramError, UsageError
 from axistwin.links.pacing import read_speed
 from axistwin.programs import command_lines
+from axistwin.teaching import Lesson, Pupil
 from axistwin.terminal.commands import LocalCommands
 from axistwin.terminal.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
 from axistwin.units import S
 
+if TYPE_CHECKING:
+    from axistwin.terminal.virtual import VirtualEnd
+
 ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
 """Longest initialisation, in virtual time; after that the user has to initialise the controller."""
+
+STARTED_S = 1.5
+"""Time from power-up until any controller is ready for the first word of a lesson."""
+LOOK_S = 0.1
+"""Interval at which the step of a lesson is checked."""
 
 Lines = asyncio.Queue[bytes | LinkError | None]
 """Typed lines; None: end of the input; an error: the port has failed."""
@@ -39,6 +48,11 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; for a virtual controller also 'instant'.")
 @click.option(
     "--end", type=click.Choice(list(ENDS)), default="cr", show_default=True, help="Characters sent for Enter."
+)
+@click.option(
+    "--tutor/--no-tutor",
+    default=None,
+    help="Explain what is typed and answered, for a virtual controller.  [default: with a person at a terminal]",
 )
 @click.option(
     "--keyboard",
@@ -57,6 +71,7 @@ def term(
     speed: str,
     line: str | None,
     end: str,
+    tutor: bool | None,
     keyboard: str,
     options: tuple[str, ...],
     state: Path | None,
@@ -64,7 +79,9 @@ def term(
     """Open a terminal to a controller: a virtual MODEL in this process, or a controller at a PORT.
 
     PORT is a URL or a device of pyserial.  A typed line is sent on Enter.  Data from the controller are shown as they
-    come, with control characters by name.  `:help` lists the terminal's own commands.
+    come, with control characters by name.  `:help` lists the terminal's own commands, `:next` says what to type.  At a
+    terminal the line can be edited, Tab completes, the last line shows time, positions and state, and asides in grey
+    explain refused lines and answers.
 
     A virtual 1810 or 1811 takes commands in hex or by name, such as `go_relative 25000`, and its messages are shown by
     name, too.  A virtual IF1 or IF2 is initialised first.  Lines from a pipe are sent one by one, each when the
@@ -86,11 +103,12 @@ def term(
     if target.lower() not in FAMILIES and not _is_port(target):
         raise UsageError(f"no model or port {target!r}: expected {', '.join(FAMILIES)} or e.g. socket://127.0.0.1:5001")
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
+    local["tutor"] = bool(tutor)
     if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
         raise UsageError(f"--keyboard {keyboard} is for an IF1 or IF2 only")
     if target.lower() in FAMILIES:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
-        return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, initialise=not no_init))
+        return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))
     if wrong := [name for name, given in local.items() if given]:
         raise UsageError(f"--{wrong[0].replace('_', '-')} is for a virtual controller, not for a port")
     return asyncio.run(_port(target, line, ENDS[end], keyboard))
@@ -106,7 +124,9 @@ def _bench(model: str, **options: Any) -> Bench:
     return bench
 
 
-async def _virtual(build: Callable[[], Bench], speed: float | None, end: bytes, keyboard: str, initialise: bool) -> int:
+async def _virtual(
+    build: Callable[[], Bench], speed: float | None, end: bytes, keyboard: str, initialise: bool, tutor: bool | None
+) -> int:
     from axistwin.sessions.session import Session
     from axistwin.terminal.virtual import BoardEnd, SerialEnd
 
@@ -115,11 +135,56 @@ async def _virtual(build: Callable[[], Bench], speed: float | None, end: bytes, 
     _greet(controller.product.title)
     if initialise and FAMILIES[controller.product.model] == "digiplan":
         _initialise(session.bench, controller, screen)
-    other = BoardEnd(session, screen.show) if on_a_bus(controller) else SerialEnd(session, screen.show_received)
+    other = (
+        BoardEnd(session, screen.show, screen.aside)
+        if on_a_bus(controller)
+        else SerialEnd(session, screen.show_received, screen.aside)
+    )
+    other.tutor.on = screen.person if tutor is None else tutor
     try:
-        return await _converse(screen, LocalCommands(other, screen, other), _typed(), end, keyboard)
+        return await _with_person(screen, LocalCommands(other, screen, other), Lines(), end, keyboard, other)
     finally:
         other.close()
+
+
+async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
+    """Open a terminal for a lesson.  Return True if the lesson is over, and the exit code."""
+    from axistwin.sessions.session import Session
+    from axistwin.terminal.virtual import BoardEnd, SerialEnd
+
+    person = sys.stdin.isatty()
+    session = Session(build, 1.0 if person else None)
+    screen, (controller,) = _screen("us"), session.bench.controllers.values()
+    _greet(controller.product.title)
+    if FAMILIES[controller.product.model] == "digiplan" and lesson.initialised:
+        _initialise(session.bench, controller, screen)
+    else:
+        session.bench.run(STARTED_S)
+    other = (
+        BoardEnd(session, screen.show, screen.aside)
+        if on_a_bus(controller)
+        else SerialEnd(session, screen.show_received, screen.aside)
+    )
+    commands = LocalCommands(other, screen, other)
+    commands.lesson = pupil = Pupil(lesson, session.bench)
+    screen.show(pupil.task)
+    lines = Lines()
+    watching = asyncio.create_task(_watch(commands, lines)) if person else None
+    try:
+        code = await _with_person(screen, commands, lines, end, "us", other)
+    finally:
+        if watching is not None:
+            watching.cancel()
+        pupil.close()
+        other.close()
+    return pupil.over, code
+
+
+async def _watch(commands: LocalCommands, lines: Lines) -> None:
+    """End the conversation when the lesson is over."""
+    while not commands.check_lesson():
+        await asyncio.sleep(LOOK_S)
+    lines.put_nowait(None)
 
 
 async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int:
@@ -129,14 +194,48 @@ async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int
     other = PortEnd(target, line, screen.show_received, lines.put_nowait)
     _greet(target)
     try:
-        return await _converse(screen, LocalCommands(other, screen), _typed(lines), end, keyboard)
+        return await _with_person(screen, LocalCommands(other, screen), lines, end, keyboard)
     finally:
         other.close()
 
 
+async def _with_person(
+    screen: Screen,
+    commands: LocalCommands,
+    lines: Lines,
+    end: bytes,
+    keyboard: str,
+    virtual: "VirtualEnd | None" = None,
+) -> int:
+    """Converse with a person at a line editor, or with the lines of a plain terminal, a pipe or a file."""
+    if not _edited():
+        return await _converse(screen, commands, _typed(lines), end, keyboard)
+    from prompt_toolkit.patch_stdout import patch_stdout  # lazy import: only for a person
+
+    from axistwin.terminal.editor import LineEditor, history
+
+    model = "port" if virtual is None else virtual.controller.product.model
+    with patch_stdout(raw=True):
+        screen.out = sys.stdout
+        editor = LineEditor(virtual, history(model))
+        reading = asyncio.create_task(editor.read(lines))
+        try:
+            code = await _converse(screen, commands, lines, end, keyboard)
+        finally:
+            editor.close()
+            await reading
+    return 130 if editor.interrupted else code
+
+
+def _edited() -> bool:
+    """True if a person types at a terminal that a line editor can use."""
+    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "") not in ("", "dumb")
+
+
 def _screen(keyboard: str) -> Screen:
     glyphs = partial(to_glyphs, keyboard)
-    return Screen(sys.stdout, person=sys.stdin.isatty(), colours=sys.stdout.isatty(), glyphs=glyphs)
+    person, colours = sys.stdin.isatty(), sys.stdout.isatty()
+    return Screen(sys.stdout, person=person, colours=colours, editor=_edited(), glyphs=glyphs)
 
 
 def _greet(what: str) -> None:
@@ -171,11 +270,16 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
                 break
         else:
             try:
-                commands.end.send(_codes(keyboard, line) + end)
+                data = _codes(keyboard, line) + end
+                screen.aside(*commands.asides(data))
+                commands.end.send(data)
             except ProgramError as error:
                 screen.show(error.message)
+                screen.aside(*commands.asides_about(error))
         if not screen.person:
             await commands.end.run_until_quiet()
+            if commands.check_lesson():
+                break
         screen.prompt()
     screen.close()
     return 0

@@ -1,0 +1,78 @@
+"""`axistwin learn`: six short lessons for a model, in the terminal."""
+
+import asyncio
+import json
+from functools import partial
+from pathlib import Path
+
+import click
+
+from axistwin.bench import Bench, product
+from axistwin.cli.common.parameters import FILE
+from axistwin.cli.serving.term import ENDS, converse_with
+from axistwin.errors import UsageError
+from axistwin.teaching import course
+from axistwin.terminal.state import state_file
+
+
+@click.command()
+@click.argument("model")
+@click.option("--lesson", type=click.IntRange(1, 6), help="Begin with this lesson.  [default: where you have stopped]")
+@click.option("--list", "listing", is_flag=True, help="List the lessons, with a mark at those that are done.")
+@click.option("--progress", type=FILE, help="File for what is done.  [default: in the user's state directory]")
+def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) -> int:
+    """Learn a MODEL in six short lessons, from the first word to a repeating sequence with inputs.
+
+    A lesson opens a terminal to a virtual controller, as `axistwin term MODEL` does, and gives one task after the
+    other.  Each step is checked against what the bench really does.  `:task` repeats the task, `:show` types the
+    solution for you, `:why` and `:explain` help, `:quit` leaves.  The next call goes on at the lesson where you have
+    stopped.
+
+    \b
+    Examples:
+      axistwin learn if1
+      axistwin learn 1811 --lesson 3
+      axistwin learn smartmotor --list
+    """
+    lessons, model = course(model), product(model).model
+    file = progress or state_file("lessons.json")
+    done = _load(file)
+    number = lesson or min(done.get(model, 0) + 1, len(lessons))
+    if listing:
+        for at, each in enumerate(lessons, start=1):
+            click.echo(f"{'done' if at <= done.get(model, 0) else '    '}  {at}  {each.title}")
+        return 0
+    chosen = lessons[number - 1]
+    click.echo(f"axistwin: {model}, lesson {number} of {len(lessons)}: {chosen.title}")
+    over, code = asyncio.run(converse_with(partial(_bench, model), ENDS["cr"], chosen))
+    if over:
+        done[model] = max(done.get(model, 0), number)
+        _save(file, done)
+        then = f"axistwin learn {model}  goes on" if number < len(lessons) else "this was the last lesson"
+        click.echo(f"axistwin: lesson {number} is done: {then}")
+    return code
+
+
+def _bench(model: str) -> Bench:
+    bench = Bench()
+    bench.add(model)
+    return bench
+
+
+def _load(file: Path) -> dict[str, int]:
+    """Return the number of the last lesson that is done, by model."""
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{file} cannot be read: {error}: remove it to begin with lesson 1") from None
+    return {str(model): int(number) for model, number in found.items()} if isinstance(found, dict) else {}
+
+
+def _save(file: Path, done: dict[str, int]) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(done), encoding="utf-8")
+    except OSError as error:
+        click.echo(f"axistwin: {file} cannot be written: {error.strerror}: what is done is not kept", err=True)

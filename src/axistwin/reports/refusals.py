@@ -1,0 +1,85 @@
+"""Lines of programs that a controller refuses, at their places in the record of a run.
+
+The checkers find these lines in the programs.  The data of a program are then found again in the messages of the run.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from axistwin.bench import Bench, endpoints
+from axistwin.controllers.diagnostics import Diagnostic, Sent
+from axistwin.controllers.product import Product
+from axistwin.diagnostics.checking import HostProgram
+from axistwin.reports.run_record import Message
+
+STORED = ".sms"
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """An error in a program.  `message`: the message of the run that has it; None in a stored program."""
+
+    file: str
+    error: Diagnostic
+    message: Message | None = None
+
+    @property
+    def words(self) -> str:
+        """The refusal as a line of the listing."""
+        return f"! {self.error.code} {self.error.message}  ({self.file}:{self.error.line}:{self.error.column})"
+
+
+def models_at(bench: Bench) -> dict[str, Product]:
+    """Return the product at each endpoint; "" is the only controller."""
+    found = {name: controller.product for name, controller in bench.controllers.items()}
+    found |= {f"{name}.rs485": made for name, made in found.items()}
+    found |= {name: bench.lines[name].motors[0].product for name in bench.lines}
+    reached = endpoints.names(bench)
+    return found | ({"": found[reached[0]]} if len(reached) == 1 else {})
+
+
+def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
+    """Return the refused lines among the messages of a run, and those of stored programs."""
+    senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
+    stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
+    heard = [message for message in said if message.by_host] if senders else []
+    several = {message.controller for message in heard}
+    found = [
+        Refusal(sender.program.file, error, message)
+        for message in heard
+        for sender in senders
+        if sender.program.endpoint in (message.controller, *([""] if len(several) == 1 else []))
+        for error in sender.take(bytes(message.data))
+    ]
+    return stored + found
+
+
+class _Sender:
+    """Follows the data of one program through the messages of a run."""
+
+    def __init__(self, program: HostProgram) -> None:
+        self.program = program
+        characters = [sent for session in program.sessions for sent in session.characters]
+        self._data, self._at = bytes(sent.byte for sent in characters), 0
+        on_line: dict[int, list[int]] = {}
+        for index, sent in enumerate(characters):
+            on_line.setdefault(sent.line, []).append(index)
+        self._errors = program.errors
+        self._begins = [_index(error, characters, on_line[error.line]) for error in self._errors]
+        self._in_greeting = program.suffix == ".if1"
+        """True until the data format has been sent, which is no part of the program."""
+
+    def take(self, data: bytes) -> list[Diagnostic]:
+        """Return the errors in a message, if it is the next one of this program."""
+        if self._in_greeting:
+            self._in_greeting = not data.endswith(b"\r")
+            return []
+        if not self._data.startswith(data, self._at):
+            return []
+        begin, self._at = self._at, self._at + len(data)
+        return [error for error, index in zip(self._errors, self._begins, strict=True) if begin <= index < self._at]
+
+
+def _index(error: Diagnostic, characters: Sequence[Sent], on_line: Sequence[int]) -> int:
+    """Return the index of the first character of an error, or of the last one on its line."""
+    return next((index for index in on_line if characters[index].column >= error.column), on_line[-1])

@@ -1,0 +1,109 @@
+"""The tutor's knowledge of an 1810 and 1811."""
+
+import re
+from collections.abc import Iterator
+
+from axistwin.bench.acts import Act, Wait
+from axistwin.controllers.compumotor.checker.texts import LAYOUTS, name_of
+from axistwin.controllers.compumotor.language import Opcode
+from axistwin.controllers.compumotor.registers import Status
+from axistwin.controllers.compumotor.rules import NOT_GIVEN
+from axistwin.controllers.compumotor.state import INDEXER
+from axistwin.teaching.guide import Guide, Reason, Term, described
+from axistwin.units import S
+
+_HEX = re.compile(r"(?:[0-9A-Fa-f]{2}\s*)+")
+MOVE_STATUS, POSITION_REQUEST = 0x88, 0x83
+GO_RELATIVE = b"\x33\0\0\0\x01"
+DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
+
+
+class CompumotorGuide(Guide):
+    """An 1810 or 1811."""
+
+    suggestions = (
+        (DEFAULTS, "velocity and acceleration of default moves (31h)"),
+        ("go_relative 25000", "one revolution of a 25000 step motor (33h)"),
+        ("position_from_absolute_zero", "report the position (83h)"),
+        ("move_status", "report limits, home, motion (88h)"),
+        ("stop", "decelerate to a stop (70h)"),
+    )
+
+    @property
+    def ready(self) -> bool:
+        """True if the board takes commands."""
+        return bool(int(self.value("status")) & Status.INPUT_READY)
+
+    def reasons(self) -> Iterator[Reason]:
+        """Yield what is in the way: power, failure, shutdown, limits, joystick, mode, missing definitions."""
+        pins = self.controller.pins
+        if not self.controller.powered:
+            yield Reason("the power is off", "type  :drive power on")
+            return
+        if int(self.value("status")) & Status.FAILED:
+            yield Reason("the board has failed (status bit 5)", "type  :drive power off  and  :drive power on")
+            return
+        if pins["shutdown"].level:
+            yield Reason("the motor is shut down (12h)", "type  remote_power_shutdown off")
+        for pin, side in (("cw_limit", "plus"), ("ccw_limit", "minus")):
+            if pins[pin].level:
+                yield Reason(f"the {side} limit is active: only moves away begin", f"type  :drive {pin} low")
+        if self.value("phase") == "joystick":
+            yield Reason("the joystick has the motor (11h)", "type  disable_joystick")
+        if int(self.value("mode")) != INDEXER:
+            yield Reason(f"the board is in streaming mode {int(self.value('mode')):02X}h", "type  indexer_mode")
+        elif any(found.code == NOT_GIVEN.code for found in self.refused(GO_RELATIVE)):
+            yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
+
+    def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # a message names its request
+        """Return the bits of 88h; other messages are shown in words beside their bytes."""
+        return self.bits("move", reply[1], "at rest, no limit, not at home") if reply[0] == MOVE_STATUS else ""
+
+    def number(self, value: int) -> Iterator[str]:
+        """Yield the meanings as status byte, as answer to 88h, as opcode."""
+        if 0 <= value <= 0xFF:
+            yield f"status byte: {self.bits('status', value)}"
+            yield f"answer to 88h: {self.bits('move', value)}"
+
+    def command(self, text: str) -> Iterator[str]:
+        """Yield a command or a message in hex, byte by byte, or the command of a name."""
+        commands, language = self.controller.product.commands, self.controller.product.language
+        assert language is not None, "a board has one"
+        if not _HEX.fullmatch(text):
+            named = [each for each in commands if isinstance(each, Opcode) and name_of(each) == text.split()[0]]
+            yield from map(described, named)
+            return
+        data = bytes.fromhex(text)
+        found = commands.get(data[0])
+        if not isinstance(found, Opcode):
+            return
+        yield described(found)
+        if LAYOUTS.get(data[0]) and len(data) > 1:
+            yield f"as a message: {language.explain_message(data.ljust(16, bytes(1)))}"
+            yield from self._fields(data)
+        elif data[0] == MOVE_STATUS and len(data) > 1:
+            yield f"as a message: {self.bits('move', data[1])}"
+        elif len(data) > 1:
+            yield f"as a command: {language.explain(data)}"
+
+    @staticmethod
+    def _fields(data: bytes) -> Iterator[str]:
+        yield f"  {data[:1].hex().upper()}: the request that the board answers"
+        at = 1
+        for field in LAYOUTS[data[0]]:
+            part = data[at : at + field.size].ljust(field.size, b"\0")
+            value = int.from_bytes(part, "big", signed=field.signed)
+            yield f"  {part.hex(' ').upper()}: {field.name} {value} {field.unit}".rstrip()
+            at += field.size
+        if any(data[at:]) or len(data) > at:
+            yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
+
+    def initialisation(self) -> Iterator[Act]:
+        """Yield nothing but the time of the test after power-up: a board needs no initialisation."""
+        if not self.ready:
+            yield Wait(S)
+
+    def words(self) -> list[Term]:
+        """Return the commands by name."""
+        opcodes = (each for each in self.controller.product.commands if isinstance(each, Opcode))
+        return [Term(name_of(each), f"{each.opcode:02X}h {each.name}", each.syntax) for each in opcodes]

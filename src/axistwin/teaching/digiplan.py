@@ -1,0 +1,127 @@
+"""The tutor's knowledge of an IF1 and IF2."""
+
+import re
+from collections.abc import Iterator
+
+from axistwin.bench.acts import Act, Say, Wait
+from axistwin.controllers.digiplan.chapters.faults import INPUT_BITS, LineFault, MotionFault
+from axistwin.controllers.digiplan.chapters.terminals import TERMINALS
+from axistwin.controllers.digiplan.state import Stage
+from axistwin.programs.command_lines import ATTEMPTS, PATIENCE_S, READY_S, SELF_TEST_S, greeting
+from axistwin.teaching.guide import Guide, Reason, described
+from axistwin.units import MS, to_ns
+
+_COMMAND = re.compile(r"\D[+-]?[\d,]*|.")
+DRIVEN = {
+    "estop": "the emergency stop is open",
+    "limit_plus": "the plus limit is open: only moves in minus direction begin",
+    "limit_minus": "the minus limit is open: only moves in plus direction begin",
+    "x_fault": "the drive of X reports a fault",
+    "y_fault": "the drive of Y reports a fault",
+}
+"""By the input that must be high."""
+
+
+class DigiplanGuide(Guide):
+    """An IF1 or IF2."""
+
+    single_characters = True
+    suggestions = (
+        ("X1000$", "index X by 1000 steps"),
+        ("X-1000@800$", "index X back, at 800 steps/s"),
+        ("N", "report the position in this move"),
+        ("K", "report the motion status"),
+        (":X400:X-400:=2,1:$", "a sequence: forth and back, three times"),
+    )
+
+    @property
+    def ready(self) -> bool:
+        """True if the data format has been received."""
+        return self.value("state") == Stage.READY.value
+
+    def reasons(self) -> Iterator[Reason]:
+        """Yield what is in the way: power, data format, lock, open inputs, faults that K has not read."""
+        controller = self.controller
+        if not controller.powered:
+            yield Reason("the power is off", "type  :drive power on")
+            return
+        stage = self.value("state")
+        if stage == Stage.RESET.value:
+            yield Reason("the self-test takes about a second", "wait")
+        elif stage == Stage.WAIT.value:
+            yield Reason("the baud rate is not known yet", "type  (  and then the data format U61, or  :init")
+        elif stage == Stage.FORMAT.value:
+            yield Reason("the data format is not known yet", "type  U61  (8 data bits, no parity), or  :init")
+        if stage != Stage.READY.value:
+            return
+        if int(self.value("F")) & LineFault.LOCKED.value:
+            yield Reason("communication is locked by [", "type  ]")
+        open_inputs = [name for name in DRIVEN if not controller.pins[name].level]
+        for name in open_inputs:
+            yield Reason(f"{DRIVEN[name]} ({TERMINALS[name]})", f"type  :drive {name} high  and then  K")
+        faults = int(self.value("K")) & ~MotionFault.COMMUNICATION.value
+        if faults and not open_inputs:
+            yield Reason(f"a fault has not been read ({self.bits('Q', faults)})", "type  K")
+        if int(self.value("K")) & MotionFault.COMMUNICATION.value:
+            yield Reason(f"the last message was refused ({self.bits('F', int(self.value('F')))})", "type  F")
+        port = controller.serial
+        if not (port.host.dtr and port.host.rts):
+            yield Reason("DSR or CTS is off, so that nothing is answered", "type  :drive dtr on  and  :drive rts on")
+
+    def answer(self, request: bytes, reply: bytes) -> str:
+        """Return the meaning of a reply."""
+        text, asked = reply.rstrip(b"\r\n").decode("latin-1"), request.strip().decode("latin-1")[-1:]
+        if asked == "Q" and len(reply) == 1:
+            return f"{reply[0]}: {self.bits('Q', reply[0], 'at rest, no fault')}"
+        if text == "U" and not self.ready:
+            return "the baud rate has been measured; now the data format is expected, e.g. U61"
+        if asked in ("K", "F") and text.isdecimal():
+            return self._status(asked, int(text))
+        if asked == "I" and text.isdecimal():
+            return self._inputs(int(text))
+        return self.shown(asked, text) if asked in ("E", "N", "O") else ""
+
+    def notes(self, line: bytes) -> Iterator[str]:
+        """Yield a note about an index or a run without `$`."""
+        text = line.strip().decode("latin-1")
+        if text[:1] in ("X", "Y", "Z") and not text.endswith("$"):
+            yield f"nothing moves without $ at the end: type  {text}$  to move now, or  $  alone later"
+
+    def number(self, value: int) -> Iterator[str]:
+        """Yield the meanings as an answer to K, F and I."""
+        if 0 <= value <= 0xFF:
+            yield f"answer to K: {self._status('K', value)}"
+            yield f"answer to F: {self._status('F', value)}"
+            yield f"answer to I: {self._inputs(value)}"
+
+    def _status(self, asked: str, value: int) -> str:
+        source, none = ("Q", "at rest, no fault") if asked == "K" else ("F", "no communication fault")
+        return self.bits(source, value, none)
+
+    @staticmethod
+    def _inputs(value: int) -> str:
+        without = [f"{bit} {name}" for name, bit in INPUT_BITS.items() if value & bit]
+        return f"no current flows in {', '.join(without)}" if without else "current flows in every input"
+
+    def command(self, text: str) -> Iterator[str]:
+        """Yield the commands of a message, in order, each with its numbers."""
+        seen = set()
+        for piece in _COMMAND.findall(text.replace(" ", "")):
+            found = self.controller.product.commands.get(piece[0])
+            if found is not None and piece[0] not in seen:
+                seen.add(piece[0])
+                yield described(found)
+
+    def initialisation(self) -> Iterator[Act]:
+        """Yield open brackets until the interface answers, then the host's data format."""
+        if self.value("state") == Stage.RESET.value:
+            yield Wait(to_ns(SELF_TEST_S))
+        _, message = greeting(self.controller.serial.host.format)
+        for _ in range(ATTEMPTS):
+            if self.value("state") != Stage.WAIT.value:
+                break
+            yield Say(b"(")
+            yield Wait(to_ns(PATIENCE_S))
+        if self.value("state") == Stage.FORMAT.value:
+            yield Say(message)
+            yield Wait(to_ns(READY_S) + 100 * MS)

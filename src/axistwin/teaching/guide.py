@@ -1,0 +1,136 @@
+"""The interface between the tutor and a family, and the explanations that all families share."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from axistwin.bench import Controller, show_controls
+from axistwin.bench.acts import Act
+from axistwin.controllers.commandset import Command
+from axistwin.controllers.diagnostics import Diagnostic
+from axistwin.controllers.front import Lamp, Reading, Word
+
+Refused = Callable[[bytes], Sequence[Diagnostic]]
+"""Returns what would be wrong with a line if the host sent the line now."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """A reason why nothing moves, and a line to type against it."""
+
+    text: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.text}: {self.remedy}" if self.remedy else self.text
+
+
+@dataclass(frozen=True)
+class Term:
+    """A word that a host may send: its text, its meaning and its notation."""
+
+    text: str
+    meaning: str
+    syntax: str
+
+
+class Guide(ABC):
+    """The knowledge of one family, for one controller."""
+
+    def __init__(self, controller: Controller, refused: Refused) -> None:
+        self.controller, self.refused = controller, refused
+
+    @property
+    @abstractmethod
+    def ready(self) -> bool:
+        """True if the controller executes commands."""
+
+    @abstractmethod
+    def reasons(self) -> Iterator[Reason]:
+        """Yield the reasons why nothing moves, the first to be removed first."""
+
+    @abstractmethod
+    def answer(self, request: bytes, reply: bytes) -> str:
+        """Return the meaning of a reply to the last request; "" if the reply needs no explanation."""
+
+    @abstractmethod
+    def number(self, value: int) -> Iterator[str]:
+        """Yield the meanings that a number has in a reply."""
+
+    @abstractmethod
+    def command(self, text: str) -> Iterator[str]:
+        """Yield the meanings of the parts of a line from a host."""
+
+    @abstractmethod
+    def initialisation(self) -> Iterator[Act]:
+        """Yield the acts that make the controller ready.  Each act must be performed before the next is requested."""
+
+    def notes(self, line: bytes) -> Iterator[str]:  # noqa: ARG002  # for families with more to say
+        """Yield notes about a line that is valid but may surprise a newcomer."""
+        yield from ()
+
+    suggestions: tuple[tuple[str, str], ...] = ()
+    """Lines to type when nothing is in the way, with their meanings."""
+    single_characters = False
+    """True if each command is one character, and commands follow each other without blanks."""
+
+    def words(self) -> list[Term]:
+        """Return all words for completion."""
+        return [
+            Term(str(command.code), command.name, show_controls(command.syntax))
+            for command in self.controller.product.commands
+            if command.implemented and not str(command.code).isspace()
+        ]
+
+    # Shared by all families
+
+    def value(self, source: str) -> int | str:
+        """Return the value of a register; the level of a terminal, as a number."""
+        if source in self.controller.registers:
+            return self.controller.registers[source].read()
+        return int(self.controller.pins[source].level)
+
+    def lamps(self, source: str) -> list[Lamp]:
+        """Return the lamps of the front panel for the bits of a register."""
+        lamps = (item for group in self.controller.product.front for item in group.items if isinstance(item, Lamp))
+        return [lamp for lamp in lamps if lamp.source == source and lamp.bit is not None]
+
+    def bits(self, source: str, value: int, none: str = "no bit is set") -> str:
+        """Return the meanings of the bits that are 1."""
+        lit = [lamp for lamp in self.lamps(source) if lamp.bit is not None and value >> lamp.bit & 1]
+        return "; ".join(self._lamp(lamp, one=len(lit) == 1) for lamp in lit) or none
+
+    @staticmethod
+    def _lamp(lamp: Lamp, one: bool) -> str:
+        return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
+
+    def shown(self, source: str, text: str) -> str:
+        """Return a reply as the front panel shows the register: a word, or a quantity with its unit."""
+        for group in self.controller.product.front:
+            for item in group.items:
+                if isinstance(item, Word) and item.source == source:
+                    found = [w for v, w in item.words.items() if str(v) == text or w.startswith(f"{text} ")]
+                    return found[0] if found else ""
+                if isinstance(item, Reading) and item.source == source:
+                    return f"{item.name}: {item.shows(_whole(text))} {item.unit}".rstrip()
+        return ""
+
+
+def _whole(text: str) -> int | None:
+    return int(text) if text.lstrip("-").isdecimal() else None
+
+
+def described(command: Command) -> str:
+    """Return a line of the command table as one line: code, name, notation, parameters, chapter."""
+    code = f"{command.code:02X}" if isinstance(command.code, int) else show_controls(command.code)
+    syntax = show_controls(command.syntax)
+    notation = f"   {syntax}" if syntax != code else ""
+    parameters = f"   {', '.join(map(str, command.parameters))}" if command.parameters else ""
+    return f"{code}  {command.name}{notation}{parameters}   (manual: {command.chapter})"
+
+
+def near(word: str, known: Sequence[str]) -> str:
+    """Return "did you mean …?" for a misspelt word; "" if no word is similar."""
+    found = get_close_matches(word, known, 3)
+    return f"did you mean {' or '.join(found)}?" if found else ""

@@ -1,0 +1,69 @@
+"""A user in a lesson: the present step, checked against what happens on the bench."""
+
+from contextlib import ExitStack
+
+from axistwin.bench import Bench
+from axistwin.bench.codec import codec_of
+from axistwin.bench.events import Event, Received, Sent, observing
+from axistwin.teaching.lessons import Evidence, Lesson
+
+
+class Pupil:
+    """Follows a lesson on the only controller of a bench, from a step on."""
+
+    def __init__(self, lesson: Lesson, bench: Bench, step: int = 0) -> None:
+        self.lesson, self.step = lesson, step
+        (self._controller,) = bench.controllers.values()
+        self._codec = codec_of(self._controller.product)
+        self._stack = ExitStack()
+        self._stack.enter_context(observing(bench, self._note))
+        self._begin()
+
+    def _begin(self) -> None:
+        self._said: list[bytes] = []
+        self._heard: list[bytes] = []
+        self._origin = {name: axis.position for name, axis in self._controller.axes.items()}
+        self._acted = False
+
+    def _note(self, event: Event) -> None:
+        if isinstance(event, Sent):
+            self._said.append(event.data)
+        elif isinstance(event, Received):
+            self._heard.append(event.data)
+        self._acted = True
+
+    @property
+    def over(self) -> bool:
+        """True after the last step."""
+        return self.step == len(self.lesson.steps)
+
+    @property
+    def task(self) -> str:
+        """The present task."""
+        return "" if self.over else f"{self.step + 1}. {self.lesson.steps[self.step].task}"
+
+    @property
+    def solution(self) -> tuple[str, ...]:
+        """Lines that solve the present task."""
+        return () if self.over else self.lesson.steps[self.step].solution
+
+    def check(self) -> bool:
+        """Go to the next step if the present one is done.  Return True in that case."""
+        if self.over or not self._acted:
+            return False
+        shown = (self._show(self._said), self._show(self._heard))
+        done = self.lesson.steps[self.step].done(Evidence(self._controller, *shown, self._origin))
+        if done:
+            self.step += 1
+            self._begin()
+        return done
+
+    def _show(self, data: list[bytes]) -> str:
+        """Return data as text: characters as they are, commands and messages in hex, one per line."""
+        if self._controller.product.language is None:
+            return b"".join(data).decode("latin-1")
+        return "\n".join(self._codec.show(each) for each in data)
+
+    def close(self) -> None:
+        """Stop observing the bench."""
+        self._stack.close()

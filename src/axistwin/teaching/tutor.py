@@ -1,0 +1,179 @@
+"""The tutor of one controller: asides about what is sent and received, and answers to questions."""
+
+import re
+from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
+
+from axistwin.bench import FAMILIES, Controller
+from axistwin.bench.actions import on_a_bus
+from axistwin.bench.acts import Act
+from axistwin.controllers.diagnostics import Diagnostic, Rule, Sent, Session, Severity
+from axistwin.diagnostics.codes import tables
+from axistwin.errors import PlacedError
+from axistwin.teaching.guide import Guide, Refused, Term
+
+LONGEST = 400
+"""Number of lines that are kept for checking; older ones are forgotten."""
+_CODE = re.compile(r"[A-Z]{2}\d{3}")
+_NUMBER = re.compile(r"-?\d+")
+
+
+class Tutor:
+    """Explains what a host sends to one controller, and what the controller answers."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.on = True
+        """True if asides are wanted."""
+        self.guide = _guide(controller, self._refused)
+        self._lines: list[list[Sent]] = []
+        self._request = b""
+        self._reply = bytearray()
+        self._told: set[str] = set()
+        controller.by_hand.subscribe(self._handled)
+
+    # Asides
+
+    def sending(self, line: bytes) -> list[str]:
+        """Return asides about a line that a host is about to send: characters with a terminator, or a whole command."""
+        if not line:
+            return []
+        self._request = line
+        self._reply.clear()
+        text = line.strip()
+        if not self.guide.ready:
+            in_the_way = [str(reason) for reason in self.guide.reasons()][:1]
+            return in_the_way if text and text[:1] not in (b"(", b"U", b"V") else []
+        characters = self._placed(line)
+        found = self._check([*self._lines, characters])
+        self._lines = [*self._lines, characters][-LONGEST:]
+        refused = any(each.severity is Severity.ERROR for each in found)
+        asides = [words for each in found for words in self._aside(each)]
+        return asides if refused else [*asides, *self.guide.notes(line)]
+
+    def received(self, data: bytes) -> list[str]:
+        """Return asides about data from the controller, when a reply is complete."""
+        if on_a_bus(self.controller):
+            return self._answered(data)
+        asides = []
+        for byte in data:
+            self._reply.append(byte)
+            if byte in b"\r\n" or self._request.strip() == b"Q":
+                asides += self._answered(bytes(self._reply))
+                self._reply.clear()
+        return asides
+
+    def unreadable(self, error: PlacedError) -> list[str]:
+        """Return asides about a line that cannot be read as a command, and therefore is not sent."""
+        return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
+
+    # Questions
+
+    def why(self) -> list[str]:
+        """Return why nothing moves, and what to type."""
+        moving = [name for name, axis in self.controller.axes.items() if axis.moving]
+        if moving:
+            return [f"{' and '.join(moving)} {'is' if len(moving) == 1 else 'are'} moving"]
+        reasons = [str(reason) for reason in self.guide.reasons()]
+        hint = self.controller.hint
+        return reasons or ([hint] if hint else ["nothing is in the way of a move: try", *self._suggested(1)])
+
+    def next(self) -> list[str]:
+        """Return what to type next."""
+        remedies = [str(reason) for reason in self.guide.reasons()]
+        return remedies[:1] or self._suggested(3)
+
+    def explain(self, words: str) -> list[str]:
+        """Return the meaning of a code, a number, a command, a terminal or a register."""
+        words = words.strip() or self._request.strip().decode("latin-1")
+        found = list(self._explanations(words))
+        if found:
+            return found
+        known = [word.text for word in self.guide.words()]
+        close = get_close_matches(words, [*known, *self.controller.pins], 3)
+        return [f"no meaning known for {words!r}" + (f": did you mean {' or '.join(close)}?" if close else "")]
+
+    def initialisation(self) -> Iterator[Act]:
+        """Yield the acts that make the controller ready.  Each act must be performed before the next is requested."""
+        return self.guide.initialisation()
+
+    def words(self) -> list[Term]:
+        """Return the words that a host may send, for completion."""
+        return self.guide.words()
+
+    # Parts
+
+    def _suggested(self, count: int) -> list[str]:
+        width = max(len(line) for line, _ in self.guide.suggestions[:count])
+        return [f"type  {line.ljust(width)}   {meaning}" for line, meaning in self.guide.suggestions[:count]]
+
+    def _explanations(self, words: str) -> Iterator[str]:
+        if _CODE.fullmatch(words.upper()) and (rule := self._find(words.upper())) is not None:
+            yield f"{rule.code}  {rule.title} ({rule.severity}; manual: {rule.chapter})"
+            yield rule.explanation
+        elif words in self.controller.pins:
+            pin = self.controller.pins[words]
+            docs = [lamp for group in self.controller.product.front for lamp in group.items if lamp.source == words]
+            yield f"{words}: {docs[0].name if docs else 'a terminal'}, now {'high' if pin.level else 'low'}"
+            yield from (lamp.doc for lamp in docs if lamp.doc)
+        elif _NUMBER.fullmatch(words) and not on_a_bus(self.controller):
+            yield from self.guide.number(int(words))
+        elif words:
+            yield from self.guide.command(words)
+
+    def _aside(self, found: Diagnostic) -> Iterator[str]:
+        mark = "refused" if found.severity is Severity.ERROR else "note"
+        title = f"; {found.fix.title}" if found.fix is not None and found.fix.title not in found.message else ""
+        yield f"{mark}: {found.message}{title} [{found.code}]"
+        if self._once(found.code):
+            yield self._rule(found.code).explanation
+
+    def _once(self, code: str) -> bool:
+        """Return True at the first call with this code."""
+        first = code not in self._told
+        self._told.add(code)
+        return first
+
+    def _rule(self, code: str) -> Rule:
+        found = self._find(code)
+        assert found is not None, "every diagnostic has a rule"
+        return found
+
+    def _find(self, code: str) -> Rule | None:
+        return next((rule for table in tables().values() for rule in table if rule.code == code), None)
+
+    def _answered(self, reply: bytes) -> list[str]:
+        meaning = self.guide.answer(self._request, reply)
+        return [meaning] if meaning else []
+
+    def _refused(self, line: bytes) -> Sequence[Diagnostic]:
+        return self._check([*self._lines, self._placed(line)])
+
+    def _placed(self, line: bytes) -> list[Sent]:
+        return [Sent(byte, 0, column) for column, byte in enumerate(line, start=1)]
+
+    def _check(self, lines: Sequence[Sequence[Sent]]) -> list[Diagnostic]:
+        """Return what is wrong with the last of these lines."""
+        check = self.controller.product.check
+        assert check is not None, "every family has a checker"
+        numbered = (sent._replace(line=number) for number, line in enumerate(lines, start=1) for sent in line)
+        return [found for found in check([Session(tuple(numbered), initialised=True)]) if found.line == len(lines)]
+
+    def _handled(self, act: str, *_values: object) -> None:
+        if act == "power":  # a controller that has just been switched on knows nothing of the earlier lines
+            self._lines.clear()
+
+
+def _guide(controller: Controller, refused: Refused) -> Guide:
+    match FAMILIES[controller.product.model]:
+        case "digiplan":
+            from axistwin.teaching.digiplan import DigiplanGuide
+
+            return DigiplanGuide(controller, refused)
+        case "compumotor":
+            from axistwin.teaching.compumotor import CompumotorGuide
+
+            return CompumotorGuide(controller, refused)
+    from axistwin.teaching.smartmotor import SmartMotorGuide
+
+    return SmartMotorGuide(controller, refused)

@@ -1,0 +1,151 @@
+"""The tutor: asides, reasons and explanations, each against what the controller really does."""
+
+import pytest
+
+from axistwin import Bench
+from axistwin.bench.hosts import host_of
+from axistwin.teaching import Tutor
+
+
+class Learner:
+    """A host with a tutor."""
+
+    def __init__(self, model: str, **options) -> None:
+        self.bench = Bench()
+        self.controller = self.bench.add(model, **options)
+        self.tutor = Tutor(self.controller)
+        self.bench.run(1.5)
+
+    def initialise(self) -> "Learner":
+        with host_of(self.controller) as host:
+            for act in self.tutor.initialisation():
+                if hasattr(act, "data"):
+                    host.write(act.data)
+                else:
+                    self.bench.clock.run_to(self.bench.now + act.ns)
+        return self
+
+    def type(self, line: str) -> tuple[list[str], list[str]]:
+        """Send a line; return the asides about the line and about the answers."""
+        language, answers = self.controller.product.language, []
+        data = language.read(line) if language is not None else f"{line}\r".encode()
+        with host_of(self.controller) as host:
+            unsubscribe = host.subscribe_received(lambda reply: answers.extend(self.tutor.received(reply)))
+            asides = self.tutor.sending(data)
+            host.write(data)
+            self.bench.run(3)
+            unsubscribe()
+        return asides, answers
+
+
+@pytest.mark.parametrize(
+    ("model", "line", "aside"),
+    [
+        ("if1", "x100", "refused: unknown character 'x'"),
+        ("if1", "X100", "nothing moves without $"),
+        ("if1", "S2", "note: without $ at its end this message begins nothing"),
+        ("1811", "33 00 00 61 A8", "refused: ignored: 31"),
+        ("smartmotor", "FOO", "refused: unknown command FOO"),
+    ],
+)
+def test_asides_about_a_line(model, line, aside):
+    learner = Learner(model).initialise()
+    asides, _ = learner.type(line)
+    assert asides[0].startswith(aside)
+    assert learner.controller.axes[learner.controller.product.axes[0]].position == 0
+    assert len(learner.type(line)[0]) == 1, "the explanation of a code comes once"
+
+
+@pytest.mark.parametrize(
+    ("model", "lines", "answer"),
+    [
+        ("if1", ["x", "F"], "8 data fault"),
+        ("if1", ["K"], "at rest, no fault"),
+        ("if1", ["Q"], "0: at rest"),
+        ("if1", ["E"], "clear for new commands"),
+        ("if1", ["I"], "no current flows in 8 input1, 64 input2, 128 input3"),
+        ("if1", ["X40$", "N"], "steps since the last index or run began: 40 steps"),
+        ("1811", ["88"], "HOME home switch active"),
+        ("smartmotor", ["RP"], "position: 0 counts"),
+        ("smartmotor", ["RBo"], "motor off: yes"),
+        ("smartmotor", ["RTEMP"], "temperature: 25 °C"),
+        ("smartmotor", ["RCLK"], "sample counter"),
+    ],
+)
+def test_asides_about_an_answer(model, lines, answer):
+    learner = Learner(model).initialise()
+    assert [learner.type(line) for line in lines][-1][1][0].startswith(answer)
+
+
+def first_reason(learner: Learner) -> str:
+    return learner.tutor.why()[0]
+
+
+def test_why_nothing_moves_in_an_if1():
+    learner = Learner("if1")
+    assert first_reason(learner).startswith("the baud rate is not known yet")
+    assert learner.type("X100$")[0] == [first_reason(learner)]
+    learner = Learner("if1").initialise()
+    assert first_reason(learner).startswith("nothing is in the way")
+    learner.controller.pins["limit_plus"].drive(False)
+    learner.type("X-100$")
+    assert first_reason(learner).startswith("the plus limit is open")
+    learner.controller.pins["limit_plus"].release()
+    assert "has not been read (64 limit" in first_reason(learner)
+    learner.type("K")
+    learner.type("[")
+    assert first_reason(learner) == "communication is locked by [: type  ]"
+    learner.controller.power(False)
+    assert first_reason(learner).startswith("the power is off")
+
+
+def test_why_nothing_moves_in_an_1811():
+    learner = Learner("1811")
+    assert "31h has not been given" in first_reason(learner)
+    learner.type(first_reason(learner).partition("type  ")[2])
+    assert first_reason(learner).startswith("nothing is in the way")
+    learner.type("go_relative 100")
+    assert learner.controller.axes["motor"].position == 100
+    learner.controller.pins["cw_limit"].drive(True)
+    assert first_reason(learner).startswith("the plus limit is active")
+    learner.controller.pins["cw_limit"].release()
+    learner.type("51 01 01 00 00 00 00")
+    assert first_reason(learner) == "the board is in streaming mode 51h: type  indexer_mode"
+
+
+def test_why_nothing_moves_in_a_smartmotor():
+    learner = Learner("smartmotor")
+    reasons = learner.tutor.why()
+    assert [reason.partition("type  ")[2] for reason in reasons] == ["UCI ZS", "UDI ZS", "A=100", "V=100000"]
+    for reason in reasons:
+        learner.type(reason.partition("type  ")[2])
+    assert first_reason(learner).startswith("nothing is in the way")
+    learner.type("P=500 G")
+    assert learner.controller.axes["shaft"].position == 500
+
+
+@pytest.mark.parametrize("model", ["if1", "1811", "smartmotor"])
+def test_every_suggestion_is_accepted(model):
+    learner = Learner(model).initialise()
+    for line, _ in learner.tutor.guide.suggestions:
+        assert learner.type(line)[0] == [], line
+
+
+@pytest.mark.parametrize(
+    ("model", "words", "meaning"),
+    [
+        ("smartmotor", "1670", "    512  Bp  plus limit"),
+        ("if1", "8", "answer to F: 8 data fault"),
+        ("if1", "X100@300$", "@  speed data"),
+        ("if1", "dp301", "Each speed range has its highest speed"),
+        ("if1", "estop", "estop: emergency stop, now high"),
+        ("if1", "12345678", "no meaning known for '12345678'"),
+        ("1811", "83 00 00 00 00 61 A8", "  00 00 00 00 61 A8: position 25000 pulses"),
+        ("1811", "go_relatve", "did you mean go_relative"),
+        ("1811", "31", "31  default velocity and acceleration"),
+        ("smartmotor", "GOSUB5", "GOSUBn  call subroutine"),
+        ("smartmotor", "A=100 G", "G  go"),
+    ],
+)
+def test_explanations(model, words, meaning):
+    assert any(meaning in line for line in Learner(model).initialise().tutor.explain(words))
