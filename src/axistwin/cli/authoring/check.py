@@ -23,7 +23,7 @@ from axistwin.diagnostics.checking import (
     product_for,
 )
 from axistwin.diagnostics.formats import Checked, as_github, as_json, as_sarif, as_text
-from axistwin.errors import ProgramError, UsageError
+from axistwin.errors import PlacedError, ProgramError, UsageError
 
 __all__ = ["check", "diagnose"]
 
@@ -41,9 +41,9 @@ def check(arguments: tuple[str, ...], form: str, as_json_: bool, fix: bool, stri
     """Check FILEs without running them: find errors that the controller would refuse, and probable mistakes.
 
     A FILE is a conversation (.talk; the host's lines are checked), IF1/IF2 command lines as typed at a terminal (.if1),
-    commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene (.toml).  MODEL may
-    be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix (.if1 is
-    checked for an IF1, .181x for an 1811).  One line is printed for each diagnostic:
+    commands for an 1810 or 1811 in hex or by name (.181x), a SmartMotor's source (.sms), or a scene or a sweep (.toml).
+    MODEL may be left out if the file gives the model: a conversation by `; model: if1`, other files by their suffix
+    (.if1 is checked for an IF1, .181x for an 1811).  One line is printed for each diagnostic:
 
     \b
       moves.if1:3:5: error: unknown character 'x': … (manual: Full command list) [DP101]
@@ -90,7 +90,10 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
     if kind == SCENE:
         from axistwin.diagnostics.scenes import diagnose_scene  # lazy import: pydantic and all families
         from axistwin.scenes.source import read_text
+        from axistwin.sweeps.sweep_file import is_sweep_file
 
+        if is_sweep_file(file):
+            return _check_sweep(file, read_text(file))
         return Checked(file, read_text(file), diagnose_scene(file))
     try:
         text = load(file)
@@ -101,6 +104,16 @@ def _check(file: Path, made: Product | None, fix: bool, quiet: bool) -> Checked:
     if not fix:
         return Checked(file, text, diagnose_text(text, kind, target, str(file)), target.model)
     return _fix(file, target, quiet)
+
+
+def _check_sweep(file: Path, text: str) -> Checked:
+    from axistwin.sweeps import sweep_file
+
+    try:
+        sweep_file.check(file)
+    except PlacedError as error:
+        return Checked(file, text, [as_diagnostic(error)])
+    return Checked(file, text, [])
 
 
 def _fix(file: Path, target: Product, quiet: bool) -> Checked:
