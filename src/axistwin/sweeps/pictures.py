@@ -91,7 +91,7 @@ def _scatter(axes: "Axes", path: str, at: Any, values: Any, failing: Any) -> Non
 
 
 def _heat_map(figure: "Figure", axes: "Axes", paths: Sequence[str], at: Sequence[Any], values: Any) -> None:
-    drawn = axes.scatter(*at, c=values, s=14, marker="s", cmap="viridis", linewidths=0)
+    drawn = axes.scatter(at[0], at[1], c=values, s=14, marker="s", cmap="viridis", linewidths=0)
     axes.set_xlabel(paths[0])
     axes.set_ylabel(paths[1])
     if np.isfinite(values).any():

@@ -93,10 +93,11 @@ def lines(found: Mapping[str, Any]) -> Iterator[str]:
             yield _columns(name, *shown, str(one["missing"]))
     if found["claims"]:
         yield ""
-        yield _columns("claim", "holds", "fails", "missing", "least robustness, run")
+        yield f"{_columns('claim', 'holds', 'fails', 'missing')}   least robustness, run"
         for name, one in found["claims"].items():
             worst = next((f"{_number(w['robustness'])}, {w['run']}" for w in one["worst"]), "")
-            yield _columns(name, str(one["holds"]), str(one["fails"]), str(one["missing"]), worst)
+            counts = (str(one[key]) for key in ("holds", "fails", "missing"))
+            yield f"{_columns(name, *counts)}   {worst}"
 
 
 def _columns(first: str, *rest: str) -> str:
