@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -258,6 +259,12 @@ class SceneFile(Table):
     """Faults, one [[fault]] each."""
     script: list[ScriptTable] = []
     """Actions at the machine, one [[script]] each."""
+
+
+@cache
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scene file."""
+    return SceneFile.model_json_schema()
 
 
 def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
