@@ -2,7 +2,7 @@
 
     python benchmarks/sweeps.py [--seed 1] [--runs 300] [--seeds 10]
 
-The pinch is a button pressed in the 6 ms of a minute in which a table passes a place: one of 10,000 runs at random.  Exit
+The pinch is a button pressed in the 6 ms of a minute in which a table passes a place: one run of 10,000 at random.
 code 1 if a goal is missed.
 """
 

@@ -260,7 +260,7 @@ def _not_happening(record: Recording, event: str, during: Condition | None) -> F
         return _verdict(not len(times), -np.inf if len(times) else np.inf, int(times[0]) if len(times) else None)
     where = during.truth(record)
     bad = times[where.at(times) > 0] if len(times) else times
-    edges = where.times[1:]
+    edges = where.times[1:][np.diff(where.values) != 0]
     distances = np.abs(np.subtract.outer(bad if len(bad) else times, edges)) / S
     if len(bad):
         depth = float(np.max(distances.min(axis=1), initial=0.0)) if len(edges) else np.inf
