@@ -22,28 +22,32 @@ SLOW_FILES = {
     "": "determinism docs fidelity numbers readme report storage tutorials",
     "bus_hosts": "x86",
     "cli": "board cli demo ending motors plot record run serve serve_trace term",
-    "compumotor": "closed_loop closed_loop_maintenance command_list decisions home manual_moves manual_programming"
-    " manual_stop moves owners state_machine streaming streaming_moments",
-    "conversations": "recorder",
+    "compumotor": "closed_loop closed_loop_maintenance closed_loop_stall command_list decisions home interactions"
+    " manual_moves manual_programming manual_requests manual_sequences manual_stop moves outputs owners"
+    " state_machine streaming streaming_moments",
+    "conversations": "golden recorder",
     "diagnostics": "check_agrees check_fix check_formats codes",
-    "digiplan": "anything at_every_moment backlash check command_list control_of_data_transfer data_format"
-    " initialisation interpolation listing memory_image ramp repeats sequence_properties speed stored_state",
+    "digiplan": "anything at_every_moment backlash battery_backup check command_list control_of_data_transfer"
+    " data_format faults index initialisation interpolation listing memory_image ramp repeats"
+    " sequence_properties speed stored_state",
     "editor": "editing lsp",
     "examples": "scenes",
     "fault_injection": "anywhere machines",
-    "links": "bus c_hosts fairness pty telnet",
+    "links": "bus c_hosts fairness pty repeats tcp telnet urls",
     "motion": "profile",
     "plots": "plot_trace",
     "robustness": "mutated_files mutation same_instant",
-    "sim": "clock sampling",
-    "smartmotor": "arrays brake_model brakes cam_on_the_fly check decisions_motion f_functions fault_handling follow"
-    " host_mode host_streams image inputs_outputs interpreter interrupt_roles interrupts jit kernel_properties"
-    " kernel_reference limits listing machine master_on_an_axis modes overheat pieces program_store registers"
-    " servo servo_reference status_word trajectory",
+    "scenes": "scene_happenings",
+    "sim": "clock sampling serial",
+    "smartmotor": "arrays brake_model brakes cam cam_on_the_fly check decisions_motion encoder_edges f_functions"
+    " fault_handling follow host_mode host_streams image inputs_outputs interpreter interrupt_priority"
+    " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
+    " machine master_on_an_axis modes overheat pieces program_store registers serial_data servo"
+    " servo_reference status_word trajectory",
     "testing": "pytest_plugin twin",
-    "traces": "traces traces_page",
+    "traces": "trace traces traces_page",
 }
-"""Files in which a test takes more than 5 ms on average, and all of them a third of a second; without `test_`."""
+"""Files in which a test takes more than 5 ms on average, and all of them a quarter of a second; without `test_`."""
 
 
 def pytest_configure() -> None:

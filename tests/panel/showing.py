@@ -109,10 +109,12 @@ class Stage:
 
         Afterwards its pages are deleted and its tasks are cancelled.
         """
-        assert not Client.page_routes, "a panel has been opened in this process: run it in a process of its own"
-        if self._runner is None:
+        if self._runner is None:  # starting NiceGUI removes the pages of earlier panels
             self._runner, self._ending = asyncio.Runner(), AsyncExitStack()
             self._runner.run(self._begin())
+        assert not Client.page_routes, (
+            "a panel has been opened since NiceGUI was started here: call `stage.close` first"
+        )
         self._root = root
         return self._runner.run(self._played(played))
 

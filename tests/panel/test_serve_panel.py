@@ -13,6 +13,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from axistwin.panel.web import Address, _listening
+
 from ..command import PATIENCE_S, ended, refused, running
 
 WITHOUT = (
@@ -71,6 +73,13 @@ def test_a_port_that_is_taken():
     assert code == 2
     assert words.count("\n") == 1
     assert f"cannot show a panel on 127.0.0.1:{port}: address already in use" in words
+
+
+def test_frames_leave_without_delay():
+    with _listening(Address("127.0.0.1", 0, None)) as sock, socket.create_connection(sock.getsockname()):
+        connection, _ = sock.accept()
+        with connection:
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 @pytest.mark.parametrize("place", ["here", "127.0.0.1:", "127.0.0.1:99999", "8080/"])

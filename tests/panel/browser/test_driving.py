@@ -14,7 +14,7 @@ from .using import click, on, press, strike, thumb
 
 @on("drill")
 def test_it_is_marked_virtual_runs_and_stands(panel):
-    expect(panel.page.get_by_text("VIRTUAL", exact=True)).to_be_visible()
+    panel.page.get_by_text("VIRTUAL", exact=True).wait_for()
     assert panel.page.title().startswith("VIRTUAL")
     panel.begin()
     panel.speed("5")
@@ -79,11 +79,11 @@ def test_keys(panel):
     dialog = panel.page.get_by_role("dialog")
     expect(dialog).to_contain_text("step to the next event")
     click(panel.button("Close", dialog))
-    expect(dialog).to_be_hidden()
+    dialog.wait_for(state="hidden")
     click(panel.button("help"))
-    expect(dialog).to_be_visible()
+    dialog.wait_for()
     strike(panel.page, "Escape")
-    expect(dialog).to_be_hidden()
+    dialog.wait_for(state="hidden")
 
 
 @on("drill")
@@ -120,13 +120,13 @@ def test_breaks(panel):
     click(panel.button("Run"))
     panel.paused(f": break: {panel.facts.moving}")
     click(panel.button("Breaks (1)"))
-    expect(panel.page.get_by_text("once", exact=True)).to_be_visible()
+    panel.page.get_by_text("once", exact=True).wait_for()
     click(there)
     expect(there).not_to_be_checked()
     click(panel.button("remove"))
-    expect(there).to_be_hidden()
+    there.wait_for(state="hidden")
     strike(panel.page, "Escape")
-    expect(panel.button("Breaks")).to_be_visible()
+    panel.button("Breaks").wait_for()
 
 
 @on("drill")

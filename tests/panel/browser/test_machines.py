@@ -147,9 +147,9 @@ def test_fronts_tell_what_they_mean_and_all_registers(panel):
     for title, shown in (("What it means", "dl.meaning"), ("All registers", ".registers")):
         drawer = card.get_by_role("button", name=title)
         click(drawer)
-        expect(card.locator(shown).first).to_be_visible()
+        card.locator(shown).first.wait_for()
         click(drawer)
-        expect(card.locator(shown).first).to_be_hidden()
+        card.locator(shown).first.wait_for(state="hidden")
 
 
 @on("drill")
@@ -166,12 +166,12 @@ def test_a_table_from_above_its_tool_and_its_third_dimension(panel):
     expect(above.locator('[data-part="places"]')).to_have_attribute("d", re.compile("^M"))
     switch = card.get_by_role("switch", name="3-D")
     click(switch)
-    expect(card.locator("canvas")).to_be_visible()
+    card.locator("canvas").wait_for()
     click(panel.button("turn left"))
     click(panel.button("turn right"))
     panel.visit.keep_picture("drill-3-D")
     click(switch)
-    expect(card.locator("canvas")).to_be_hidden()
+    card.locator("canvas").wait_for(state="hidden")
 
 
 @on("cut-to-length")

@@ -25,7 +25,7 @@ def loaded(panel):
     expect(panel.field("called", dialog)).to_have_value(name)
     expect(panel.field("or its text", dialog)).to_have_value(text)
     click(panel.button("Load", dialog))
-    expect(dialog).to_be_hidden()
+    dialog.wait_for(state="hidden")
     return program
 
 
@@ -66,11 +66,11 @@ def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
     loaded(panel)
     panel.run()
     first, second = (lines(panel).nth(n).get_by_role("button") for n in (0, 1))
-    expect(second).to_be_visible()
+    second.wait_for()
     panel.pause()
     click(first)
     expect(first).to_have_attribute("aria-pressed", "true")
-    expect(panel.button("Breaks (1)")).to_be_visible()
+    panel.button("Breaks (1)").wait_for()
     press(first, "ArrowDown")
     expect(second).to_be_focused()
     press(second, "Enter")
@@ -78,7 +78,7 @@ def test_a_break_at_a_line_by_mouse_and_by_keyboard(panel):
     for number in (first, second):
         click(number)
         expect(number).to_have_attribute("aria-pressed", "false")
-    expect(panel.button("Breaks")).to_be_visible()
+    panel.button("Breaks").wait_for()
 
 
 def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded(panel):
@@ -90,7 +90,7 @@ def test_what_is_wrong_in_a_program_is_told_with_its_place_and_nothing_is_loaded
     click(panel.button("Load", dialog))
     panel.message(":1:1")
     click(panel.button("Cancel", dialog))
-    expect(dialog).to_be_hidden()
+    dialog.wait_for(state="hidden")
 
 
 def test_off_and_on(panel):
@@ -114,7 +114,7 @@ def test_the_running_line_is_in_view_also_when_one_comes_back_to_its_tab(panel):
     for again in range(2):
         if again:
             panel.tab("knife", "Pins")
-            expect(panel.page.get_by_test_id("listing knife")).to_be_hidden()
+            panel.page.get_by_test_id("listing knife").wait_for(state="hidden")
             program = panel.tab("knife", "Program")
         expect(program.locator("li.running").get_by_role("button")).to_have_text("15")
         panel.page.wait_for_function("""() => {

@@ -41,7 +41,7 @@ def test_names_are_words(machine, panel, visiting):
     panel.say(panel.field("your name"), NAME)
     strike(panel.page, "Escape")
     with visiting(machine[1]) as visit:
-        expect(Panel(machine[0], visit).button(f"{NAME[:30]} drives")).to_be_visible()
+        Panel(machine[0], visit).button(f"{NAME[:30]} drives").wait_for()
         assert visit.page.evaluate("window.wrong") is None
     click(panel.button("you drive"))
     panel.say(panel.field("your name"), "visitor 1")
@@ -104,4 +104,4 @@ def test_a_text_that_is_no_program_for_its_length_is_not_taken(panel):
     panel.message("the text is too long: expected at most 262,144 characters")
     panel.visit.wrong.clear()  # NiceGUI has told the console that it did not send it
     click(panel.button("Cancel", dialog))
-    expect(dialog).to_be_hidden()
+    dialog.wait_for(state="hidden")

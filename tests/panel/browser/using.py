@@ -7,12 +7,13 @@ import pytest
 from playwright.sync_api import expect
 
 PATIENCE_MS = 20_000
-QUIET = """async ([states, patience]) => {
+QUIET = """async ([states, patience, frame]) => {
   const began = performance.now();
-  do {
-    await new Promise(requestAnimationFrame);
+  if (frame) await new Promise(requestAnimationFrame);
+  while (!states.includes(document.body.dataset.state)) {
     if (performance.now() > began + patience) throw new Error(`the page is ${document.body.dataset.state}`);
-  } while (!states.includes(document.body.dataset.state));
+    await new Promise(requestAnimationFrame);
+  }
 }"""
 
 expect.set_options(timeout=PATIENCE_MS)
@@ -25,26 +26,31 @@ def on(*machines):
 
 def quiet(page, *states):
     """Wait until the page has handled all messages and shows the present state."""
-    page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS])
+    page.evaluate(QUIET, [states or ("quiet", "running"), PATIENCE_MS, True])
+
+
+def ready(page):
+    """Wait as `quiet`, without a frame if the page is quiet now: before an act."""
+    page.evaluate(QUIET, [("quiet", "running"), PATIENCE_MS, False])
 
 
 def click(locator):
     """Click it on a quiet page, and wait until the page is quiet again."""
-    quiet(locator.page)
+    ready(locator.page)
     locator.click()
     quiet(locator.page)
 
 
 def press(locator, key):
     """Press a key on it, as `click`."""
-    quiet(locator.page)
+    ready(locator.page)
     locator.press(key)
     quiet(locator.page)
 
 
 def strike(page, key):
     """Press a key where the focus is, as `click`."""
-    quiet(page)
+    ready(page)
     page.keyboard.press(key)
     quiet(page)
 
@@ -149,7 +155,7 @@ class Panel:
 
     def message(self, words):
         """Wait for a message on the page."""
-        expect(self.page.get_by_role("alert").filter(has_text=words).last).to_be_visible()
+        self.page.get_by_role("alert").filter(has_text=words).last.wait_for()
 
     # Time
 

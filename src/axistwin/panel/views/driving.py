@@ -200,7 +200,9 @@ def _timeline(look: Look) -> Refresh:
     def refresh() -> None:
         if not dragged:
             forget.set_visibility(look.session.repeating)
-            slider.props["max"] = max(round(look.session.recorded_seconds, 3), 0.001)
+            end = max(round(look.session.recorded_seconds, 3), 0.001)
+            if slider.props["max"] != end:  # each assignment is sent
+                slider.props["max"] = end
             slider.value = round(look.session.seconds, 3)
 
     return seldom(look, SELDOM, refresh)
