@@ -25,15 +25,6 @@ from axistwin.version import VERSION
 Row = dict[str, Any]
 BOUND_NS = 3600 * S
 """Longest virtual time of a run without `for`."""
-ENDED = {
-    "for": "the time asked for is over",
-    "rest": "hosts, scripts and conversations are finished, and every axis rests",
-    "bound": "3,600 s of virtual time are over",
-    "error": "the run failed; the reason is in `notes`",
-    "limit": "the time limit of a run was exceeded",
-    "killed": "the worker was killed in this run, three times",
-}
-"""Values of the column `ended`."""
 OWN_COLUMNS = ("run", "ended", "seconds", "difference", "notes", "wall_s", "worker", "version", "scene")
 """Columns besides paths, measures and claims."""
 APART = ("wall_s", "worker", "version")

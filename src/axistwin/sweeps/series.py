@@ -54,11 +54,6 @@ def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 
 
-def constant(value: float, end_ns: int) -> Series:
-    """Return a signal without changes."""
-    return Series(np.zeros(1, np.int64), np.array([value]), end_ns)
-
-
 def minimum(values: Sequence[float] | NDArray[Any]) -> float:
     """Return the least value; infinity if there is none."""
     return float(np.min(values)) if len(values) else float("inf")

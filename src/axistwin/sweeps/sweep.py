@@ -211,9 +211,3 @@ def _keep(runner: Runner, row: Row, directory: Path) -> bool:
             write_whole(file, text.encode())
         return True
     return False
-
-
-def path_values(table: "pa.Table", paths: Sequence[str]) -> list[tuple[Value, ...]]:
-    """Return the values of paths in each run."""
-    columns = [table[path].to_pylist() for path in paths]
-    return list(zip(*columns, strict=True))
